@@ -1,0 +1,77 @@
+#include "core/base/file.h"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <cerrno>
+#include <cstring>
+#include <fstream>
+
+namespace qray {
+namespace {
+
+Error io_error(const std::filesystem::path& path, const char* doing) {
+  return {ErrorCode::kIo, std::string(doing) + ": " + std::strerror(errno), path.string()};
+}
+
+bool write_all(int fd, std::span<const uint8_t> bytes) {
+  while (!bytes.empty()) {
+    const ssize_t n = ::write(fd, bytes.data(), bytes.size());
+    if (n < 0 && errno == EINTR) continue;
+    if (n <= 0) return false;
+    bytes = bytes.subspan(static_cast<size_t>(n));
+  }
+  return true;
+}
+
+}  // namespace
+
+Result<Bytes> read_file(const std::filesystem::path& path, uint64_t max_bytes) {
+  std::error_code ec;
+  const uint64_t size = std::filesystem::file_size(path, ec);
+  if (ec) {
+    return Error{ec == std::errc::no_such_file_or_directory ? ErrorCode::kNotFound : ErrorCode::kIo,
+                 "cannot read: " + ec.message(), path.string()};
+  }
+  if (size > max_bytes) {
+    return Error{ErrorCode::kTooLarge,
+                 "has " + std::to_string(size) + " bytes, expected at most " +
+                     std::to_string(max_bytes),
+                 path.string()};
+  }
+  Bytes bytes(size);
+  std::ifstream in(path, std::ios::binary);
+  in.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(size));
+  if (!in) return Error{ErrorCode::kIo, "cannot read " + std::to_string(size) + " bytes", path.string()};
+  return bytes;
+}
+
+Status write_file_atomic(const std::filesystem::path& path, std::span<const uint8_t> bytes) {
+  static std::atomic<uint64_t> counter{0};
+  std::filesystem::path temp = path;
+  temp += ".tmp." + std::to_string(::getpid()) + "." + std::to_string(counter++);
+  const int fd = ::open(temp.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0644);
+  if (fd < 0) return io_error(temp, "cannot create");
+  const bool written = write_all(fd, bytes) && ::fsync(fd) == 0;
+  const Error failure = written ? Error{} : io_error(temp, "cannot write");
+  ::close(fd);
+  if (!written) {
+    ::unlink(temp.c_str());
+    return failure;
+  }
+  if (::rename(temp.c_str(), path.c_str()) != 0) {
+    const Error error = io_error(path, "cannot rename onto");
+    ::unlink(temp.c_str());
+    return error;
+  }
+  const std::filesystem::path folder = path.has_parent_path() ? path.parent_path() : ".";
+  const int dir_fd = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (dir_fd >= 0) {
+    ::fsync(dir_fd);
+    ::close(dir_fd);
+  }
+  return {};
+}
+
+}  // namespace qray

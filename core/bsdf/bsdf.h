@@ -1,0 +1,55 @@
+// Scattering at a surface. Directions: unit, local (the shading normal is +z), away from the
+// surface; wo to the eye. Opaque kinds scatter on the side that wo is on, both sides alike;
+// dielectrics tell inside (z < 0) from outside. Immutable; any thread.
+#pragma once
+
+#include <memory>
+#include <optional>
+
+#include "core/math/vec.h"
+#include "core/scene/material.h"
+
+namespace qray {
+
+// The material's parameters at one point, textures looked up.
+struct ShadingPoint {
+  Rgb reflectance;
+  float roughness = 0;  // as Material::roughness
+};
+
+struct BsdfEval {
+  Rgb f_cos;        // f * |cos(wi)|; per steradian
+  float pdf_w = 0;  // density of sample(), per steradian; 0 for delta lobes
+};
+
+struct BsdfSample {
+  Vec3 wi;
+  Rgb weight;          // f * |cos(wi)| / pdf; for a delta lobe, its share over its chance
+  float pdf_w = 0;     // per steradian; unused (0) when delta
+  bool delta = false;  // a mirror or smooth refraction: no density
+};
+
+// What sort of lobes a surface has; rules who may guide it.
+enum class BsdfKind : uint8_t {
+  kDiffuse,  // Lambert alone
+  kGlossy,   // has a density everywhere, not Lambert alone
+  kDelta,    // delta lobes alone
+  kMixed,    // a delta lobe over a lobe with a density (smooth plastic)
+};
+
+class Bsdf {
+ public:
+  virtual ~Bsdf() = default;
+  virtual BsdfKind kind() const = 0;
+  // Both zero where only delta lobes scatter. Reciprocal but for refraction (radiance scaling).
+  virtual BsdfEval eval(const ShadingPoint& sp, Vec3 wo, Vec3 wi) const = 0;
+  // nullopt: absorbed. Directions with a density follow eval().pdf_w (tests/stat/bsdf_chi2_test.cpp).
+  virtual std::optional<BsdfSample> sample(const ShadingPoint& sp, Vec3 wo, float u_lobe,
+                                           Vec2 u_dir) const = 0;
+  // Share of the light from wo's direction that scatters, about; for feature pictures.
+  virtual Rgb albedo(const ShadingPoint& sp, Vec3 wo) const = 0;
+};
+
+std::unique_ptr<Bsdf> make_bsdf(const Material& material);
+
+}  // namespace qray

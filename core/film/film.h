@@ -1,0 +1,61 @@
+// The picture as it forms: sums of samples per pixel, in 64 x 64 tiles that finish independently.
+// Each change of a tile gives it a new version, so a reader can ask for what changed since.
+// Threads: add and the readers may be called from any thread; one tile is added by one thread at
+// a time, in pass order, so the sums' bits do not depend on threads.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <mutex>
+#include <span>
+#include <vector>
+
+#include "core/image/image.h"
+
+namespace qray {
+
+struct TileRect {
+  int x = 0, y = 0, width = 0, height = 0;  // pixels
+};
+
+class Film {
+ public:
+  static constexpr int kTilePx = 64;
+
+  Film(int width, int height);
+
+  int width() const { return width_; }
+  int height() const { return height_; }
+  int tile_count() const { return static_cast<int>(tiles_.size()); }
+  TileRect tile(int index) const;  // row by row from the top left
+
+  // Adds `samples` samples to each pixel of the tile; `sums` has one entry a pixel, in rows.
+  void add(int index, std::span<const Rgb> sums, uint32_t samples);
+
+  struct TileView {
+    int index = 0;
+    uint64_t version = 0;
+    uint32_t samples = 0;  // a pixel
+    std::vector<Rgb> mean;
+  };
+  // The newest version of any tile; 0: nothing was added yet.
+  uint64_t version() const { return version_.load(std::memory_order_acquire); }
+  // Tiles changed after `since`, oldest change first, at most `limit`.
+  std::vector<TileView> tiles_since(uint64_t since, int limit) const;
+  Image develop() const;  // means; black where there is no sample yet
+
+ private:
+  struct Tile {
+    mutable std::mutex mutex;
+    uint64_t version = 0;
+    uint32_t samples = 0;
+    std::vector<Rgb> sums;  // empty until the first add
+  };
+  TileView view(int index) const;
+
+  int width_, height_, tiles_x_;
+  std::vector<Tile> tiles_;
+  std::atomic<uint64_t> version_{0};
+};
+
+}  // namespace qray

@@ -1,0 +1,94 @@
+// A guide turns what was learned about a scene's light into a density of directions. It may be
+// wrong, never biasing: its exact pdf is always divided out (`huang-published` alone pretends one,
+// and says so by unbiased()). A guide knows points, normals, directions and radiance, so it is
+// tested without a scene.
+// Threads: const calls from any thread while no update runs; update and end_pass from one.
+// Frames: everything in world space. Densities are per steradian.
+#pragma once
+
+#include <memory>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/base/ids.h"
+#include "core/base/result.h"
+#include "core/guide/table_file.h"
+#include "core/math/ray.h"
+
+namespace qray {
+
+// One lookup, shared by sample, pdf_w and record.
+struct GuidePoint {
+  StateId state;     // invalid: nothing is known here yet
+  uint64_t key = 0;  // the state's name in the table, known or not
+  Vec3 n;            // unit; the hemisphere that is sampled lies about it
+};
+
+struct GuideSample {
+  Vec3 wi;          // unit, away from the surface
+  float pdf_w = 0;  // what pdf_w(point, wi) gives
+};
+
+// One scattering event of a path, as a guide learns from it.
+struct GuideVertex {
+  GuidePoint at;
+  Vec3 wi;              // the direction taken
+  float pdf_w = 0;      // the density it was drawn with
+  bool guidable = false;  // not a delta lobe
+  bool lands = false;     // the next vertex of the path is where the ray landed
+  float emitted = 0;      // luminance emitted toward here by what the ray reached, no MIS weight
+};
+
+// What one tile of one pass learned; each guide has its own kind.
+class GuideDelta {
+ public:
+  virtual ~GuideDelta() = default;
+};
+
+struct GuideStats {
+  size_t states = 0;
+  size_t bytes = 0;            // of memory
+  uint64_t samples_seen = 0;   // transitions learned from, in all jobs
+};
+
+class Guide {
+ public:
+  virtual ~Guide() = default;
+  virtual std::string_view method() const = 0;
+  virtual bool unbiased() const = 0;
+
+  // n: unit geometric normal on the side that the light is reflected to.
+  virtual GuidePoint find(Vec3 p, Vec3 n) const = 0;
+  // The chance to draw from the guide rather than the BSDF, on a diffuse or another surface.
+  virtual float guide_fraction(const GuidePoint& point, bool diffuse) const = 0;
+  virtual GuideSample sample(const GuidePoint& point, Vec2 u) const = 0;
+  virtual float pdf_w(const GuidePoint& point, Vec3 wi) const = 0;  // integrates to 1
+
+  virtual std::unique_ptr<GuideDelta> make_delta() const = 0;
+  virtual void record(std::span<const GuideVertex> path, GuideDelta& delta) const = 0;
+  // Deltas arrive in the order of their tiles, whatever thread made them. `delta` came from
+  // make_delta(), and is empty again afterwards.
+  virtual void update(GuideDelta& delta) = 0;
+  virtual void end_pass() = 0;  // what was updated rules sampling from here on
+
+  virtual GuideStats stats() const = 0;
+  virtual std::vector<TableSection> save() const = 0;
+  virtual Status load(std::span<const TableSection> sections) = 0;  // into a fresh guide
+};
+
+// Parameters of the thesis' method (section 4.2). The thesis prints no values: these are ours.
+struct HuangParams {
+  float alpha = 0.2f;   // learning rate, [0, 1]
+  float gamma = 0.8f;   // discount, [0, 1]
+  int grid = 24;        // cells along the scene's longest side, about: rounded to a power-of-two size
+  bool operator==(const HuangParams&) const = default;
+};
+
+// The one list of methods. "none" gives a null guide.
+std::span<const std::string_view> method_names();
+Result<std::unique_ptr<Guide>> make_guide(std::string_view method, const Bounds3& bounds,
+                                          const HuangParams& huang);
+
+}  // namespace qray

@@ -1,0 +1,40 @@
+// A table on disk: proto/table_file.md is the format. This file owns bytes; where tables live and
+// which one a job gets is the table store's. Explicitly encoded, little-endian, CRC-32C per section.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "core/base/byte_io.h"
+#include "core/base/result.h"
+#include "core/base/sha256.h"
+
+namespace qray {
+
+constexpr uint32_t kTableFormatVersion = 1;
+
+struct TableHeader {
+  std::string id;                    // 32 hex digits
+  std::vector<std::string> parents;  // ids of the tables it grew from
+  std::string method;                // "huang"
+  std::string program;               // version that wrote it
+  Digest geometry, materials, lights;
+  uint64_t samples_seen = 0;
+};
+
+struct TableSection {
+  std::string tag;  // 4 characters
+  Bytes bytes;
+};
+
+struct TableFile {
+  TableHeader header;
+  std::vector<TableSection> sections;
+};
+
+Bytes encode_table(const TableFile& table);
+// Checks magic, version, sizes (before allocating) and checksums. Errors are kCorrupt or
+// kUnsupported with the byte offset.
+Result<TableFile> decode_table(std::span<const uint8_t> bytes);
+
+}  // namespace qray

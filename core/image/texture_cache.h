@@ -1,0 +1,33 @@
+// Image textures through OpenImageIO's texture system: tiles are read on demand and kept within a
+// memory limit. Bilinear lookups at full resolution. Values are what the file stores, or linear
+// light where `srgb` says the file is display-encoded. Lookups: any thread.
+#pragma once
+
+#include <filesystem>
+#include <memory>
+
+#include "core/base/result.h"
+#include "core/math/vec.h"
+
+namespace qray {
+
+enum class TextureWrap { kRepeat, kClamp, kMirror };
+
+class TextureCache {
+ public:
+  explicit TextureCache(int max_memory_mb = 256);
+  ~TextureCache();
+  TextureCache(const TextureCache&) = delete;
+  TextureCache& operator=(const TextureCache&) = delete;
+
+  // A handle for `lookup`; an error when the file is missing or no picture.
+  Result<int> open(const std::filesystem::path& path, bool srgb, TextureWrap wrap);
+  // v = 0 is the bottom row.
+  Rgb lookup(int handle, Vec2 uv) const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace qray

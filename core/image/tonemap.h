@@ -1,0 +1,22 @@
+// Linear light to display values: the sRGB transfer curve (IEC 61966-2-1).
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/math/vec.h"
+
+namespace qray {
+
+inline float linear_to_srgb(float v) {
+  v = std::clamp(v, 0.0f, 1.0f);
+  return v <= 0.0031308f ? 12.92f * v : 1.055f * std::pow(v, 1 / 2.4f) - 0.055f;
+}
+inline float srgb_to_linear(float v) {
+  return v <= 0.04045f ? v / 12.92f : std::pow((v + 0.055f) / 1.055f, 2.4f);
+}
+inline Rgb srgb_to_linear(Rgb c) {
+  return {srgb_to_linear(c.r), srgb_to_linear(c.g), srgb_to_linear(c.b)};
+}
+
+}  // namespace qray

@@ -1,0 +1,23 @@
+// File -> Scene, validated. The format follows the extension: .json (docs/scene_format.md), .obj
+// (with its MTL; camera and size are chosen to show it all), .ply (one grey diffuse mesh under a
+// constant sky). Paths in a file are relative to it.
+#pragma once
+
+#include <filesystem>
+
+#include "core/base/result.h"
+#include "core/scene/scene.h"
+#include "core/scene/validate.h"
+
+namespace qray {
+
+struct LoadedScene {
+  Scene scene;
+  SceneHash hash;
+  size_t dropped_triangles = 0;
+  std::vector<std::string> warnings;  // things understood and left out, with their place
+};
+
+Result<LoadedScene> load_scene(const std::filesystem::path& path, const SceneLimits& limits = {});
+
+}  // namespace qray

@@ -1,0 +1,58 @@
+// Maps from the unit square to directions and shapes, with their densities (pbrt-v4, appendix A.5).
+// Directions are local, +z up; pdf_w is per steradian.
+#pragma once
+
+#include "core/math/vec.h"
+
+namespace qray {
+
+// Concentric map of the square to the unit disk (Shirley and Chiu 1997).
+inline Vec2 square_to_disk(Vec2 u) {
+  const float a = 2 * u.x - 1, b = 2 * u.y - 1;
+  if (a == 0 && b == 0) return {0, 0};
+  float r, phi;
+  if (std::abs(a) > std::abs(b)) {
+    r = a;
+    phi = kPi / 4 * (b / a);
+  } else {
+    r = b;
+    phi = kPi / 2 - kPi / 4 * (a / b);
+  }
+  return {r * std::cos(phi), r * std::sin(phi)};
+}
+
+// Density cos(theta) / pi.
+inline Vec3 square_to_cosine_hemisphere(Vec2 u) {
+  const Vec2 d = square_to_disk(u);
+  return {d.x, d.y, std::sqrt(std::max(0.0f, 1 - d.x * d.x - d.y * d.y))};
+}
+inline float cosine_hemisphere_pdf_w(float cos_theta) { return std::max(0.0f, cos_theta) * kInvPi; }
+
+// Density 1 / (2 pi).
+inline Vec3 square_to_uniform_hemisphere(Vec2 u) {
+  const float z = u.x, r = std::sqrt(std::max(0.0f, 1 - z * z)), phi = 2 * kPi * u.y;
+  return {r * std::cos(phi), r * std::sin(phi), z};
+}
+constexpr float kUniformHemispherePdfW = 0.5f * kInvPi;
+
+// Density 1 / (4 pi).
+inline Vec3 square_to_uniform_sphere(Vec2 u) {
+  const float z = 1 - 2 * u.x, r = std::sqrt(std::max(0.0f, 1 - z * z)), phi = 2 * kPi * u.y;
+  return {r * std::cos(phi), r * std::sin(phi), z};
+}
+constexpr float kUniformSpherePdfW = 0.25f * kInvPi;
+
+// Barycentric coordinates (of the second and third vertex), uniform over the triangle
+// (Heitz 2019, "A Low-Distortion Map Between Triangle and Square").
+inline Vec2 square_to_triangle(Vec2 u) {
+  if (u.y > u.x) {
+    u.x *= 0.5f;
+    u.y -= u.x;
+  } else {
+    u.y *= 0.5f;
+    u.x -= u.y;
+  }
+  return u;
+}
+
+}  // namespace qray

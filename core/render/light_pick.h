@@ -1,0 +1,53 @@
+// Picks a point of a light for next event estimation: emitting triangles by their power, and the
+// environment as one light more. Immutable after build; any thread.
+#pragma once
+
+#include <unordered_map>
+#include <vector>
+
+#include "core/math/distribution.h"
+#include "core/scene/scene.h"
+
+namespace qray {
+
+struct LightSample {
+  Vec3 wi;            // unit, from the shaded point to the light
+  float distance = 0; // metres; infinite for the environment
+  Rgb radiance;       // that arrives if nothing is in the way
+  float pdf_w = 0;    // per steradian, the choice of light counted
+};
+
+class LightPick {
+ public:
+  void build(const Scene& scene, const Bounds3& bounds);
+  bool empty() const { return triangles_.empty() && !environment_.present(); }
+  size_t light_count() const { return triangles_.size() + (environment_.present() ? 1 : 0); }
+
+  // False: this choice of light sends nothing to p (it faces away).
+  bool sample(Vec3 p, float u_light, Vec2 u, LightSample& out) const;
+  // Density with which sample() makes the direction that hits an emitting triangle, or escapes.
+  float pdf_w_triangle(MeshId mesh, uint32_t triangle, float distance, float abs_cos_light) const;
+  float pdf_w_environment(Vec3 wi) const;
+  Rgb environment_radiance(Vec3 wi) const;
+  bool has_environment() const { return environment_.present(); }
+
+ private:
+  struct EmittingTriangle {
+    Vec3 p0, e1, e2;  // a vertex and two edges
+    Vec3 n;           // unit, front
+    float area = 0;
+    Rgb emission;
+    bool two_sided = false;
+    float pick_probability = 0;
+  };
+  Vec2 environment_uv(Vec3 wi) const;
+
+  std::vector<EmittingTriangle> triangles_;
+  std::vector<uint32_t> first_of_mesh_;  // by MeshId: index of its first triangle, or none
+  AliasTable picker_;                    // triangles, then the environment
+  float environment_probability_ = 0;
+  Environment environment_;
+  PiecewiseConstant2D environment_density_;  // over (u, v); empty: uniform sphere
+};
+
+}  // namespace qray

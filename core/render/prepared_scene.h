@@ -1,0 +1,33 @@
+// A scene ready for rays: the data, its tree, its BSDFs, textures and lights. Immutable; shared by
+// the jobs that render it.
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <vector>
+
+#include "core/accel/embree_scene.h"
+#include "core/bsdf/bsdf.h"
+#include "core/import/load_scene.h"
+#include "core/render/light_pick.h"
+
+namespace qray {
+
+struct PreparedScene {
+  Scene scene;
+  SceneHash hash;
+  Bounds3 bounds;
+  double seconds = 0;  // that preparing took
+  std::vector<std::string> warnings;
+  std::unique_ptr<EmbreeScene> accel;
+  std::vector<std::unique_ptr<Bsdf>> bsdfs;  // by MaterialId
+  TextureCache textures;
+  std::vector<int> texture_handles;          // by TextureId
+  LightPick lights;
+};
+
+Result<std::shared_ptr<const PreparedScene>> prepare_scene(LoadedScene loaded, int build_threads);
+Result<std::shared_ptr<const PreparedScene>> load_and_prepare_scene(
+    const std::filesystem::path& path, int build_threads, const SceneLimits& limits = {});
+
+}  // namespace qray

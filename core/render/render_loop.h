@@ -1,0 +1,37 @@
+// Renders a prepared scene: passes over all pixels, tiles over a thread pool, the guide updated
+// between passes. The same settings and table give the same bits for any number of threads.
+#pragma once
+
+#include <stop_token>
+
+#include "core/base/clock.h"
+#include "core/base/task_pool.h"
+#include "core/film/film.h"
+#include "core/render/prepared_scene.h"
+#include "core/render/settings.h"
+#include "core/render/stats.h"
+
+namespace qray {
+
+struct RenderProgress {
+  bool learning = false;
+  double fraction = 0;             // of the job, by samples or by time, [0, 1]
+  uint64_t samples_per_pixel = 0;  // in complete passes
+  double seconds = 0;
+};
+
+// Called by worker threads, one at a time; must return soon.
+class RenderObserver {
+ public:
+  virtual ~RenderObserver() = default;
+  virtual void on_tile(const RenderProgress&) {}
+  virtual void on_pass(const RenderProgress&) {}
+};
+
+// `guide` may be null (method none). Stops within 100 ms of a request with kCanceled; the film then
+// holds what was finished.
+Result<RenderStats> render(const PreparedScene& scene, const RenderSettings& settings, Guide* guide,
+                           Film& film, TaskPool& pool, RenderObserver& observer,
+                           std::stop_token stop, const Clock& clock);
+
+}  // namespace qray
