@@ -10,7 +10,7 @@
 namespace qray {
 
 inline uint32_t pack_rgb9e5(Rgb c) {
-  constexpr float kMax = 65408.0f;
+  static constexpr float kMax = 65408.0f;
   const auto clean = [](float v) { return v > 0 ? std::min(v, kMax) : 0.0f; };
   const float r = clean(c.r), g = clean(c.g), b = clean(c.b);
   const float top = std::max(r, std::max(g, b));
