@@ -1,0 +1,51 @@
+// What a client of the HTTP service writes and reads: docs/api.md is the contract. Fields that a
+// newer server adds are passed over. Pure functions; any thread.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "core/base/result.h"
+
+namespace qray::proto {
+
+// POST /v1/jobs. Fields without a value are left to the server.
+struct JobSubmission {
+  std::string scene;
+  std::optional<std::string> method, table;
+  std::optional<bool> nee;
+  std::optional<int> width, height, samples, max_depth, learning_samples, grid;
+  std::optional<double> seconds;
+  std::optional<uint64_t> seed;
+  std::optional<float> alpha, gamma;
+};
+std::string job_submission_json(const JobSubmission& submission);
+
+// The part of a job that the command shows.
+struct JobView {
+  std::string id;
+  std::string state;
+  double fraction = 0;
+  uint64_t samples = 0;  // a pixel
+  double seconds = 0;
+  std::string error;  // of a failed job: its place and message; else empty
+
+  bool ended() const { return state == "succeeded" || state == "failed" || state == "canceled"; }
+};
+Result<JobView> parse_job(std::string_view json);
+
+// Data of the server-sent events `state`, `progress` and `done`: what it has of a job's fields.
+struct JobHint {
+  std::optional<std::string> state;
+  std::optional<double> fraction, seconds;
+  std::optional<uint64_t> samples;
+};
+Result<JobHint> parse_job_hint(std::string_view json);
+
+// The text of an application/problem+json answer, its fields named; nullopt when it is none.
+std::optional<std::string> problem_text(std::string_view json);
+
+}  // namespace qray::proto
