@@ -1,5 +1,6 @@
 #include "proto/client_json.h"
 
+#include <charconv>
 #include <nlohmann/json.hpp>
 
 namespace qray::proto {
@@ -14,7 +15,12 @@ void put(json& object, const char* name, const std::optional<T>& value) {
 
 // A float as the shortest decimal that means it: 0.2f is 0.2, not 0.200000003.
 void put_float(json& object, const char* name, const std::optional<float>& value) {
-  if (value) object[name] = json::parse(json(*value).dump());
+  if (!value) return;
+  char text[32];
+  const auto end = std::to_chars(text, text + sizeof text, *value).ptr;
+  double shortest = 0;
+  std::from_chars(text, end, shortest);
+  object[name] = shortest;
 }
 
 // The server's text is bounded by the client's limit on a body, and not nested by its contract; a
@@ -85,7 +91,9 @@ Result<JobView> parse_job(std::string_view text) {
   const std::optional<std::string> id = text_of(*object, "id"), state = text_of(*object, "state");
   if (!id || !state)
     return Error{ErrorCode::kInvalid, "expected a job with id and state", "the server's answer"};
-  JobView job{.id = *id, .state = *state};
+  JobView job;
+  job.id = *id;
+  job.state = *state;
   if (const json* progress = find(*object, "progress"); progress && progress->is_object()) {
     const JobHint hint = hint_of(*progress);
     job.fraction = hint.fraction.value_or(0);
