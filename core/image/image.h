@@ -13,7 +13,9 @@ class Image {
  public:
   Image() = default;
   Image(int width, int height, int channels)
-      : width_(width), height_(height), channels_(channels),
+      : width_(width),
+        height_(height),
+        channels_(channels),
         data_(static_cast<size_t>(width) * static_cast<size_t>(height) *
               static_cast<size_t>(channels)) {}
 

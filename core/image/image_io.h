@@ -1,6 +1,6 @@
 // Pictures to and from files and memory, by OpenImageIO. The format follows the name's extension.
-// PNG is 8-bit sRGB of the linear picture (times 2^exposure, clamped); EXR is 32-bit float linear
-// with `metadata` as string attributes. Any thread.
+// PNG is 8-bit sRGB of the linear picture, clamped; EXR is 32-bit float linear. Metadata are string
+// attributes, in the file under "qray:" and the name; callers see the bare name. Any thread.
 #pragma once
 
 #include <filesystem>
@@ -15,14 +15,16 @@ namespace qray {
 
 using ImageMetadata = std::map<std::string, std::string>;
 
-// Reads any format OpenImageIO knows, as stored (no colour conversion), at most `max_pixels`.
+// Reads any format OpenImageIO knows, as stored (no colour conversion; integers become [0, 1]), at
+// most `max_pixels` and the first four channels.
 Result<Image> read_image(const std::filesystem::path& path, uint64_t max_pixels = 1u << 28);
-// The string attributes of an image file.
+// The string attributes of an image file; ours without the prefix, others as the file names them.
 Result<ImageMetadata> read_image_metadata(const std::filesystem::path& path);
 
 // Writes .exr (linear floats) or .png (sRGB) atomically.
 Status write_image(const std::filesystem::path& path, const Image& image,
                    const ImageMetadata& metadata = {});
+
 enum class ImageFormat { kExr, kPng };
 Result<Bytes> encode_image(ImageFormat format, const Image& image,
                            const ImageMetadata& metadata = {});

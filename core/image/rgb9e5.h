@@ -22,8 +22,7 @@ inline uint32_t pack_rgb9e5(Rgb c) {
     scale *= 0.5f;
   }
   const auto mantissa = [&](float v) { return static_cast<uint32_t>(v * scale + 0.5f); };
-  return mantissa(r) | mantissa(g) << 9 | mantissa(b) << 18 |
-         static_cast<uint32_t>(exponent) << 27;
+  return mantissa(r) | mantissa(g) << 9 | mantissa(b) << 18 | static_cast<uint32_t>(exponent) << 27;
 }
 
 inline Rgb unpack_rgb9e5(uint32_t v) {

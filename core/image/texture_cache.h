@@ -1,6 +1,7 @@
 // Image textures through OpenImageIO's texture system: tiles are read on demand and kept within a
 // memory limit. Bilinear lookups at full resolution. Values are what the file stores, or linear
-// light where `srgb` says the file is display-encoded. Lookups: any thread.
+// light where `srgb` says the file is display-encoded (decoded after the filter). Lookups: any
+// thread, but not while one opens.
 #pragma once
 
 #include <filesystem>
@@ -22,7 +23,7 @@ class TextureCache {
 
   // A handle for `lookup`; an error when the file is missing or no picture.
   Result<int> open(const std::filesystem::path& path, bool srgb, TextureWrap wrap);
-  // v = 0 is the bottom row.
+  // v = 0 is the bottom edge. Black where the file can no longer be read or uv is not finite.
   Rgb lookup(int handle, Vec2 uv) const;
 
  private:

@@ -1,4 +1,4 @@
-// Linear light to display values: the sRGB transfer curve (IEC 61966-2-1).
+// Linear light to display values and back: the sRGB transfer curve (IEC 61966-2-1). Any thread.
 #pragma once
 
 #include <algorithm>
@@ -8,8 +8,9 @@
 
 namespace qray {
 
+// Clamps to [0, 1]; NaN becomes 0.
 inline float linear_to_srgb(float v) {
-  v = std::clamp(v, 0.0f, 1.0f);
+  v = v > 0 ? std::min(v, 1.0f) : 0.0f;
   return v <= 0.0031308f ? 12.92f * v : 1.055f * std::pow(v, 1 / 2.4f) - 0.055f;
 }
 inline float srgb_to_linear(float v) {

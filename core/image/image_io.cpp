@@ -1,0 +1,145 @@
+#include "core/image/image_io.h"
+
+#include <OpenImageIO/filesystem.h>
+#include <OpenImageIO/imageio.h>
+
+#include <algorithm>
+#include <exception>
+
+#include "core/base/file.h"
+#include "core/image/tonemap.h"
+
+namespace qray {
+namespace {
+
+constexpr std::string_view kPrefix = "qray:";
+
+// Runs a body that calls OpenImageIO, whose plug-ins may throw.
+template <class Body>
+auto guarded(const std::string& where, Body body) -> decltype(body()) {
+  try {
+    return body();
+  } catch (const std::exception& e) {
+    return Error{ErrorCode::kInvalid, std::string("cannot process the picture: ") + e.what(),
+                 where};
+  }
+}
+
+Result<std::unique_ptr<OIIO::ImageInput>> open_input(const std::filesystem::path& path) {
+  std::error_code ec;
+  if (!std::filesystem::is_regular_file(path, ec)) {
+    return Error{ErrorCode::kNotFound, "no such picture file", path.string()};
+  }
+  OIIO::ImageSpec config;
+  config.attribute("oiio:UnassociatedAlpha", 1);
+  std::unique_ptr<OIIO::ImageInput> input = OIIO::ImageInput::open(path.string(), &config);
+  if (!input) {
+    return Error{ErrorCode::kInvalid, "expected a picture: " + OIIO::geterror(), path.string()};
+  }
+  return input;
+}
+
+Result<Image> read_open(OIIO::ImageInput& input, const std::string& where, uint64_t max_pixels) {
+  const OIIO::ImageSpec spec = input.spec();
+  if (spec.width < 1 || spec.height < 1 || spec.depth > 1 || spec.nchannels < 1 || spec.deep) {
+    return Error{ErrorCode::kUnsupported, "expected a flat picture", where};
+  }
+  const uint64_t pixels = static_cast<uint64_t>(spec.width) * static_cast<uint64_t>(spec.height);
+  if (pixels > max_pixels) {
+    return Error{
+        ErrorCode::kTooLarge,
+        "has " + std::to_string(pixels) + " pixels, expected at most " + std::to_string(max_pixels),
+        where};
+  }
+  Image image(spec.width, spec.height, std::min(spec.nchannels, 4));
+  if (!input.read_image(0, 0, 0, image.channels(), OIIO::TypeDesc::FLOAT, image.data().data())) {
+    return Error{ErrorCode::kCorrupt, "cannot read the pixels: " + input.geterror(), where};
+  }
+  return image;
+}
+
+std::vector<uint8_t> to_srgb8(const Image& image) {
+  std::vector<uint8_t> pixels(image.data().size());
+  const int channels = image.channels();
+  for (size_t i = 0; i < pixels.size(); ++i) {
+    const float v = image.data()[i];
+    const bool alpha = channels == 4 && i % 4 == 3;
+    const float display = alpha ? std::clamp(v, 0.0f, 1.0f) : linear_to_srgb(v);
+    pixels[i] = static_cast<uint8_t>(display * 255 + 0.5f);
+  }
+  return pixels;
+}
+
+Result<Bytes> encode_unguarded(ImageFormat format, const Image& image,
+                               const ImageMetadata& metadata) {
+  const bool exr = format == ImageFormat::kExr;
+  if (image.empty() || image.channels() < 1 || image.channels() > 4) {
+    return Error{ErrorCode::kInvalid, "expected a picture of 1 to 4 channels", ""};
+  }
+  OIIO::ImageSpec spec(image.width(), image.height(), image.channels(),
+                       exr ? OIIO::TypeDesc::FLOAT : OIIO::TypeDesc::UINT8);
+  spec.attribute("oiio:ColorSpace", exr ? "Linear" : "sRGB");
+  if (exr) spec.attribute("compression", "zip");
+  if (!exr) spec.attribute("oiio:UnassociatedAlpha", 1);
+  for (const auto& [name, value] : metadata) {
+    spec.attribute(std::string(kPrefix) + name, OIIO::string_view(value));
+  }
+
+  const char* name = exr ? "picture.exr" : "picture.png";
+  Bytes bytes;
+  OIIO::Filesystem::IOVecOutput memory(bytes);
+  std::unique_ptr<OIIO::ImageOutput> output = OIIO::ImageOutput::create(name, &memory);
+  if (!output || !output->open(name, spec)) {
+    return Error{ErrorCode::kIo,
+                 "cannot encode: " + (output ? output->geterror() : OIIO::geterror()), ""};
+  }
+  const bool written = exr ? output->write_image(OIIO::TypeDesc::FLOAT, image.data().data())
+                           : output->write_image(OIIO::TypeDesc::UINT8, to_srgb8(image).data());
+  if (!written || !output->close()) {
+    return Error{ErrorCode::kIo, "cannot encode: " + output->geterror(), ""};
+  }
+  return bytes;
+}
+
+}  // namespace
+
+Result<Image> read_image(const std::filesystem::path& path, uint64_t max_pixels) {
+  return guarded(path.string(), [&]() -> Result<Image> {
+    Result<std::unique_ptr<OIIO::ImageInput>> input = open_input(path);
+    if (!input.ok()) return input.error();
+    return read_open(*input.value(), path.string(), max_pixels);
+  });
+}
+
+Result<ImageMetadata> read_image_metadata(const std::filesystem::path& path) {
+  return guarded(path.string(), [&]() -> Result<ImageMetadata> {
+    Result<std::unique_ptr<OIIO::ImageInput>> input = open_input(path);
+    if (!input.ok()) return input.error();
+    ImageMetadata metadata;
+    for (const OIIO::ParamValue& attribute : input.value()->spec().extra_attribs) {
+      if (attribute.type() != OIIO::TypeDesc::STRING) continue;
+      std::string name = attribute.name().string();
+      if (name.starts_with(kPrefix)) name.erase(0, kPrefix.size());
+      metadata[name] = attribute.get_string();
+    }
+    return metadata;
+  });
+}
+
+Status write_image(const std::filesystem::path& path, const Image& image,
+                   const ImageMetadata& metadata) {
+  const std::string extension = path.extension().string();
+  if (extension != ".exr" && extension != ".png") {
+    return Error{ErrorCode::kUnsupported, "expected a name ending in .exr or .png", path.string()};
+  }
+  const ImageFormat format = extension == ".exr" ? ImageFormat::kExr : ImageFormat::kPng;
+  const Result<Bytes> bytes = encode_image(format, image, metadata);
+  if (!bytes.ok()) return Error{bytes.error().code, bytes.error().message, path.string()};
+  return write_file_atomic(path, bytes.value());
+}
+
+Result<Bytes> encode_image(ImageFormat format, const Image& image, const ImageMetadata& metadata) {
+  return guarded("", [&] { return encode_unguarded(format, image, metadata); });
+}
+
+}  // namespace qray
