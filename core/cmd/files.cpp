@@ -1,0 +1,84 @@
+#include "core/cmd/files.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <thread>
+
+#include "core/base/file.h"
+#include "core/image/image_io.h"
+#include "core/image/tonemap.h"
+#include "core/import/resolve_scene.h"
+
+namespace qray::cmd {
+namespace {
+
+constexpr uint64_t kMaxTableBytes = uint64_t{4} << 30;
+
+std::filesystem::path folder_of(const std::filesystem::path& path) {
+  return path.has_parent_path() ? path.parent_path() : std::filesystem::path(".");
+}
+
+bool stores_linear_light(const std::filesystem::path& path) {
+  const std::string extension = path.extension().string();
+  return extension == ".exr" || extension == ".hdr" || extension == ".pfm";
+}
+
+}  // namespace
+
+Result<std::shared_ptr<const PreparedScene>> prepare_named_scene(const std::string& scene,
+                                                                 int threads) {
+  Result<std::filesystem::path> path = resolve_scene(scene, QRAY_SCENES_DIR);
+  if (!path) return path.error();
+  return load_and_prepare_scene(path.value(), threads);
+}
+
+Result<Image> read_linear_image(const std::filesystem::path& path) {
+  Result<Image> read = read_image(path);
+  if (!read) return read;
+  const Image& stored = read.value();
+  const bool linear = stores_linear_light(path);
+  Image image(stored.width(), stored.height(), 3);
+  for (int y = 0; y < image.height(); ++y)
+    for (int x = 0; x < image.width(); ++x)
+      image.set_rgb(x, y, linear ? stored.rgb(x, y) : srgb_to_linear(stored.rgb(x, y)));
+  return image;
+}
+
+Result<TableFile> read_table(const std::filesystem::path& path) {
+  Result<Bytes> bytes = read_file(path, kMaxTableBytes);
+  if (!bytes) return bytes.error();
+  Result<TableFile> table = decode_table(bytes.value());
+  if (table) return table;
+  Error error = table.error();
+  error.where = path.string() + (error.where.empty() ? "" : ":" + error.where);
+  return error;
+}
+
+Status write_text(const std::filesystem::path& path, std::string_view text) {
+  return write_file_atomic(path, {reinterpret_cast<const uint8_t*>(text.data()), text.size()});
+}
+
+Status check_writable(const std::filesystem::path& path) {
+  std::error_code ignored;
+  if (std::filesystem::is_directory(path, ignored))
+    return Error{ErrorCode::kIo, "expected the name of a file, got a folder", path.string()};
+  const std::filesystem::path folder = folder_of(path);
+  if (!std::filesystem::is_directory(folder, ignored))
+    return Error{ErrorCode::kIo, "no such folder", folder.string()};
+  if (access(folder.c_str(), W_OK) != 0)
+    return Error{ErrorCode::kIo, "no permission to write here", folder.string()};
+  return {};
+}
+
+Status check_picture_name(const std::filesystem::path& path) {
+  if (path.extension() != ".exr" && path.extension() != ".png")
+    return Error{ErrorCode::kInvalid, "expected a name ending in .exr or .png", path.string()};
+  return check_writable(path);
+}
+
+int default_threads() {
+  return std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+}
+
+}  // namespace qray::cmd

@@ -1,0 +1,29 @@
+// Files as the command's subcommands name them: scenes, pictures, tables. One thread.
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <string>
+
+#include "core/guide/table_file.h"
+#include "core/image/image.h"
+#include "core/render/prepared_scene.h"
+
+namespace qray::cmd {
+
+// `scene`: the name of an included scene ("cornell-box"), a folder with scene.json, or a file.
+Result<std::shared_ptr<const PreparedScene>> prepare_named_scene(const std::string& scene,
+                                                                 int threads);
+
+// Three channels, linear: .exr, .hdr and .pfm as stored, other formats decoded from sRGB.
+Result<Image> read_linear_image(const std::filesystem::path& path);
+
+Result<TableFile> read_table(const std::filesystem::path& path);
+Status write_text(const std::filesystem::path& path, std::string_view text);
+// Fails before hours of work when a result of this name cannot be written at their end.
+Status check_writable(const std::filesystem::path& path);
+Status check_picture_name(const std::filesystem::path& path);  // .exr or .png, in a folder
+
+int default_threads();
+
+}  // namespace qray::cmd

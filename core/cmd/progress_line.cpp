@@ -1,0 +1,50 @@
+#include "core/cmd/progress_line.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <string>
+
+namespace qray::cmd {
+namespace {
+
+constexpr double kBarPeriodSeconds = 0.1, kLinePeriodSeconds = 5;
+constexpr size_t kBarCharacters = 30;
+
+}  // namespace
+
+ProgressLine::ProgressLine(bool quiet) : quiet_(quiet), terminal_(isatty(STDERR_FILENO) == 1) {
+  if (!terminal_) next_ = clock_.seconds() + kLinePeriodSeconds;
+}
+
+void ProgressLine::show(std::string_view phase, double fraction, uint64_t samples, double seconds) {
+  const double now = clock_.seconds();
+  if (quiet_ || now < next_) return;
+  next_ = now + (terminal_ ? kBarPeriodSeconds : kLinePeriodSeconds);
+  fraction = std::clamp(fraction, 0.0, 1.0);
+  const std::string label(phase);
+  const auto count = static_cast<unsigned long long>(samples);
+  if (!terminal_) {
+    std::fprintf(stderr, "%s: %.0f %%, %llu samples a pixel, %.1f s\n", label.c_str(),
+                 100 * fraction, count, seconds);
+    return;
+  }
+  const auto full = static_cast<size_t>(fraction * kBarCharacters);
+  const std::string bar = std::string(full, '#') + std::string(kBarCharacters - full, '.');
+  std::fprintf(stderr, "\r[%s] %3.0f %%  %-10s %6llu spp  %7.1f s\033[K", bar.c_str(),
+               100 * fraction, label.c_str(), count, seconds);
+  drawn_ = true;
+}
+
+void ProgressLine::finish() {
+  if (drawn_) std::fputc('\n', stderr);
+  drawn_ = false;
+}
+
+void ProgressObserver::on_tile(const RenderProgress& progress) {
+  line_.show(progress.learning ? "learning" : "rendering", progress.fraction,
+             progress.samples_per_pixel, progress.seconds);
+}
+
+}  // namespace qray::cmd

@@ -1,0 +1,131 @@
+// qray render: a picture, rendered here.
+#include <CLI/CLI.hpp>
+#include <cstdio>
+
+#include "core/base/file.h"
+#include "core/cmd/commands.h"
+#include "core/cmd/files.h"
+#include "core/cmd/progress_line.h"
+#include "core/cmd/render_options.h"
+#include "core/cmd/report.h"
+#include "core/cmd/stop_on_signal.h"
+#include "core/job/run_job.h"
+#include "core/render/debug_view.h"
+#include "proto/stats_json.h"
+
+namespace qray::cmd {
+namespace {
+
+constexpr int64_t kMaxPixels = int64_t{1} << 28;
+constexpr int kViewSamples = 16;
+
+struct Options {
+  RenderOptions render;
+  std::vector<int> passes;
+  int threads = default_threads();
+  std::string table_in, table_out, json, view = "beauty", out;
+  bool quiet = false;
+};
+
+Status check_outputs(const Options& o) {
+  if (Status s = check_picture_name(o.out); !s) return s;
+  for (const std::string& name : {o.json, o.table_out})
+    if (!name.empty())
+      if (Status s = check_writable(name); !s) return s;
+  if (o.view != "beauty" && (!o.table_in.empty() || !o.table_out.empty() || !o.json.empty()))
+    return Error{ErrorCode::kInvalid, "only the view beauty has tables and statistics", "--view"};
+  return {};
+}
+
+Result<std::optional<TableFile>> read_fitting_table(const std::string& path,
+                                                    const SceneHash& hash) {
+  if (path.empty()) return std::optional<TableFile>();
+  Result<TableFile> table = read_table(path);
+  if (!table) return table.error();
+  if (!table_fits(table.value().header, hash))
+    return Error{ErrorCode::kConflict,
+                 "learned from another scene: geometry, materials and lights must be the same",
+                 path};
+  return std::optional(std::move(table).value());
+}
+
+Status render_view(const Options& o, const PreparedScene& scene, const RenderSettings& settings,
+                   TaskPool& pool, std::stop_token stop) {
+  const DebugView view = o.view == "albedo"   ? DebugView::kAlbedo
+                         : o.view == "normal" ? DebugView::kNormal
+                                              : DebugView::kState;
+  Result<Image> image = render_debug_view(scene, settings, view, kViewSamples, pool, stop);
+  if (!image) return image.error();
+  return write_image(o.out, image.value(), {{"qray:view", o.view}});
+}
+
+Status render_beauty(const Options& o, const PreparedScene& scene, const RenderSettings& settings,
+                     TaskPool& pool, std::stop_token stop) {
+  if (!o.table_out.empty() && settings.method == "none")
+    return Error{ErrorCode::kInvalid, "the method none learns no table", "--table-out"};
+  Result<std::optional<TableFile>> table = read_fitting_table(o.table_in, scene.hash);
+  if (!table) return table.error();
+
+  Film film(settings.width, settings.height);
+  ProgressLine line(o.quiet);
+  ProgressObserver observer(line);
+  Result<JobResult> job =
+      run_job(scene, settings, std::move(table).value(), film, pool, observer, stop, SteadyClock());
+  line.finish();
+  if (!job) return job.error();
+  const JobResult& result = job.value();
+  if (Status s = write_image(o.out, film.develop(), result.metadata); !s) return s;
+  if (!o.table_out.empty()) {
+    QRAY_CHECK(result.table.has_value());
+    if (Status s = write_file_atomic(o.table_out, encode_table(*result.table)); !s) return s;
+  }
+  if (!o.json.empty())
+    if (Status s = write_text(o.json, proto::stats_json(result.stats)); !s) return s;
+  if (!result.stats.unbiased)
+    std::fprintf(stderr, "qray: %s is biased: this picture is not the scene's light\n",
+                 settings.method.c_str());
+  return {};
+}
+
+Status run(const Options& o) {
+  if (Status s = check_outputs(o); !s) return s;
+  const StopOnSignal stop;
+  Result<std::shared_ptr<const PreparedScene>> prepared =
+      prepare_named_scene(o.render.scene, o.threads);
+  if (!prepared) return prepared.error();
+  const PreparedScene& scene = *prepared.value();
+  for (const std::string& warning : scene.warnings)
+    std::fprintf(stderr, "qray: warning: %s\n", warning.c_str());
+
+  Result<RenderSettings> made = make_settings(o.render, scene.scene);
+  if (!made) return made.error();
+  RenderSettings settings = std::move(made).value();
+  settings.passes = o.passes;
+  if (Status s = check_settings(settings, kMaxPixels); !s) return s;
+  TaskPool pool(o.threads);
+  return o.view == "beauty" ? render_beauty(o, scene, settings, pool, stop.token())
+                            : render_view(o, scene, settings, pool, stop.token());
+}
+
+}  // namespace
+
+void add_render(CLI::App& app, int& exit_code) {
+  auto o = std::make_shared<Options>();
+  CLI::App* sub = app.add_subcommand("render", "render a scene to a picture");
+  add_render_options(*sub, o->render);
+  sub->add_option("--passes", o->passes, "replay: samples of each pass, such as 1,1,2,4")
+      ->delimiter(',');
+  sub->add_option("--threads", o->threads, "default: one a processor")->check(CLI::Range(1, 1024));
+  sub->add_option("--table-in", o->table_in, "start from this table");
+  sub->add_option("--table-out", o->table_out, "write what was learned");
+  sub->add_option("--json", o->json, "write statistics (docs/stats.md)");
+  sub->add_option("--view", o->view, "beauty, or without light: albedo, normal, state")
+      ->check(CLI::IsMember({"beauty", "albedo", "normal", "state"}));
+  sub->add_flag("-q,--quiet", o->quiet, "no progress");
+  sub->add_option("-o,--out", o->out, "picture.exr (linear) or picture.png (sRGB)")->required();
+  sub->callback([o, &exit_code] {
+    if (Status s = run(*o); !s) exit_code = report(s.error());
+  });
+}
+
+}  // namespace qray::cmd

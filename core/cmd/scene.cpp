@@ -1,0 +1,56 @@
+// qray scene check: whether a scene file would render, and what is in it.
+#include <CLI/CLI.hpp>
+#include <cstdio>
+
+#include "core/cmd/commands.h"
+#include "core/cmd/report.h"
+#include "core/import/load_scene.h"
+#include "core/import/resolve_scene.h"
+
+namespace qray::cmd {
+namespace {
+
+size_t emitting_triangles(const Scene& scene) {
+  size_t count = 0;
+  for (const Mesh& mesh : scene.meshes)
+    if (scene.materials[mesh.material.value].emits()) count += mesh.triangles.size();
+  return count;
+}
+
+Status run(const std::string& name) {
+  Result<std::filesystem::path> path = resolve_scene(name, QRAY_SCENES_DIR);
+  if (!path) return path.error();
+  Result<LoadedScene> loaded = load_scene(path.value());
+  if (!loaded) return loaded.error();
+  const Scene& scene = loaded.value().scene;
+  std::printf("%s: good\n", path.value().c_str());
+  std::printf("name        %s\n", scene.name.c_str());
+  std::printf("picture     %d x %d, paths to depth %d\n", scene.width, scene.height,
+              scene.max_depth);
+  std::printf("meshes      %zu, %zu triangles (%zu without area left out)\n", scene.meshes.size(),
+              scene.triangle_count(), loaded.value().dropped_triangles);
+  std::printf("materials   %zu, %zu textures\n", scene.materials.size(), scene.textures.size());
+  std::printf("lights      %zu emitting triangles, %s\n", emitting_triangles(scene),
+              !scene.environment.present()      ? "no sky"
+              : scene.environment.image.empty() ? "a constant sky"
+                                                : "a picture of the sky");
+  std::printf("hash        %s\n", loaded.value().hash.whole().hex().c_str());
+  for (const std::string& warning : loaded.value().warnings)
+    std::printf("warning     %s\n", warning.c_str());
+  return {};
+}
+
+}  // namespace
+
+void add_scene(CLI::App& app, int& exit_code) {
+  auto name = std::make_shared<std::string>();
+  CLI::App* scene = app.add_subcommand("scene", "scene files");
+  scene->require_subcommand(1);
+  CLI::App* check = scene->add_subcommand("check", "load and validate a scene, and count it");
+  check->add_option("scene", *name, "an included scene's name, a folder, or a file")->required();
+  check->callback([name, &exit_code] {
+    if (Status s = run(*name); !s) exit_code = report(s.error());
+  });
+}
+
+}  // namespace qray::cmd
