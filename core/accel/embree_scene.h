@@ -11,16 +11,15 @@
 namespace qray {
 
 struct Hit {
-  float t = 0;            // metres along the ray
-  Vec2 barycentric;       // weights of the triangle's second and third vertex
+  float t = 0;       // metres along the ray
+  Vec2 barycentric;  // weights of the triangle's second and third vertex
   MeshId mesh;
   uint32_t triangle = 0;
 };
 
 class EmbreeScene {
  public:
-  // Keeps a reference to the scene's vertex and index buffers: the scene must outlive this.
-  // `build_threads` builds the tree; fails when Embree has no memory.
+  // Copies the scene's triangles. `build_threads` build the tree; fails when memory runs out.
   static Result<std::unique_ptr<EmbreeScene>> build(const Scene& scene, int build_threads);
   ~EmbreeScene();
   EmbreeScene(const EmbreeScene&) = delete;

@@ -35,15 +35,16 @@ Result<Bytes> read_file(const std::filesystem::path& path, uint64_t max_bytes) {
                  "cannot read: " + ec.message(), path.string()};
   }
   if (size > max_bytes) {
-    return Error{ErrorCode::kTooLarge,
-                 "has " + std::to_string(size) + " bytes, expected at most " +
-                     std::to_string(max_bytes),
-                 path.string()};
+    return Error{
+        ErrorCode::kTooLarge,
+        "has " + std::to_string(size) + " bytes, expected at most " + std::to_string(max_bytes),
+        path.string()};
   }
   Bytes bytes(size);
   std::ifstream in(path, std::ios::binary);
   in.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(size));
-  if (!in) return Error{ErrorCode::kIo, "cannot read " + std::to_string(size) + " bytes", path.string()};
+  if (!in)
+    return Error{ErrorCode::kIo, "cannot read " + std::to_string(size) + " bytes", path.string()};
   return bytes;
 }
 

@@ -38,10 +38,15 @@ class Film {
     uint32_t samples = 0;  // a pixel
     std::vector<Rgb> mean;
   };
+  struct Changes {
+    std::vector<TileView> tiles;  // oldest change first
+    uint64_t cursor = 0;          // give it back as `since`
+    int left_out = 0;             // changed too, over the limit
+  };
   // The newest version of any tile; 0: nothing was added yet.
   uint64_t version() const { return version_.load(std::memory_order_acquire); }
-  // Tiles changed after `since`, oldest change first, at most `limit`.
-  std::vector<TileView> tiles_since(uint64_t since, int limit) const;
+  // Tiles changed after `since`, at most `limit`. Following the cursor misses no change.
+  Changes tiles_since(uint64_t since, int limit) const;
   Image develop() const;  // means; black where there is no sample yet
 
  private:

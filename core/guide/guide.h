@@ -2,7 +2,8 @@
 // wrong, never biasing: its exact pdf is always divided out (`huang-published` alone pretends one,
 // and says so by unbiased()). A guide knows points, normals, directions and radiance, so it is
 // tested without a scene.
-// Threads: const calls from any thread while no update runs; update and end_pass from one.
+// Threads: const calls from any thread, also while update runs; update and end_pass from one thread
+// at a time, end_pass while no other call runs.
 // Frames: everything in world space. Densities are per steradian.
 #pragma once
 
@@ -34,8 +35,8 @@ struct GuideSample {
 // One scattering event of a path, as a guide learns from it.
 struct GuideVertex {
   GuidePoint at;
-  Vec3 wi;              // the direction taken
-  float pdf_w = 0;      // the density it was drawn with
+  Vec3 wi;                // the direction taken
+  float pdf_w = 0;        // the density it was drawn with
   bool guidable = false;  // not a delta lobe
   bool lands = false;     // the next vertex of the path is where the ray landed
   float emitted = 0;      // luminance emitted toward here by what the ray reached, no MIS weight
@@ -49,8 +50,8 @@ class GuideDelta {
 
 struct GuideStats {
   size_t states = 0;
-  size_t bytes = 0;            // of memory
-  uint64_t samples_seen = 0;   // transitions learned from, in all jobs
+  size_t bytes = 0;           // of memory
+  uint64_t samples_seen = 0;  // transitions learned from, in all jobs
 };
 
 class Guide {
@@ -80,11 +81,14 @@ class Guide {
 
 // Parameters of the thesis' method (section 4.2). The thesis prints no values: these are ours.
 struct HuangParams {
-  float alpha = 0.2f;   // learning rate, [0, 1]
-  float gamma = 0.8f;   // discount, [0, 1]
-  int grid = 24;        // cells along the scene's longest side, about: rounded to a power-of-two size
+  float alpha = 0.2f;  // learning rate, [0, 1]
+  float gamma = 0.8f;  // discount, [0, 1]
+  int grid = 24;  // cells along the scene's longest side, about: rounded to a power-of-two size
   bool operator==(const HuangParams&) const = default;
 };
+
+// The method's name in a table's header: methods that learn the same values share tables.
+std::string_view table_method(std::string_view method);
 
 // The one list of methods. "none" gives a null guide.
 std::span<const std::string_view> method_names();

@@ -1,5 +1,6 @@
 // A table on disk: proto/table_file.md is the format. This file owns bytes; where tables live and
-// which one a job gets is the table store's. Explicitly encoded, little-endian, CRC-32C per section.
+// which one a job gets is the table store's. Explicitly encoded, little-endian, CRC-32C per
+// section.
 #pragma once
 
 #include <string>

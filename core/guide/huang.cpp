@@ -1,0 +1,290 @@
+#include "core/guide/huang.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <numeric>
+
+#include "core/base/check.h"
+#include "core/math/frame.h"
+#include "core/math/hash.h"
+#include "core/math/warp.h"
+
+namespace qray {
+namespace {
+
+constexpr uint32_t kNormalMask = (1u << 30) - 1;
+constexpr size_t kMaxStates = 1u << 18;  // 80 MB; further surfaces stay unlearned
+constexpr size_t kRecordBytes = 8 + kDirections26 * 8;
+
+// How many of the thresholds M/8, 2M/8 .. 7M/8 the value exceeds.
+uint8_t level_of(float q, float max_q) {
+  uint8_t level = 0;
+  while (level < 7 && q > static_cast<float>(level + 1) * 0.125f * max_q) ++level;
+  return level;
+}
+
+}  // namespace
+
+struct HuangGuide::Delta final : GuideDelta {
+  struct Transition {
+    uint64_t state;
+    uint64_t next;  // kNowhere: the path left the scene
+    float reward;
+    uint32_t action;
+  };
+  static constexpr uint64_t kNowhere = ~uint64_t{0};
+  std::vector<Transition> transitions;
+};
+
+HuangGuide::HuangGuide(Density density, const Bounds3& bounds, const HuangParams& params)
+    : density_(density), params_(params), grid_(bounds, params.grid) {}
+
+std::string_view HuangGuide::method() const {
+  return density_ == Density::kExact ? "huang" : "huang-published";
+}
+
+GuidePoint HuangGuide::find(Vec3 p, Vec3 n) const {
+  const SurfaceGrid::State s = grid_.state_at(p, n);
+  return {frozen_index_.find(s.key), s.key, s.n};
+}
+
+float HuangGuide::guide_fraction(const GuidePoint&, bool diffuse) const {
+  if (diffuse) return 1;
+  return density_ == Density::kExact ? 0.5f : 0.0f;  // the thesis has Lambert surfaces only
+}
+
+GuideSample HuangGuide::sample(const GuidePoint& point, Vec2 u) const {
+  const Frame frame(point.n);
+  if (!point.state.valid()) {
+    return {frame.to_world(square_to_uniform_hemisphere(u)), kUniformHemispherePdfW};
+  }
+  const Frozen& state = frozen_[point.state.value];
+  // The first draw keeps u's stratification; the others need independent numbers.
+  uint64_t bits =
+      static_cast<uint64_t>(std::bit_cast<uint32_t>(u.x)) << 32 | std::bit_cast<uint32_t>(u.y);
+  for (int i = 7;; --i) {
+    const Vec3 d = frame.to_world(square_to_uniform_hemisphere(u));
+    const size_t a = static_cast<size_t>(nearest_direction26(d));
+    if (i == 1 || state.level[a] >= i) {
+      const float weight = density_ == Density::kExact ? state.weight[a] : 1.0f;
+      return {d, weight * kUniformHemispherePdfW};
+    }
+    bits = mix64(bits);
+    u = {to_unit_float(static_cast<uint32_t>(bits >> 32)),
+         to_unit_float(static_cast<uint32_t>(bits))};
+  }
+}
+
+float HuangGuide::pdf_w(const GuidePoint& point, Vec3 wi) const {
+  if (dot(point.n, wi) <= 0) return 0;
+  if (!point.state.valid() || density_ == Density::kAsPublished) return kUniformHemispherePdfW;
+  const size_t a = static_cast<size_t>(nearest_direction26(wi));
+  return frozen_[point.state.value].weight[a] * kUniformHemispherePdfW;
+}
+
+std::unique_ptr<GuideDelta> HuangGuide::make_delta() const {
+  return std::make_unique<Delta>();
+}
+
+void HuangGuide::record(std::span<const GuideVertex> path, GuideDelta& delta) const {
+  auto& transitions = static_cast<Delta&>(delta).transitions;
+  for (size_t i = 0; i < path.size(); ++i) {
+    const GuideVertex& v = path[i];
+    if (!v.guidable) continue;
+    const uint64_t next = v.lands && i + 1 < path.size() ? path[i + 1].at.key : Delta::kNowhere;
+    transitions.push_back(
+        {v.at.key, next, v.emitted, static_cast<uint32_t>(nearest_direction26(v.wi))});
+  }
+}
+
+void HuangGuide::update(GuideDelta& delta) {
+  auto& transitions = static_cast<Delta&>(delta).transitions;
+  for (const Delta::Transition& t : transitions) {
+    StateId id = learned_index_.find(t.state);
+    if (!id.valid()) {
+      if (learned_.size() >= kMaxStates) continue;
+      id = learned_index_.find_or_insert(t.state);
+      learned_.emplace_back();
+      is_dirty_.push_back(0);
+    }
+    float future = 0;
+    if (t.next != Delta::kNowhere) {
+      if (const Values* next = values(t.next))
+        future = *std::max_element(next->begin(), next->end());
+    }
+    Learned& state = learned_[id.value];
+    float& q = state.q[t.action];
+    q = (1 - params_.alpha) * q + params_.alpha * (t.reward + params_.gamma * future);
+    uint32_t& count = state.count[t.action];
+    if (count != ~0u) ++count;
+    ++samples_seen_;
+    if (!is_dirty_[id.value]) {
+      is_dirty_[id.value] = 1;
+      dirty_.push_back(id.value);
+    }
+  }
+  transitions.clear();
+}
+
+const HuangGuide::Values& HuangGuide::shares_of(Vec3 n, uint32_t normal_code) {
+  const auto [entry, inserted] = shares_.try_emplace(normal_code);
+  if (inserted) entry->second = hemisphere_shares26(n);
+  return entry->second;
+}
+
+HuangGuide::Values HuangGuide::density_weights(const Values& values, const Values& shares) {
+  const float max_q = *std::max_element(values.begin(), values.end());
+  std::array<uint8_t, kDirections26> level;
+  for (size_t a = 0; a < level.size(); ++a) level[a] = level_of(values[a], max_q);
+  // reach[k]: the chance that the draws with i = 7 .. k+1 were all refused (S_k).
+  std::array<double, 8> reach;
+  reach[7] = 1;
+  for (size_t k = 6; k >= 1; --k) {
+    double refused = 0;  // R_{k+1}
+    for (size_t a = 0; a < level.size(); ++a)
+      if (level[a] < k + 1) refused += shares[a];
+    reach[k] = reach[k + 1] * refused;
+  }
+  Values weights;
+  for (size_t a = 0; a < weights.size(); ++a) {
+    double w = reach[1];
+    for (size_t k = 2; k <= level[a]; ++k) w += reach[k];
+    weights[a] = static_cast<float>(w);
+  }
+  return weights;
+}
+
+void HuangGuide::end_pass() {
+  for (uint32_t i : dirty_) {
+    is_dirty_[i] = 0;
+    const uint64_t key = learned_index_.keys()[i];
+    const StateId id = frozen_index_.find_or_insert(key);
+    if (id.value >= frozen_.size()) frozen_.resize(id.value + 1);
+    const uint32_t normal_code = static_cast<uint32_t>(key & kNormalMask);
+    const Values& q = learned_[i].q;
+    const float max_q = *std::max_element(q.begin(), q.end());
+    Frozen& state = frozen_[id.value];
+    state.weight = density_weights(q, shares_of(SurfaceGrid::normal_of(key), normal_code));
+    for (size_t a = 0; a < q.size(); ++a) state.level[a] = level_of(q[a], max_q);
+  }
+  dirty_.clear();
+}
+
+GuideStats HuangGuide::stats() const {
+  return {learned_.size(),
+          learned_index_.bytes() + frozen_index_.bytes() + learned_.capacity() * sizeof(Learned) +
+              frozen_.capacity() * sizeof(Frozen) + shares_.size() * sizeof(Values),
+          samples_seen_};
+}
+
+const HuangGuide::Values* HuangGuide::values(uint64_t key) const {
+  const StateId id = learned_index_.find(key);
+  return id.valid() ? &learned_[id.value].q : nullptr;
+}
+
+void HuangGuide::set_values(uint64_t key, const Values& values) {
+  const StateId id = learned_index_.find_or_insert(key);
+  if (id.value >= learned_.size()) {
+    learned_.resize(id.value + 1);
+    is_dirty_.resize(id.value + 1);
+  }
+  learned_[id.value].q = values;
+  if (!is_dirty_[id.value]) {
+    is_dirty_[id.value] = 1;
+    dirty_.push_back(id.value);
+  }
+}
+
+std::vector<TableSection> HuangGuide::save() const {
+  std::vector<uint32_t> order(learned_.size());
+  std::iota(order.begin(), order.end(), 0u);
+  const auto& keys = learned_index_.keys();
+  std::sort(order.begin(), order.end(), [&](uint32_t a, uint32_t b) { return keys[a] < keys[b]; });
+  ByteWriter grid;
+  grid.i64(grid_.cell_exponent());
+  for (int axis = 0; axis < 3; ++axis) grid.f32(grid_.origin_cells()[axis]);
+  grid.u64(samples_seen_);
+  ByteWriter states;
+  states.u64(order.size());
+  for (uint32_t i : order) {
+    states.u64(keys[i]);
+    for (size_t a = 0; a < kDirections26; ++a) {
+      states.f32(learned_[i].q[a]);
+      states.u32(learned_[i].count[a]);
+    }
+  }
+  return {{"HGRD", grid.take()}, {"HQ26", states.take()}};
+}
+
+Status HuangGuide::load(std::span<const TableSection> sections) {
+  QRAY_CHECK(learned_.empty());
+  if (sections.size() != 2 || sections[0].tag != "HGRD" || sections[1].tag != "HQ26") {
+    return Error{ErrorCode::kCorrupt, "expected the sections HGRD and HQ26", "table"};
+  }
+  ByteReader grid(sections[0].bytes);
+  const int64_t exponent = grid.i64();
+  Vec3 origin;
+  for (int axis = 0; axis < 3; ++axis) origin[axis] = grid.f32();
+  const uint64_t samples_seen = grid.u64();
+  if (!grid.ok() || grid.remaining() != 0) {
+    return Error{ErrorCode::kCorrupt, "wrong size", "table:HGRD"};
+  }
+  if (exponent != grid_.cell_exponent() || !(origin == grid_.origin_cells())) {
+    return Error{ErrorCode::kConflict,
+                 "the table's grid (cells of 2^" + std::to_string(exponent) +
+                     " m) is not this job's (2^" + std::to_string(grid_.cell_exponent()) + " m)",
+                 "table:HGRD"};
+  }
+  ByteReader in(sections[1].bytes);
+  const uint64_t count = in.u64();
+  if (!in.ok() || count > kMaxStates || in.remaining() != count * kRecordBytes) {
+    return Error{ErrorCode::kCorrupt, "wrong size for " + std::to_string(count) + " states",
+                 "table:HQ26"};
+  }
+  uint64_t last_key = 0;
+  for (uint64_t i = 0; i < count; ++i) {
+    const uint64_t key = in.u64();
+    Learned state;
+    bool good = (i == 0 || key > last_key) && key >> 60 == 0;
+    for (size_t a = 0; a < kDirections26; ++a) {
+      state.q[a] = in.f32();
+      state.count[a] = in.u32();
+      good = good && std::isfinite(state.q[a]) && state.q[a] >= 0;
+    }
+    if (!good) {
+      learned_ = {};
+      learned_index_ = {};
+      return Error{ErrorCode::kCorrupt, "expected rising keys and finite values >= 0",
+                   "table:HQ26, state " + std::to_string(i)};
+    }
+    last_key = key;
+    learned_index_.find_or_insert(key);
+    learned_.push_back(state);
+    is_dirty_.push_back(1);
+    dirty_.push_back(static_cast<uint32_t>(i));
+  }
+  samples_seen_ = samples_seen;
+  end_pass();
+  return check_densities();
+}
+
+// A loaded table must sample densities that integrate to one (design, section 6).
+Status HuangGuide::check_densities() {
+  for (size_t i = 0; i < frozen_.size(); ++i) {
+    const uint64_t key = frozen_index_.keys()[i];
+    const Values& shares =
+        shares_of(SurfaceGrid::normal_of(key), static_cast<uint32_t>(key & kNormalMask));
+    double sum = 0;
+    for (size_t a = 0; a < kDirections26; ++a)
+      sum += static_cast<double>(shares[a]) * static_cast<double>(frozen_[i].weight[a]);
+    if (!(std::abs(sum - 1) < 1e-3)) {
+      return Error{ErrorCode::kCorrupt,
+                   "the density integrates to " + std::to_string(sum) + ", expected 1",
+                   "table:HQ26, state " + std::to_string(i)};
+    }
+  }
+  return {};
+}
+
+}  // namespace qray

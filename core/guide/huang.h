@@ -1,0 +1,81 @@
+// The thesis' method: Q-learning over 26 directions (section 4.2) and Algorithm 1's choice of the
+// reflecting direction (section 4.3). As `huang` the choice is divided by its exact density; as
+// `huang-published` it is treated as the uniform choice it is not, as the thesis prints it, which
+// brightens the picture.
+//
+// The exact density (design, section 3). M = max_a Q_a, mu_a the share of the hemisphere nearest to
+// direction a, R_j = sum_a mu_a [Q_a <= j M/8], S_7 = 1, S_k = S_{k+1} R_{k+1}:
+//   p(d) = w_a(d) / (2 pi),  w_a = S_1 + sum_{k=2..7} S_k [Q_a > k M/8].
+#pragma once
+
+#include <array>
+#include <unordered_map>
+
+#include "core/guide/directions26.h"
+#include "core/guide/guide.h"
+#include "core/guide/key_index.h"
+#include "core/guide/surface_grid.h"
+
+namespace qray {
+
+class HuangGuide final : public Guide {
+ public:
+  enum class Density { kExact, kAsPublished };
+  using Values = std::array<float, kDirections26>;
+
+  HuangGuide(Density density, const Bounds3& bounds, const HuangParams& params);
+
+  std::string_view method() const override;
+  bool unbiased() const override { return density_ == Density::kExact; }
+
+  GuidePoint find(Vec3 p, Vec3 n) const override;
+  float guide_fraction(const GuidePoint& point, bool diffuse) const override;
+  GuideSample sample(const GuidePoint& point, Vec2 u) const override;
+  float pdf_w(const GuidePoint& point, Vec3 wi) const override;
+
+  std::unique_ptr<GuideDelta> make_delta() const override;
+  void record(std::span<const GuideVertex> path, GuideDelta& delta) const override;
+  void update(GuideDelta& delta) override;
+  void end_pass() override;
+
+  GuideStats stats() const override;
+  std::vector<TableSection> save() const override;
+  Status load(std::span<const TableSection> sections) override;
+
+  // The learned values and how often each was updated; for views and tests.
+  const Values* values(uint64_t key) const;
+  // Sets one state's values as if learned; they rule after end_pass(). For tests and figures.
+  void set_values(uint64_t key, const Values& values);
+  // Algorithm 1's relative density w_a for given values and shares of the hemisphere.
+  static Values density_weights(const Values& values, const Values& shares);
+
+ private:
+  struct Learned {
+    Values q{};
+    std::array<uint32_t, kDirections26> count{};
+  };
+  struct Frozen {
+    Values weight;                               // w_a
+    std::array<uint8_t, kDirections26> level{};  // how many of M/8..7M/8 lie below Q_a
+  };
+  struct Delta;
+
+  const Values& shares_of(Vec3 n, uint32_t normal_code);
+  Status check_densities();
+
+  Density density_;
+  HuangParams params_;
+  SurfaceGrid grid_;
+  uint64_t samples_seen_ = 0;
+
+  KeyIndex learned_index_;  // with learned_ and dirty_: what update() writes
+  std::vector<Learned> learned_;
+  std::vector<uint8_t> is_dirty_;
+  std::vector<uint32_t> dirty_;
+
+  KeyIndex frozen_index_;  // with frozen_: what sampling reads; a copy, made by end_pass()
+  std::vector<Frozen> frozen_;
+  std::unordered_map<uint32_t, Values> shares_;  // by the key's normal bits
+};
+
+}  // namespace qray
