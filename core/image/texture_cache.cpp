@@ -86,7 +86,8 @@ Result<int> TextureCache::open(const std::filesystem::path& path, bool srgb, Tex
 
 Rgb TextureCache::lookup(int handle, Vec2 uv) const {
   const Entry& entry = impl_->entries[static_cast<size_t>(handle)];
-  if (!std::isfinite(uv.x) || !std::isfinite(uv.y)) return {};
+  constexpr float kFarthest = 0x1p24f;  // no fraction is left beyond; also stops NaN
+  if (!(std::abs(uv.x) < kFarthest && std::abs(uv.y) < kFarthest)) return {};
   float rgb[3] = {0, 0, 0};
   if (!impl_->read(entry, uv, rgb)) {
     impl_->system->geterror();  // or the messages of a lost file pile up

@@ -23,7 +23,8 @@ class TextureCache {
 
   // A handle for `lookup`; an error when the file is missing or no picture.
   Result<int> open(const std::filesystem::path& path, bool srgb, TextureWrap wrap);
-  // v = 0 is the bottom edge. Black where the file can no longer be read or uv is not finite.
+  // v = 0 is the bottom edge. Black where the file can no longer be read or uv is beyond 2^24 or
+  // NaN.
   Rgb lookup(int handle, Vec2 uv) const;
 
  private:
