@@ -1,0 +1,176 @@
+#include "core/cmd/service_client.h"
+
+#include <httplib.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cstdio>
+
+#include "core/cmd/report.h"
+
+namespace qray::cmd {
+namespace {
+
+constexpr int kConnectSeconds = 5;
+constexpr int kReadSeconds = 30;  // of silence; the server's heartbeats come every 10 s
+constexpr size_t kMaxImageBytes = size_t{1} << 30;
+
+ErrorCode code_of_status(int status) {
+  switch (status) {
+    case 404:
+      return ErrorCode::kNotFound;
+    case 409:
+      return ErrorCode::kConflict;
+    case 413:
+      return ErrorCode::kTooLarge;
+    case 429:
+    case 503:
+      return ErrorCode::kBusy;
+    default:
+      return ErrorCode::kInvalid;
+  }
+}
+
+Error refusal(int status, const std::string& body, const std::string& where) {
+  return {code_of_status(status),
+          "the server answered " + std::to_string(status) + ": " +
+              proto::problem_text(body).value_or("not as a qray server does"),
+          where};
+}
+
+// Job ids come from the command line and go into a path.
+Status check_id(const std::string& id) {
+  const bool good = !id.empty() && id.size() <= 64 && std::all_of(id.begin(), id.end(), [](char c) {
+    return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '-' ||
+           c == '_';
+  });
+  if (good) return {};
+  return Error{ErrorCode::kInvalid, "expected a job's id such as j000001, got '" + id + "'", ""};
+}
+
+}  // namespace
+
+struct ServiceClient::Impl {
+  std::string url;
+  httplib::Client http;
+
+  explicit Impl(const std::string& u) : url(u), http(u) {
+    http.set_connection_timeout(kConnectSeconds);
+    http.set_read_timeout(kReadSeconds);
+    http.set_tcp_nodelay(true);
+  }
+
+  Error unreachable(httplib::Error error) const {
+    return {ErrorCode::kIo, "no answer: " + httplib::to_string(error) + " error", url};
+  }
+
+  // The answer to a call that gives a job.
+  Result<proto::JobView> job_of(const httplib::Result& result) const {
+    if (!result) return unreachable(result.error());
+    if (result->status / 100 != 2) return refusal(result->status, result->body, url);
+    return proto::parse_job(result->body);
+  }
+};
+
+ServiceClient::ServiceClient(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+ServiceClient::~ServiceClient() = default;
+
+Result<std::unique_ptr<ServiceClient>> ServiceClient::open(const std::string& url) {
+  const Error bad{ErrorCode::kInvalid,
+                  "expected a server such as http://127.0.0.1:8080, got '" + url + "'", "--server"};
+  if (!url.starts_with("http://") && !url.starts_with("https://")) return bad;
+  std::string base = url;
+  while (base.ends_with('/')) base.pop_back();
+  try {  // the library throws on a port that is no number
+    auto impl = std::make_unique<Impl>(base);
+    if (!impl->http.is_valid()) return bad;
+    return std::unique_ptr<ServiceClient>(new ServiceClient(std::move(impl)));
+  } catch (const std::exception&) {
+    return bad;
+  }
+}
+
+Result<proto::JobView> ServiceClient::submit(const proto::JobSubmission& submission) {
+  return impl_->job_of(
+      impl_->http.Post("/v1/jobs", proto::job_submission_json(submission), "application/json"));
+}
+
+Result<proto::JobView> ServiceClient::job(const std::string& id) {
+  if (Status s = check_id(id); !s) return s.error();
+  return impl_->job_of(impl_->http.Get("/v1/jobs/" + id));
+}
+
+Result<proto::JobView> ServiceClient::cancel(const std::string& id) {
+  if (Status s = check_id(id); !s) return s.error();
+  return impl_->job_of(impl_->http.Post("/v1/jobs/" + id + "/cancel", "", "application/json"));
+}
+
+Result<Bytes> ServiceClient::image(const std::string& id, const std::string& format,
+                                   float exposure) {
+  if (Status s = check_id(id); !s) return s.error();
+  std::string path = "/v1/jobs/" + id + "/image." + format;
+  if (format == "png") path += "?exposure=" + std::to_string(exposure);
+  Bytes bytes;
+  const httplib::Result result = impl_->http.Get(path, [&](const char* data, size_t size) {
+    if (bytes.size() + size > kMaxImageBytes) return false;
+    bytes.insert(bytes.end(), data, data + size);
+    return true;
+  });
+  if (!result && result.error() == httplib::Error::Canceled)
+    return Error{ErrorCode::kTooLarge, "a picture of over 1 GiB", impl_->url};
+  if (!result) return impl_->unreachable(result.error());
+  if (result->status != 200)
+    return refusal(result->status, std::string(bytes.begin(), bytes.end()), impl_->url);
+  return bytes;
+}
+
+Status ServiceClient::events(const std::string& id, const std::string& after,
+                             const std::function<bool(const ServerEvent&)>& on_event) {
+  if (Status s = check_id(id); !s) return s;
+  httplib::Headers headers{{"Accept", "text/event-stream"}};
+  if (!after.empty()) headers.emplace("Last-Event-ID", after);
+  EventReader reader;
+  int status = 0;
+  std::string refused;
+  const httplib::Result result = impl_->http.Get(
+      "/v1/events?job=" + id, headers,
+      [&](const httplib::Response& response) {
+        status = response.status;
+        return true;
+      },
+      [&](const char* data, size_t size) {
+        if (status != 200) {
+          refused.append(data, std::min<size_t>(size, 65536));
+          return refused.size() < 65536;
+        }
+        for (const ServerEvent& event : reader.feed({data, size}))
+          if (!on_event(event)) return false;
+        return true;
+      });
+  if (status != 0 && status != 200) return refusal(status, refused, impl_->url);
+  if (!result && result.error() != httplib::Error::Canceled)
+    return impl_->unreachable(result.error());
+  return {};
+}
+
+void add_server_option(CLI::App& app, std::string& url) {
+  url = "http://127.0.0.1:8080";
+  app.add_option("--server", url, "the server's URL")
+      ->envname("QRAY_SERVER")
+      ->capture_default_str();
+}
+
+int report_client(const Error& error) {
+  const int code = report(error);
+  return error.code == ErrorCode::kIo ? kExitUnreachable : code;
+}
+
+int report_end(const proto::JobView& job) {
+  std::printf("%s %s\n", job.id.c_str(), job.state.c_str());
+  if (job.state == "succeeded") return kExitOk;
+  if (job.state == "canceled") return kExitCanceled;
+  std::fprintf(stderr, "qray: %s: %s\n", job.id.c_str(), job.error.c_str());
+  return kExitJobFailed;
+}
+
+}  // namespace qray::cmd

@@ -1,0 +1,51 @@
+// A client of the HTTP service (docs/api.md), for the subcommands that talk to a server. Blocking;
+// one thread. Errors: kIo when there is no server or it breaks off, kBusy when it is full, else
+// what it says is wrong.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "core/base/byte_io.h"
+#include "core/base/result.h"
+#include "core/cmd/event_reader.h"
+#include "proto/client_json.h"
+
+namespace CLI {
+class App;
+}
+
+namespace qray::cmd {
+
+class ServiceClient {
+ public:
+  // `url`: "http://127.0.0.1:8080".
+  static Result<std::unique_ptr<ServiceClient>> open(const std::string& url);
+  ~ServiceClient();
+  ServiceClient(const ServiceClient&) = delete;
+  ServiceClient& operator=(const ServiceClient&) = delete;
+
+  Result<proto::JobView> submit(const proto::JobSubmission& submission);
+  Result<proto::JobView> job(const std::string& id);
+  Result<proto::JobView> cancel(const std::string& id);
+  // `format`: "exr" or "png"; `exposure` in stops, for png.
+  Result<Bytes> image(const std::string& id, const std::string& format, float exposure);
+  // Calls `on_event` until it returns false or the stream ends.
+  Status events(const std::string& id, const std::string& after,
+                const std::function<bool(const ServerEvent&)>& on_event);
+
+ private:
+  struct Impl;
+  explicit ServiceClient(std::unique_ptr<Impl> impl);
+  std::unique_ptr<Impl> impl_;
+};
+
+// --server, else the variable QRAY_SERVER, else http://127.0.0.1:8080.
+void add_server_option(CLI::App& app, std::string& url);
+// As report(), but kExitUnreachable for kIo.
+int report_client(const Error& error);
+// Says how a job ended, and the exit code that tells a script.
+int report_end(const proto::JobView& job);
+
+}  // namespace qray::cmd

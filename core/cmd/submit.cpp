@@ -1,0 +1,42 @@
+// qray submit: post a job to a server; prints its id.
+#include <CLI/CLI.hpp>
+#include <cstdio>
+
+#include "core/cmd/commands.h"
+#include "core/cmd/render_options.h"
+#include "core/cmd/service_client.h"
+
+namespace qray::cmd {
+namespace {
+
+struct Options {
+  RenderOptions render;
+  std::string table, server;
+};
+
+Status run(const Options& o) {
+  Result<proto::JobSubmission> submission = make_submission(o.render);
+  if (!submission) return submission.error();
+  if (!o.table.empty()) submission.value().table = o.table;
+  Result<std::unique_ptr<ServiceClient>> client = ServiceClient::open(o.server);
+  if (!client) return client.error();
+  const Result<proto::JobView> job = client.value()->submit(submission.value());
+  if (!job) return job.error();
+  std::printf("%s\n", job.value().id.c_str());
+  return {};
+}
+
+}  // namespace
+
+void add_submit(CLI::App& app, int& exit_code) {
+  auto o = std::make_shared<Options>();
+  CLI::App* sub = app.add_subcommand("submit", "post a job to a server and print its id");
+  add_render_options(*sub, o->render);
+  sub->add_option("--table", o->table, "auto (default), none, or a table's id");
+  add_server_option(*sub, o->server);
+  sub->callback([o, &exit_code] {
+    if (Status s = run(*o); !s) exit_code = report_client(s.error());
+  });
+}
+
+}  // namespace qray::cmd
