@@ -11,6 +11,7 @@ namespace qray::cmd {
 namespace {
 
 constexpr int kMaxFailures = 5;  // in a row, before the server counts as gone
+constexpr auto kTurnPause = std::chrono::milliseconds(100);  // the stream was closed properly
 constexpr auto kRetryPause = std::chrono::seconds(1);
 
 void merge(proto::JobView& job, const proto::JobHint& hint) {
@@ -39,8 +40,11 @@ Result<proto::JobView> follow(ServiceClient& client, const std::string& id, Prog
         line.show(job.state, job.fraction, job.samples, job.seconds);
         return !job.ended();
       });
-      if (stream) continue;
-      if (stream.error().code != ErrorCode::kIo) return stream.error();
+      if (!stream && stream.error().code != ErrorCode::kIo) return stream.error();
+      if (stream) {
+        std::this_thread::sleep_for(kTurnPause);
+        continue;
+      }
     }
     if (++failures >= kMaxFailures)
       return Error{ErrorCode::kIo, "the server cannot be reached any more", id};

@@ -1,0 +1,189 @@
+// qray thesis: the figures of "AI and Machine Learning for Real-Time Ray Tracing" again, on our
+// own room, with the published method and the corrected one beside it.
+#include <CLI/CLI.hpp>
+#include <cstdio>
+
+#include "core/cmd/commands.h"
+#include "core/cmd/direction_cube.h"
+#include "core/cmd/files.h"
+#include "core/cmd/progress_line.h"
+#include "core/cmd/render_options.h"
+#include "core/cmd/report.h"
+#include "core/cmd/stop_on_signal.h"
+#include "core/job/run_job.h"
+#include "core/render/debug_view.h"
+
+namespace qray::cmd {
+namespace {
+
+constexpr int kLearningJobSamples = 128;  // a pixel; a quarter of them teach the table
+constexpr int kStateSamples = 16;
+
+struct Options {
+  int figure = 0, threads = default_threads();
+  std::string size, out, scene = "thesis-room", method = "both";
+  uint64_t seed = 1;
+};
+
+// One renderer for all pictures of a figure.
+class Studio {
+ public:
+  Studio(const PreparedScene& scene, const Options& o, std::stop_token stop)
+      : scene_(scene), pool_(o.threads), stop_(std::move(stop)) {}
+
+  Result<Image> shoot(const RenderSettings& settings, std::optional<TableFile> table) {
+    Result<std::pair<Image, std::optional<TableFile>>> done = run(settings, std::move(table));
+    if (!done) return done.error();
+    return std::move(done).value().first;
+  }
+
+  // A picture with a table learned before it, from the same camera and without looking at the
+  // picture's own random numbers.
+  Result<Image> shoot_learned(RenderSettings settings) {
+    RenderSettings lesson = settings;
+    lesson.samples = kLearningJobSamples;
+    lesson.learning_samples = kLearningJobSamples / 4;
+    lesson.seed = settings.seed + 1000;
+    Result<std::pair<Image, std::optional<TableFile>>> learned = run(lesson, std::nullopt);
+    if (!learned) return learned.error();
+    settings.learning_samples = 0;
+    return shoot(settings, std::move(learned).value().second);
+  }
+
+  Result<Image> states(const RenderSettings& settings) {
+    return render_debug_view(scene_, settings, DebugView::kState, kStateSamples, pool_, stop_);
+  }
+
+ private:
+  Result<std::pair<Image, std::optional<TableFile>>> run(const RenderSettings& settings,
+                                                         std::optional<TableFile> table) {
+    Film film(settings.width, settings.height);
+    ProgressLine line;
+    ProgressObserver observer(line);
+    Result<JobResult> job =
+        run_job(scene_, settings, std::move(table), film, pool_, observer, stop_, SteadyClock());
+    line.finish();
+    if (!job) return job.error();
+    return std::pair{film.develop(), std::move(job).value().table};
+  }
+
+  const PreparedScene& scene_;
+  TaskPool pool_;
+  std::stop_token stop_;
+};
+
+Image halves(const Image& left, const Image& right) {
+  Image out = left;
+  for (int y = 0; y < out.height(); ++y)
+    for (int x = out.width() / 2; x < out.width(); ++x) out.set_rgb(x, y, right.rgb(x, y));
+  return out;
+}
+
+Image side_by_side(const Image& left, const Image& right) {
+  constexpr int kGap = 8;  // pixels, white
+  Image out(left.width() + kGap + right.width(), left.height(), 3);
+  std::fill(out.data().begin(), out.data().end(), 1.0f);
+  for (int y = 0; y < out.height(); ++y) {
+    for (int x = 0; x < left.width(); ++x) out.set_rgb(x, y, left.rgb(x, y));
+    for (int x = 0; x < right.width(); ++x)
+      out.set_rgb(left.width() + kGap + x, y, right.rgb(x, y));
+  }
+  return out;
+}
+
+// The second view of figures 11 and 13: from lower down and off to the side, at the same target.
+Camera second_view(const Camera& camera) {
+  const Vec3 back = camera.position - camera.target;
+  const float angle = 0.28f;  // radians about the up axis
+  const Vec3 up = normalize(camera.up);
+  const Vec3 turned = back * std::cos(angle) + cross(up, back) * std::sin(angle) +
+                      up * (dot(up, back) * (1 - std::cos(angle)));
+  Camera moved = camera;
+  moved.position = camera.target + turned * 0.8f;
+  return moved;
+}
+
+Result<Image> comparison(Studio& studio, const Options& o, const RenderSettings& plain) {
+  const Result<Image> without = studio.shoot(plain, std::nullopt);
+  if (!without) return without;
+  const auto with = [&](const char* method) -> Result<Image> {
+    RenderSettings learned = plain;
+    learned.method = method;
+    Result<Image> image = studio.shoot_learned(learned);
+    if (!image) return image;
+    return halves(without.value(), image.value());
+  };
+  if (o.method != "both") return with(o.method.c_str());
+  Result<Image> published = with("huang-published");
+  if (!published) return published;
+  Result<Image> corrected = with("huang");
+  if (!corrected) return corrected;
+  return side_by_side(published.value(), corrected.value());
+}
+
+Result<Image> draw(const Options& o, const StopOnSignal& stop) {
+  std::pair<int, int> size{512, 512};
+  if (!o.size.empty()) {
+    const Result<std::pair<int, int>> given = parse_size(o.size);
+    if (!given) return given.error();
+    size = given.value();
+  }
+  if (o.figure == 9) return draw_direction_cube(size.first, size.second);
+
+  Result<std::shared_ptr<const PreparedScene>> prepared = prepare_named_scene(o.scene, o.threads);
+  if (!prepared) return prepared.error();
+  const PreparedScene& scene = *prepared.value();
+  RenderSettings settings;  // the thesis' path tracer: no direct light sampling
+  settings.method = "none";
+  settings.nee = false;
+  settings.width = o.size.empty() ? scene.scene.width : size.first;
+  settings.height = o.size.empty() ? scene.scene.height : size.second;
+  settings.max_depth = scene.scene.max_depth;
+  settings.seed = o.seed;
+  settings.samples = o.figure == 6 ? 64 : o.figure >= 12 ? 80 : 8;
+  if (o.figure == 11 || o.figure == 13) settings.camera = second_view(scene.scene.camera);
+  if (Status s = check_settings(settings, int64_t{1} << 26); !s) return s.error();
+
+  Studio studio(scene, o, stop.token());
+  if (o.figure == 8) return studio.states(settings);
+  if (o.figure <= 6) return studio.shoot(settings, std::nullopt);
+  return comparison(studio, o, settings);
+}
+
+Status run(const Options& o) {
+  if (Status s = check_picture_name(o.out); !s) return s;
+  const StopOnSignal stop;
+  Result<Image> image = draw(o, stop);
+  if (!image) return image.error();
+  return write_image(o.out, image.value(),
+                     {{"qray:figure", "thesis figure " + std::to_string(o.figure)},
+                      {"qray:method", o.figure >= 10 ? o.method : "none"}});
+}
+
+}  // namespace
+
+void add_thesis(CLI::App& app, int& exit_code) {
+  auto o = std::make_shared<Options>();
+  CLI::App* sub = app.add_subcommand("thesis", "draw a figure of the thesis again");
+  sub->add_option("--figure", o->figure,
+                  "5, 6: 8 and 64 samples a pixel without learning. 8: the states, a colour each. "
+                  "9: the 26 standard directions. 10, 11 (second view): 8 samples a pixel, left "
+                  "half without learning, right half with. 12, 13 (second view): 80 samples")
+      ->required()
+      ->check(CLI::IsMember({5, 6, 8, 9, 10, 11, 12, 13}));
+  sub->add_option("--method", o->method,
+                  "figures 10-13: huang-published (as printed, too bright), huang (corrected), or "
+                  "both, the published one on the left")
+      ->check(CLI::IsMember({"both", "huang-published", "huang"}))
+      ->capture_default_str();
+  sub->add_option("--scene", o->scene, "another scene")->capture_default_str();
+  sub->add_option("--size", o->size, "WIDTHxHEIGHT of one picture");
+  sub->add_option("--seed", o->seed, "of the random numbers");
+  sub->add_option("--threads", o->threads, "default: one a processor")->check(CLI::Range(1, 1024));
+  sub->add_option("-o,--out", o->out, "figure.png or figure.exr")->required();
+  sub->callback([o, &exit_code] {
+    if (Status s = run(*o); !s) exit_code = report(s.error());
+  });
+}
+
+}  // namespace qray::cmd
