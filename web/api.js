@@ -1,0 +1,55 @@
+// The HTTP calls of docs/api.md, each as one function. Failures are ApiError: what the server said
+// (problem+json), or status 0 when it could not be reached.
+
+export class ApiError extends Error {
+  constructor(status, detail, { errors = [], retry_after_s = null } = {}) {
+    super(detail);
+    this.status = status;
+    this.errors = errors; // [{pointer, detail}], one for each field the server refused
+    this.retry_after_s = retry_after_s;
+  }
+}
+
+async function call(path, options = {}) {
+  let response;
+  try {
+    response = await fetch(path, { cache: 'no-store', ...options });
+  } catch (error) {
+    if (error.name === 'AbortError') throw error;
+    throw new ApiError(0, 'The server cannot be reached.');
+  }
+  if (response.ok) return response;
+  // A proxy between page and server may answer something else than problem+json.
+  const problem = await response.json().catch(() => ({}));
+  throw new ApiError(response.status, problem.detail || problem.title || `HTTP ${response.status}`, {
+    errors: Array.isArray(problem.errors) ? problem.errors : [],
+    retry_after_s: Number(response.headers.get('retry-after')) || null,
+  });
+}
+
+const job_path = (id) => `/v1/jobs/${encodeURIComponent(id)}`;
+const get_json = async (path) => (await call(path)).json();
+
+export const list_jobs = (before = null) =>
+  get_json('/v1/jobs?limit=50' + (before ? `&before=${encodeURIComponent(before)}` : ''));
+export const get_job = (id) => get_json(job_path(id));
+export const list_scenes = async () => (await get_json('/v1/scenes')).scenes;
+export const list_tables = async () => (await get_json('/v1/tables')).tables;
+
+export async function post_job(request) {
+  const response = await call('/v1/jobs', {
+    method: 'POST',
+    headers: { 'content-type': 'application/json' },
+    body: JSON.stringify(request),
+  });
+  return response.json();
+}
+
+export const cancel_job = async (id) =>
+  (await call(`${job_path(id)}/cancel`, { method: 'POST' })).json();
+
+export const fetch_tiles = async (id, since, signal) =>
+  (await call(`${job_path(id)}/tiles?since=${since}`, { signal })).arrayBuffer();
+
+export const exr_url = (id) => `${job_path(id)}/image.exr`;
+export const png_url = (id, exposure_ev) => `${job_path(id)}/image.png?exposure=${exposure_ev}`;

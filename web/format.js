@@ -1,0 +1,76 @@
+// Plain words and numbers for what the server says.
+
+const kStateWords = {
+  queued: 'Waiting',
+  preparing: 'Loading the scene',
+  learning: 'Learning the light',
+  rendering: 'Rendering',
+  finalizing: 'Writing the result',
+  succeeded: 'Done',
+  canceling: 'Canceling',
+  canceled: 'Canceled',
+  failed: 'Failed',
+};
+const kEnded = ['succeeded', 'canceled', 'failed'];
+const kMethodWords = {
+  none: 'no learning',
+  huang: 'huang',
+  'huang-published': 'huang as published',
+};
+
+export const state_words = (state) => kStateWords[state] ?? state;
+export const method_words = (method) => kMethodWords[method] ?? method;
+export const has_ended = (job) => kEnded.includes(job.state);
+export const can_cancel = (job) => !has_ended(job) && job.state !== 'canceling';
+export const is_forming = (job) => ['learning', 'rendering'].includes(job.state);
+
+export function count(n) {
+  return n.toLocaleString('en', { maximumFractionDigits: n < 10 ? 1 : 0 });
+}
+
+export function big(n) {
+  return n.toLocaleString('en', { notation: 'compact', maximumSignificantDigits: 3 });
+}
+
+export function bytes(n) {
+  if (n < 1024) return `${n} B`;
+  const units = ['KiB', 'MiB', 'GiB'];
+  const power = Math.min(units.length, Math.floor(Math.log2(n) / 10));
+  return `${(n / 1024 ** power).toFixed(1)} ${units[power - 1]}`;
+}
+
+export function seconds(s) {
+  if (s < 60) return `${s.toFixed(1)} s`;
+  const whole = Math.round(s);
+  const pad = (v) => String(v).padStart(2, '0');
+  const minutes = Math.floor(whole / 60);
+  if (minutes < 60) return `${minutes}:${pad(whole % 60)} min`;
+  return `${Math.floor(minutes / 60)}:${pad(minutes % 60)} h`;
+}
+
+export function ago(iso, now_ms = Date.now()) {
+  const s = Math.max(0, (now_ms - Date.parse(iso)) / 1000);
+  if (s < 60) return 'just now';
+  if (s < 3600) return `${Math.floor(s / 60)} min ago`;
+  if (s < 86400) return `${Math.floor(s / 3600)} h ago`;
+  return new Date(iso).toLocaleDateString();
+}
+
+export const exposure = (ev) => `${ev > 0 ? '+' : ev < 0 ? '−' : ''}${Math.abs(ev).toFixed(1)} EV`;
+
+// "16 of 64 samples · 1.5 s"; what is not known is left out.
+export function progress_words(job) {
+  const { samples, seconds: spent } = job.progress;
+  const words = [];
+  if (job.request.samples > 0 && !job.request.seconds) {
+    words.push(`${count(samples)} of ${count(job.request.samples)} samples`);
+  } else if (samples > 0) {
+    words.push(`${count(samples)} samples`);
+  }
+  if (job.request.seconds && !has_ended(job)) {
+    words.push(`${seconds(spent)} of ${seconds(job.request.seconds)}`);
+  } else if (spent > 0) {
+    words.push(seconds(spent));
+  }
+  return words.join(' · ');
+}

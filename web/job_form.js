@@ -1,0 +1,135 @@
+// The form that posts a job. The server is the judge of every value; its messages are shown at the
+// fields they name. Left-out fields are the server's defaults.
+import { ApiError, post_job } from './api.js';
+
+// Integers above this lose digits on the way through JSON numbers.
+const kMaxSafe = Number.MAX_SAFE_INTEGER;
+
+export class JobForm {
+  #form;
+  #on_posted;
+  #sizes = new Map(); // scene name -> its own {width, height}
+
+  // on_posted(jobs): one job, or the job and its twin without learning.
+  constructor(form, on_posted) {
+    this.#form = form;
+    this.#on_posted = on_posted;
+    form.addEventListener('submit', (event) => {
+      event.preventDefault();
+      this.#submit();
+    });
+    form.addEventListener('input', (event) => {
+      this.#follow();
+      if (event.target.name) this.#show_error(event.target.name, '');
+    });
+    this.#follow();
+  }
+
+  show_scenes(scenes) {
+    const select = this.#form.elements.scene;
+    const chosen = select.value;
+    select.replaceChildren(...scenes.map(({ name }) => new Option(name, name)));
+    if (scenes.some(({ name }) => name === chosen)) select.value = chosen;
+    this.#sizes = new Map(scenes.map(({ name, width, height }) => [name, { width, height }]));
+    this.#follow();
+  }
+
+  // Fields that follow others: the scene's own size as the hint, and what learning alone needs.
+  #follow() {
+    const { scene, width, height, method, table, twin } = this.#form.elements;
+    const size = this.#sizes.get(scene.value);
+    width.placeholder = size?.width ?? '';
+    height.placeholder = size?.height ?? '';
+    const learns = method.value !== 'none';
+    table.disabled = twin.disabled = !learns;
+  }
+
+  #request() {
+    const fields = this.#form.elements;
+    const request = { scene: fields.scene.value, method: fields.method.value,
+      nee: fields.nee.checked };
+    if (!fields.table.disabled) request.table = fields.table.value;
+    const number = (name, input) => {
+      if (input.value !== '') request[name] = Number(input.value);
+    };
+    number(fields.budget.value, fields.amount);
+    number('width', fields.width);
+    number('height', fields.height);
+    number('seed', fields.seed);
+    return request;
+  }
+
+  // What cannot even be sent: text that is no number, or too long for one.
+  #unsendable() {
+    const errors = [];
+    for (const input of this.#form.querySelectorAll('input[type=number]')) {
+      if (input.validity.badInput) {
+        errors.push({ pointer: `/${input.name}`, detail: 'expected a number' });
+      } else if (Math.abs(Number(input.value)) > kMaxSafe) {
+        errors.push({ pointer: `/${input.name}`, detail: `expected at most ${kMaxSafe}` });
+      }
+    }
+    return errors;
+  }
+
+  async #submit() {
+    this.#clear_errors();
+    const errors = this.#unsendable();
+    if (errors.length) return this.#show_errors(errors);
+    const button = this.#form.querySelector('button[type=submit]');
+    button.disabled = true;
+    try {
+      const request = this.#request();
+      const { twin } = this.#form.elements;
+      const jobs = [await post_job(request)];
+      if (twin.checked && !twin.disabled) {
+        const { table, ...without } = { ...request, method: 'none' };
+        jobs.push(await post_job(without));
+      }
+      this.#on_posted(jobs);
+    } catch (error) {
+      if (!(error instanceof ApiError)) throw error;
+      const retry = error.retry_after_s ? ` Try again in ${error.retry_after_s} s.` : '';
+      this.#show_errors(error.errors, error.message + retry);
+    } finally {
+      button.disabled = false;
+    }
+    return undefined;
+  }
+
+  #field_of(pointer) {
+    const name = pointer.split('/')[1] ?? '';
+    return name === 'samples' || name === 'seconds' ? 'amount' : name;
+  }
+
+  #show_errors(errors, summary = '') {
+    const rest = [];
+    let first = null;
+    for (const { pointer, detail } of errors) {
+      const name = this.#field_of(pointer);
+      if (this.#show_error(name, detail)) first ??= this.#form.elements[name];
+      else rest.push(`${pointer}: ${detail}`);
+    }
+    const text = first ? rest.join(' ') : [summary, ...rest].join(' ');
+    this.#form.querySelector('.form-error').textContent = text;
+    (first ?? this.#form.querySelector('button[type=submit]')).focus();
+  }
+
+  // False when the form has no place for a message about this field.
+  #show_error(name, text) {
+    const place = document.getElementById(`${name}-error`);
+    const control = this.#form.elements[name];
+    if (!place || !control) return false;
+    place.textContent = text;
+    control.toggleAttribute('aria-invalid', false);
+    if (text) control.setAttribute('aria-invalid', 'true');
+    return true;
+  }
+
+  #clear_errors() {
+    for (const place of this.#form.querySelectorAll('.field-error')) {
+      this.#show_error(place.id.replace('-error', ''), '');
+    }
+    this.#form.querySelector('.form-error').textContent = '';
+  }
+}

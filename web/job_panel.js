@@ -1,0 +1,140 @@
+// Everything about one selected job under its picture: state in words, progress, what it was asked,
+// which table it used and made, what it cost; cancel and downloads.
+import { ApiError, cancel_job, exr_url, png_url } from './api.js';
+import { big, bytes, can_cancel, count, has_ended, method_words, progress_words, seconds,
+  state_words } from './format.js';
+
+export class JobPanel {
+  #root;
+  #store;
+  #link_to;
+  #job = null;
+  #exposure_ev = 0;
+
+  constructor(template, store, link_to) {
+    this.#root = template.content.firstElementChild.cloneNode(true);
+    this.#store = store;
+    this.#link_to = link_to;
+    this.#part('cancel').addEventListener('click', () => this.#cancel());
+  }
+
+  get root() {
+    return this.#root;
+  }
+
+  set side(words) {
+    this.#part('side').textContent = words;
+    this.#part('side').hidden = !words;
+  }
+
+  set exposure_ev(value) {
+    this.#exposure_ev = value;
+    if (this.#job) this.#part('png').href = png_url(this.#job.id, value);
+  }
+
+  // `has_picture`: at least one tile came.
+  update(job, has_picture) {
+    this.#job = job;
+    this.#root.dataset.state = job.state;
+    this.#root.dataset.job = job.id;
+    this.#set('title', job.request.scene);
+    this.#part('badge').hidden = this.#part('bias-note').hidden = !job.biased;
+    this.#set('state-words', state_words(job.state));
+    this.#set('numbers', progress_words(job));
+    const bar = this.#part('bar');
+    bar.hidden = has_ended(job);
+    if (job.progress.fraction > 0) bar.value = job.progress.fraction;
+    else bar.removeAttribute('value');
+    this.#part('error').hidden = !job.error;
+    this.#set('error-message', job.error?.message ?? '');
+    this.#set('error-where', job.error?.where ?? '');
+    this.#part('cancel').hidden = !can_cancel(job);
+    this.#part('exr').hidden = this.#part('png').hidden = !has_picture;
+    this.#part('exr').href = exr_url(job.id);
+    this.#part('png').href = png_url(job.id, this.#exposure_ev);
+    this.#show_facts(job);
+  }
+
+  async #cancel() {
+    const button = this.#part('cancel');
+    button.disabled = true;
+    try {
+      this.#store.put(await cancel_job(this.#job.id));
+    } catch (error) {
+      if (!(error instanceof ApiError)) throw error;
+      await this.#store.refresh(this.#job.id); // 409: it ended by itself
+    }
+    button.disabled = false;
+  }
+
+  #show_facts(job) {
+    const { request } = job;
+    const facts = [['Job', job.id], ['Method', this.#method(request)],
+      ['Size', `${request.width} × ${request.height}`],
+      ['Asked for', request.seconds ? seconds(request.seconds) : `${count(request.samples)} samples`],
+      ['Seed', String(request.seed)]];
+    if (request.method !== 'none') {
+      facts.push(['Table used', this.#table_used(job)], ['Table made', this.#table_made(job)]);
+    }
+    const { stats } = job;
+    if (stats?.rays_per_second) facts.push(['Speed', `${big(stats.rays_per_second)} rays/s`]);
+    if (stats?.dropped_samples) facts.push(['Dropped samples', count(stats.dropped_samples)]);
+    const list = this.#part('facts');
+    const key = JSON.stringify(facts.map(([name, value]) => [name, value.outerHTML ?? value]));
+    if (list.dataset.key === key) return; // keep focus inside the list
+    list.dataset.key = key;
+    list.replaceChildren(...facts.map(([name, value]) => {
+      const row = document.createElement('div');
+      const term = document.createElement('dt');
+      const detail = document.createElement('dd');
+      term.textContent = name;
+      detail.append(value);
+      row.append(term, detail);
+      return row;
+    }));
+  }
+
+  #method(request) {
+    return `${method_words(request.method)}, ${request.nee ? 'with' : 'without'} direct light sampling`;
+  }
+
+  #table_used(job) {
+    if (job.table_in) return this.#table_words(job.table_in);
+    if (job.request.table === 'none') return 'none, as asked';
+    return ['queued', 'preparing'].includes(job.state) ? 'not chosen yet' : 'none fits: started cold';
+  }
+
+  #table_made(job) {
+    if (job.table_out) return this.#table_words(job.table_out);
+    if (job.request.table === 'none') return 'not kept, as asked';
+    return has_ended(job) ? 'none' : 'when it is done';
+  }
+
+  // "3f2a91c0 · 8,123 states · 1.6 MiB · by j000001"
+  #table_words(id) {
+    const words = document.createElement('span');
+    words.title = id;
+    const table = this.#store.table(id);
+    const short = document.createElement('code');
+    short.textContent = id.slice(0, 8);
+    words.append(short);
+    if (!table) return words;
+    words.append(` · ${count(table.states)} states · ${bytes(table.bytes)}`);
+    if (table.job && table.job !== this.#job.id) {
+      const link = document.createElement('a');
+      link.href = this.#link_to(table.job);
+      link.textContent = table.job;
+      words.append(' · from ', link);
+    }
+    return words;
+  }
+
+  #part(name) {
+    return this.#root.querySelector(`.panel-${name}`);
+  }
+
+  #set(name, text) {
+    const part = this.#part(name);
+    if (part.textContent !== text) part.textContent = text;
+  }
+}

@@ -1,0 +1,95 @@
+// What the page knows about jobs and tables, as the server last told it. Fires `change` (detail:
+// the job, or null when many may have changed). Events from the stream only say what to ask for.
+import { ApiError, get_job, list_jobs, list_tables } from './api.js';
+import { has_ended } from './format.js';
+
+export class JobStore extends EventTarget {
+  #jobs = new Map();
+  #tables = new Map();
+  #missing = new Set();
+  #asking = new Map(); // id -> whether to ask once more after the answer
+  #next = null;
+
+  get(id) {
+    return this.#jobs.get(id) ?? null;
+  }
+  // The server said that there is no such job.
+  is_missing(id) {
+    return this.#missing.has(id);
+  }
+  table(id) {
+    return this.#tables.get(id) ?? null;
+  }
+  get has_older() {
+    return this.#next !== null;
+  }
+  newest_first() {
+    return [...this.#jobs.values()].sort(
+      (a, b) => b.created.localeCompare(a.created) ||
+        b.id.localeCompare(a.id, 'en', { numeric: true }));
+  }
+
+  // Everything anew; older pages that were asked for before stay as they are.
+  async load() {
+    const answer = await list_jobs();
+    answer.jobs.forEach((job) => this.#jobs.set(job.id, job));
+    if (this.#next === null) this.#next = answer.next ?? null;
+    this.#missing.clear();
+    this.#changed(null);
+    await this.load_tables();
+  }
+
+  async load_older() {
+    const answer = await list_jobs(this.#next);
+    answer.jobs.forEach((job) => this.#jobs.set(job.id, job));
+    this.#next = answer.next ?? null;
+    this.#changed(null);
+  }
+
+  async load_tables() {
+    this.#tables = new Map((await list_tables()).map((table) => [table.id, table]));
+    this.#changed(null);
+  }
+
+  put(job) {
+    this.#jobs.set(job.id, job);
+    this.#missing.delete(job.id);
+    this.#changed(job);
+  }
+
+  // Asks for one job; a hint that comes during the request makes it ask once more.
+  async refresh(id) {
+    if (this.#asking.has(id)) {
+      this.#asking.set(id, true);
+      return;
+    }
+    this.#asking.set(id, false);
+    try {
+      this.put(await get_job(id));
+    } catch (error) {
+      if (error instanceof ApiError && error.status === 404) {
+        this.#missing.add(id);
+        this.#changed(null);
+      }
+      // Otherwise the stream is lost too; everything is asked again when it is back.
+    }
+    const again = this.#asking.get(id);
+    this.#asking.delete(id);
+    if (again) await this.refresh(id);
+  }
+
+  // A `progress` hint is applied as it is: twice a second it would cost a request each.
+  apply_progress({ job: id, fraction, samples, seconds }) {
+    const job = this.get(id);
+    if (!job) return this.refresh(id);
+    if (has_ended(job) || fraction < job.progress.fraction) return undefined;
+    job.progress = { fraction, samples, seconds };
+    if (['queued', 'preparing'].includes(job.state)) this.refresh(id);
+    this.#changed(job);
+    return undefined;
+  }
+
+  #changed(job) {
+    this.dispatchEvent(new CustomEvent('change', { detail: job }));
+  }
+}

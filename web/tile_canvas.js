@@ -1,0 +1,175 @@
+// The picture in WebGL2: tiles go as they come (RGB9E5) into one texture; exposure and the sRGB
+// curve are applied when it is drawn, so changing the exposure asks the server for nothing.
+// A pixel whose tile has not come yet is transparent: black is only what was rendered black.
+
+const kTilePx = 64;
+
+const kVertexShader = `#version 300 es
+void main() {  // one triangle over the whole canvas
+  gl_Position = vec4(gl_VertexID == 1 ? 3.0 : -1.0, gl_VertexID == 2 ? 3.0 : -1.0, 0.0, 1.0);
+}`;
+
+const kFragmentShader = `#version 300 es
+precision highp float;
+precision highp int;
+uniform highp sampler2D picture;
+uniform highp sampler2D here;  // one texel a tile: 1 when it came
+uniform float gain;
+out vec4 color;
+void main() {
+  ivec2 size = textureSize(picture, 0);
+  ivec2 p = ivec2(int(gl_FragCoord.x), size.y - 1 - int(gl_FragCoord.y));
+  if (texelFetch(here, p / ${kTilePx}, 0).r < 0.5) {
+    color = vec4(0.0);
+    return;
+  }
+  vec3 v = clamp(texelFetch(picture, p, 0).rgb * gain, 0.0, 1.0);
+  vec3 curve = 1.055 * pow(max(v, vec3(1e-6)), vec3(1.0 / 2.4)) - 0.055;
+  color = vec4(mix(curve, 12.92 * v, vec3(lessThanEqual(v, vec3(0.0031308)))), 1.0);
+}`;
+
+export class TileCanvas {
+  #canvas;
+  #gl;
+  #program = null;
+  #textures = [];
+  #width = 0;
+  #height = 0;
+  #exposure_ev = 0;
+  #frame = 0;
+  #tile_updates = 0;
+
+  // on_restored: the graphics context came back empty, so the tiles must be fetched again.
+  constructor(canvas, on_restored) {
+    this.#canvas = canvas;
+    this.#gl = canvas.getContext('webgl2', { antialias: false, depth: false });
+    if (!this.#gl) return;
+    this.#start();
+    canvas.addEventListener('webglcontextlost', (event) => event.preventDefault());
+    canvas.addEventListener('webglcontextrestored', () => {
+      this.#start();
+      this.clear();
+      on_restored();
+    });
+  }
+
+  get supported() {
+    return this.#gl !== null;
+  }
+  get width() {
+    return this.#width;
+  }
+  get height() {
+    return this.#height;
+  }
+  get max_px() {
+    return this.#gl.getParameter(this.#gl.MAX_TEXTURE_SIZE);
+  }
+  // Tiles put since clear(), counting each version of a tile.
+  get tile_updates() {
+    return this.#tile_updates;
+  }
+
+  clear() {
+    this.#width = this.#height = 0;
+    this.#tile_updates = 0;
+    this.#canvas.width = this.#canvas.height = 1;
+  }
+
+  put({ width, height, tiles }) {
+    if (!this.supported || width === 0 || height === 0) return;
+    if (width !== this.#width || height !== this.#height) this.#resize(width, height);
+    const gl = this.#gl;
+    const [picture, here] = this.#textures;
+    const came = new Uint8Array([255]);
+    for (const { x, y, w, h, pixels } of tiles) {
+      gl.bindTexture(gl.TEXTURE_2D, picture);
+      gl.texSubImage2D(gl.TEXTURE_2D, 0, x, y, w, h, gl.RGB, gl.UNSIGNED_INT_5_9_9_9_REV, pixels);
+      gl.bindTexture(gl.TEXTURE_2D, here);
+      gl.texSubImage2D(gl.TEXTURE_2D, 0, Math.floor(x / kTilePx), Math.floor(y / kTilePx), 1, 1,
+        gl.RED, gl.UNSIGNED_BYTE, came);
+    }
+    this.#tile_updates += tiles.length;
+    this.#draw_soon();
+  }
+
+  set exposure_ev(value) {
+    this.#exposure_ev = value;
+    this.#draw_soon();
+  }
+
+  // What the canvas shows: RGBA bytes in rows from the top.
+  read_pixels() {
+    const gl = this.#gl;
+    const [width, height, row] = [this.#width, this.#height, this.#width * 4];
+    this.#draw();
+    const from_bottom = new Uint8Array(row * height);
+    gl.readPixels(0, 0, width, height, gl.RGBA, gl.UNSIGNED_BYTE, from_bottom);
+    const from_top = new Uint8Array(row * height);
+    for (let y = 0; y < height; ++y) {
+      from_top.set(from_bottom.subarray(y * row, (y + 1) * row), (height - 1 - y) * row);
+    }
+    return from_top;
+  }
+
+  #start() {
+    const gl = this.#gl;
+    const program = gl.createProgram();
+    for (const [type, text] of [[gl.VERTEX_SHADER, kVertexShader],
+      [gl.FRAGMENT_SHADER, kFragmentShader]]) {
+      const shader = gl.createShader(type);
+      gl.shaderSource(shader, text);
+      gl.compileShader(shader);
+      gl.attachShader(program, shader);
+    }
+    gl.linkProgram(program);
+    if (!gl.getProgramParameter(program, gl.LINK_STATUS) && !gl.isContextLost()) {
+      throw new Error(`shaders: ${gl.getProgramInfoLog(program)}`);
+    }
+    gl.useProgram(program);
+    gl.uniform1i(gl.getUniformLocation(program, 'picture'), 0);
+    gl.uniform1i(gl.getUniformLocation(program, 'here'), 1);
+    gl.pixelStorei(gl.UNPACK_ALIGNMENT, 1);
+    this.#program = program;
+    this.#textures = [];
+  }
+
+  #resize(width, height) {
+    const gl = this.#gl;
+    this.#textures.forEach((texture) => gl.deleteTexture(texture));
+    const tiles_x = Math.ceil(width / kTilePx);
+    const tiles_y = Math.ceil(height / kTilePx);
+    this.#textures = [this.#new_texture(0, gl.RGB9_E5, width, height),
+      this.#new_texture(1, gl.R8, tiles_x, tiles_y)];
+    gl.activeTexture(gl.TEXTURE2);  // unit 2 is where textures are filled
+    this.#canvas.width = this.#width = width;
+    this.#canvas.height = this.#height = height;
+    gl.viewport(0, 0, width, height);
+  }
+
+  #new_texture(unit, format, width, height) {
+    const gl = this.#gl;
+    const texture = gl.createTexture();
+    gl.activeTexture(gl.TEXTURE0 + unit);
+    gl.bindTexture(gl.TEXTURE_2D, texture);
+    gl.texStorage2D(gl.TEXTURE_2D, 1, format, width, height);
+    gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, gl.NEAREST);
+    gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MAG_FILTER, gl.NEAREST);
+    return texture;
+  }
+
+  #draw_soon() {
+    if (this.#frame || !this.#width) return;
+    this.#frame = requestAnimationFrame(() => {
+      this.#frame = 0;
+      this.#draw();
+    });
+  }
+
+  #draw() {
+    if (!this.#width) return;
+    const gl = this.#gl;
+    gl.uniform1f(gl.getUniformLocation(this.#program, 'gain'), 2 ** this.#exposure_ev);
+    gl.drawArrays(gl.TRIANGLES, 0, 3);
+  }
+}
