@@ -16,7 +16,7 @@
 namespace qray::cmd {
 namespace {
 
-constexpr int kLearningJobSamples = 128;  // a pixel; a quarter of them teach the table
+constexpr int kLessonSamples = 64;  // a pixel; a quarter of them teach the table
 constexpr int kStateSamples = 16;
 
 struct Options {
@@ -37,17 +37,16 @@ class Studio {
     return std::move(done).value().first;
   }
 
-  // A picture with a table learned before it, from the same camera and without looking at the
-  // picture's own random numbers.
-  Result<Image> shoot_learned(RenderSettings settings) {
-    RenderSettings lesson = settings;
-    lesson.samples = kLearningJobSamples;
-    lesson.learning_samples = kLearningJobSamples / 4;
-    lesson.seed = settings.seed + 1000;
-    Result<std::pair<Image, std::optional<TableFile>>> learned = run(lesson, std::nullopt);
+  // What is learned before a figure, from its camera, with random numbers of its own. Both
+  // readings of the method use the same table.
+  Result<std::optional<TableFile>> learn(RenderSettings settings) {
+    settings.method = "huang";
+    settings.samples = kLessonSamples;
+    settings.learning_samples = kLessonSamples / 4;
+    settings.seed += 1000;
+    Result<std::pair<Image, std::optional<TableFile>>> learned = run(settings, std::nullopt);
     if (!learned) return learned.error();
-    settings.learning_samples = 0;
-    return shoot(settings, std::move(learned).value().second);
+    return std::move(learned).value().second;
   }
 
   Result<Image> states(const RenderSettings& settings) {
@@ -106,10 +105,13 @@ Camera second_view(const Camera& camera) {
 Result<Image> comparison(Studio& studio, const Options& o, const RenderSettings& plain) {
   const Result<Image> without = studio.shoot(plain, std::nullopt);
   if (!without) return without;
+  const Result<std::optional<TableFile>> table = studio.learn(plain);
+  if (!table) return table.error();
   const auto with = [&](const char* method) -> Result<Image> {
-    RenderSettings learned = plain;
-    learned.method = method;
-    Result<Image> image = studio.shoot_learned(learned);
+    RenderSettings guided = plain;
+    guided.method = method;
+    guided.learning_samples = 0;
+    Result<Image> image = studio.shoot(guided, table.value());
     if (!image) return image;
     return halves(without.value(), image.value());
   };
