@@ -1,0 +1,157 @@
+#include "proto/messages.h"
+
+#include <ctime>
+#include <nlohmann/json.hpp>
+
+namespace qray::proto {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+// Bytes that are not UTF-8 (file names, texts cut short) become U+FFFD rather than an exception.
+std::string text_of(const Json& json) {
+  return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
+template <class T>
+Json or_null(const std::optional<T>& value) {
+  return value ? Json(*value) : Json(nullptr);
+}
+
+Json or_null(const std::string& text) {
+  return text.empty() ? Json(nullptr) : Json(text);
+}
+
+Json time_or_null(const std::optional<int64_t>& ms) {
+  return ms ? Json(time_to_text(*ms)) : Json(nullptr);
+}
+
+Json camera_json(const CameraRequest& camera) {
+  Json out = Json::object();
+  const auto put = [&](const char* name, const auto& member) {
+    if (member) out[name] = *member;
+  };
+  put("position", camera.position);
+  put("target", camera.target);
+  put("up", camera.up);
+  put("vertical_fov_deg", camera.vertical_fov_deg);
+  put("aperture_radius", camera.aperture_radius);
+  put("focus_distance", camera.focus_distance);
+  return out;
+}
+
+Json request_json(const JobRequest& r) {
+  Json out = {{"scene", r.scene}};
+  const auto put = [&](const char* name, const auto& member) {
+    if (member) out[name] = *member;
+  };
+  put("width", r.width);
+  put("height", r.height);
+  out["method"] = r.method;
+  out["nee"] = r.nee;
+  put("samples", r.samples);
+  put("seconds", r.seconds);
+  out["seed"] = r.seed;
+  out["table"] = r.table;
+  put("max_depth", r.max_depth);
+  out["learning_samples"] = r.learning_samples;
+  out["alpha"] = r.alpha;
+  out["gamma"] = r.gamma;
+  out["grid"] = r.grid;
+  if (r.camera) out["camera"] = camera_json(*r.camera);
+  return out;
+}
+
+Json job_json(const JobView& job) {
+  Json out = {{"id", job.id},
+              {"state", job.state},
+              {"request", request_json(job.request)},
+              {"created", time_to_text(job.created_ms)},
+              {"started", time_or_null(job.started_ms)},
+              {"ended", time_or_null(job.ended_ms)},
+              {"progress",
+               {{"fraction", job.progress.fraction},
+                {"samples", job.progress.samples},
+                {"seconds", job.progress.seconds}}},
+              {"error", nullptr},
+              {"table_in", or_null(job.table_in)},
+              {"table_out", or_null(job.table_out)},
+              {"stats", nullptr},
+              {"biased", job.biased},
+              {"warnings", job.warnings}};
+  if (job.error) out["error"] = {{"message", job.error->message}, {"where", job.error->where}};
+  if (!job.stats_json.empty()) {
+    Json stats = Json::parse(job.stats_json, nullptr, false);
+    if (!stats.is_discarded()) out["stats"] = std::move(stats);
+  }
+  return out;
+}
+
+}  // namespace
+
+std::string time_to_text(int64_t ms) {
+  const std::time_t seconds = static_cast<std::time_t>(ms / 1000);
+  std::tm parts{};
+  gmtime_r(&seconds, &parts);
+  char day[32], text[48];
+  std::strftime(day, sizeof day, "%Y-%m-%dT%H:%M:%S", &parts);
+  std::snprintf(text, sizeof text, "%s.%03dZ", day, static_cast<int>(ms % 1000));
+  return text;
+}
+
+std::string job_request_to_json(const JobRequest& request) {
+  return text_of(request_json(request));
+}
+
+std::string job_to_json(const JobView& job) {
+  return text_of(job_json(job));
+}
+
+std::string job_list_to_json(std::span<const JobView> jobs, std::string_view next) {
+  Json out = {{"jobs", Json::array()}};
+  for (const JobView& job : jobs) out["jobs"].push_back(job_json(job));
+  if (!next.empty()) out["next"] = next;
+  return text_of(out);
+}
+
+std::string table_list_to_json(std::span<const TableView> tables) {
+  Json list = Json::array();
+  for (const TableView& t : tables) {
+    list.push_back({{"id", t.id},
+                    {"scene", t.scene},
+                    {"method", t.method},
+                    {"parents", t.parents},
+                    {"created", time_to_text(t.created_ms)},
+                    {"bytes", t.bytes},
+                    {"states", t.states},
+                    {"samples_seen", t.samples_seen},
+                    {"job", t.job}});
+  }
+  return text_of({{"tables", std::move(list)}});
+}
+
+std::string scene_list_to_json(std::span<const SceneView> scenes) {
+  Json list = Json::array();
+  for (const SceneView& s : scenes) {
+    list.push_back({{"name", s.name}, {"width", or_null(s.width)}, {"height", or_null(s.height)}});
+  }
+  return text_of({{"scenes", std::move(list)}});
+}
+
+std::string health_to_json() {
+  return R"({"status":"ok"})";
+}
+
+std::string problem_to_json(const Problem& problem) {
+  Json out = {{"type", "about:blank"}, {"title", problem.title}, {"status", problem.status}};
+  if (!problem.detail.empty()) out["detail"] = problem.detail;
+  if (!problem.errors.empty()) {
+    out["errors"] = Json::array();
+    for (const FieldError& e : problem.errors) {
+      out["errors"].push_back({{"pointer", e.pointer}, {"detail", e.detail}});
+    }
+  }
+  return text_of(out);
+}
+
+}  // namespace qray::proto

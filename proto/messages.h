@@ -1,0 +1,114 @@
+// What crosses the wire as JSON, as plain std types: job requests, jobs, tables, scenes, problems.
+// docs/api.md and openapi.yaml are the contract. Any thread; nothing here throws on bad input.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <variant>
+#include <vector>
+
+namespace qray::proto {
+
+struct FieldError {
+  std::string pointer;  // RFC 6901: "/camera/position/1"; empty: the whole document
+  std::string detail;   // what was expected, what came
+};
+
+// RFC 9457. `detail` and `errors` never hold an exception's text.
+struct Problem {
+  int status = 500;
+  std::string title;
+  std::string detail;
+  std::vector<FieldError> errors;
+};
+
+// Members that are absent are taken from the scene's camera.
+struct CameraRequest {
+  std::optional<std::array<double, 3>> position, target, up;
+  std::optional<double> vertical_fov_deg, aperture_radius, focus_distance;
+  bool operator==(const CameraRequest&) const = default;
+};
+
+struct JobRequest {
+  std::string scene;
+  std::optional<int> width, height;  // pixels; absent: the scene's own
+  std::string method = "huang";
+  bool nee = true;
+  std::optional<int> samples;     // a pixel
+  std::optional<double> seconds;  // of rendering; exactly one of the two after parsing
+  uint64_t seed = 1;
+  std::string table = "auto";    // "auto", "none" or a table's id
+  std::optional<int> max_depth;  // absent: the scene's own
+  int learning_samples = 16;
+  double alpha = 0.2, gamma = 0.8;
+  int grid = 24;
+  std::optional<CameraRequest> camera;
+  bool operator==(const JobRequest&) const = default;
+};
+
+struct RequestLimits {
+  std::vector<std::string> methods;  // names that are known
+  size_t max_bytes = 4u << 20;
+  int max_depth_json = 32;
+  int max_dimension_px = 8192;
+  int64_t max_pixels = 4096LL * 4096;
+  double max_seconds = 3600;
+};
+
+// 400: not JSON; 413: too large; 422: every field that is wrong, by pointer.
+std::variant<JobRequest, Problem> parse_job_request(std::string_view json,
+                                                    const RequestLimits& limits);
+// Gives the same request back when parsed.
+std::string job_request_to_json(const JobRequest& request);
+
+struct JobProgress {
+  double fraction = 0;   // of the job, [0, 1]
+  uint64_t samples = 0;  // a pixel, in complete passes
+  double seconds = 0;
+};
+
+struct JobError {
+  std::string message, where;
+};
+
+struct JobView {
+  std::string id, state;
+  JobRequest request;
+  int64_t created_ms = 0;  // since 1970-01-01 UTC, as all times here
+  std::optional<int64_t> started_ms, ended_ms;
+  JobProgress progress;
+  std::optional<JobError> error;
+  std::string table_in, table_out;  // empty: none
+  std::string stats_json;           // an object's text; empty: none yet
+  bool biased = false;
+  std::vector<std::string> warnings;
+};
+
+struct TableView {
+  std::string id, scene, method;
+  std::vector<std::string> parents;
+  int64_t created_ms = 0;
+  uint64_t bytes = 0, states = 0, samples_seen = 0;
+  std::string job;
+};
+
+struct SceneView {
+  std::string name;
+  std::optional<int> width, height;  // absent: the scene cannot be loaded
+};
+
+std::string job_to_json(const JobView& job);
+// `next`: the id to give as `before` for the following page; empty: this is the last.
+std::string job_list_to_json(std::span<const JobView> jobs, std::string_view next);
+std::string table_list_to_json(std::span<const TableView> tables);
+std::string scene_list_to_json(std::span<const SceneView> scenes);
+std::string health_to_json();
+std::string problem_to_json(const Problem& problem);
+
+std::string time_to_text(int64_t ms);  // "2026-01-01T00:00:00.000Z"
+
+}  // namespace qray::proto
