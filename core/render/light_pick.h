@@ -11,10 +11,10 @@
 namespace qray {
 
 struct LightSample {
-  Vec3 wi;            // unit, from the shaded point to the light
-  float distance = 0; // metres; infinite for the environment
-  Rgb radiance;       // that arrives if nothing is in the way
-  float pdf_w = 0;    // per steradian, the choice of light counted
+  Vec3 wi;             // unit, from the shaded point to the light
+  float distance = 0;  // metres; infinite for the environment
+  Rgb radiance;        // that arrives if nothing is in the way
+  float pdf_w = 0;     // per steradian, the choice of light counted
 };
 
 class LightPick {

@@ -17,13 +17,17 @@ struct PreparedScene {
   Scene scene;
   SceneHash hash;
   Bounds3 bounds;
-  double seconds = 0;  // that preparing took
+  float ray_epsilon = 0;  // metres: rounding noise of coordinates on the largest triangles
+  double seconds = 0;     // that loading and preparing took
   std::vector<std::string> warnings;
   std::unique_ptr<EmbreeScene> accel;
   std::vector<std::unique_ptr<Bsdf>> bsdfs;  // by MaterialId
   TextureCache textures;
-  std::vector<int> texture_handles;          // by TextureId
+  std::vector<int> texture_handles;  // by TextureId
   LightPick lights;
+
+  // The material's parameters at uv, textures looked up.
+  ShadingPoint shading_point(const Material& material, Vec2 uv) const;
 };
 
 Result<std::shared_ptr<const PreparedScene>> prepare_scene(LoadedScene loaded, int build_threads);

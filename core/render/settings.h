@@ -15,14 +15,14 @@ struct RenderSettings {
   std::string method = "huang";
   bool nee = true;
   int width = 512, height = 512;  // pixels
-  int samples = 64;          // a pixel, counting learning samples; with `seconds`: at most, 0 = no limit
-  double seconds = 0;        // > 0: stop when no further pass fits. The first pass always completes
+  int samples = 64;    // a pixel, counting learning samples; with `seconds`: at most, 0 = no limit
+  double seconds = 0;  // > 0: stop when no further pass fits. The first pass always completes
   uint64_t seed = 1;
-  int max_depth = 16;        // surfaces on a path
+  int max_depth = 16;            // surfaces on a path
   std::optional<Camera> camera;  // none: the scene's
   int learning_samples = 16;     // a pixel, the guide's at most; never over 1/4 of the job
   HuangParams huang;
-  std::vector<int> passes;   // replay: samples of each pass; overrides samples and seconds
+  std::vector<int> passes;  // replay: samples of each pass; overrides samples and seconds
 };
 
 // Errors name the field as a pointer: "/samples".

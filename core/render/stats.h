@@ -1,4 +1,5 @@
-// What a render did, for stats.json, job records and image metadata. Plain data (proto/ includes it).
+// What a render did, for stats.json, job records and image metadata. Plain data (proto/ includes
+// it).
 #pragma once
 
 #include <cstdint>
@@ -18,13 +19,13 @@ struct RenderStats {
   double prepare_seconds = 0;  // load, validate, build the tree
   uint64_t samples_per_pixel = 0;
   uint64_t learning_samples_per_pixel = 0;  // of these, how many the guide learned from
-  std::vector<int> passes;     // samples a pixel of each pass: give it back to replay the job
+  std::vector<int> passes;  // samples a pixel of each pass: give it back to replay the job
   uint64_t paths = 0;
-  uint64_t rays = 0;           // nearest-hit and occlusion queries
+  uint64_t rays = 0;             // nearest-hit and occlusion queries
   uint64_t dropped_samples = 0;  // NaN or infinite, left out of the picture
 
   size_t states = 0;
-  size_t table_bytes = 0;      // in memory
+  size_t table_bytes = 0;  // in memory
   uint64_t table_samples_seen = 0;
 
   // Shares of the threads' time, by timing one path in 64; they sum to 1 (0 when nothing ran).

@@ -1,0 +1,86 @@
+#include "core/job/run_job.h"
+
+#include "core/base/byte_io.h"
+
+namespace qray {
+namespace {
+
+constexpr size_t kIdHexDigits = 32;
+
+// A table's id is a hash of what it holds, so the same job makes the same file.
+std::string table_id(const TableFile& table) {
+  const Bytes bytes = encode_table(table);  // with an empty id
+  return sha256(bytes).hex().substr(0, kIdHexDigits);
+}
+
+TableFile table_of(const Guide& guide, const PreparedScene& scene,
+                   const std::optional<TableHeader>& parent) {
+  TableFile table;
+  if (parent) table.header.parents.push_back(parent->id);
+  table.header.method = table_method(guide.method());
+  table.header.program = QRAY_VERSION;
+  table.header.geometry = scene.hash.geometry;
+  table.header.materials = scene.hash.materials;
+  table.header.lights = scene.hash.lights;
+  table.header.samples_seen = guide.stats().samples_seen;
+  table.sections = guide.save();
+  table.header.id = table_id(table);
+  return table;
+}
+
+ImageMetadata metadata_of(const RenderStats& stats, const PreparedScene& scene,
+                          const std::optional<TableHeader>& table_in,
+                          const std::optional<TableFile>& table_out) {
+  ImageMetadata m;
+  m["program"] = QRAY_VERSION;
+  m["scene"] = scene.scene.name;
+  m["scene_hash"] = scene.hash.whole().hex();
+  m["method"] = stats.method;
+  m["unbiased"] = stats.unbiased ? "true" : "false";
+  m["nee"] = stats.nee ? "true" : "false";
+  m["seed"] = std::to_string(stats.seed);
+  m["samples"] = std::to_string(stats.samples_per_pixel);
+  std::string passes;
+  for (int n : stats.passes) passes += (passes.empty() ? "" : ",") + std::to_string(n);
+  m["passes"] = passes;
+  m["learning_samples"] = std::to_string(stats.learning_samples_per_pixel);
+  m["table_in"] = table_in ? table_in->id : "none";
+  m["table_out"] = table_out ? table_out->header.id : "none";
+  return m;
+}
+
+}  // namespace
+
+bool table_fits(const TableHeader& header, const SceneHash& hash) {
+  return header.geometry == hash.geometry && header.materials == hash.materials &&
+         header.lights == hash.lights;
+}
+
+Result<JobResult> run_job(const PreparedScene& scene, const RenderSettings& settings,
+                          std::optional<TableFile> table_in, Film& film, TaskPool& pool,
+                          RenderObserver& observer, std::stop_token stop, const Clock& clock) {
+  Result<std::unique_ptr<Guide>> made = make_guide(settings.method, scene.bounds, settings.huang);
+  if (!made.ok()) return made.error();
+  const std::unique_ptr<Guide> guide = std::move(made).value();
+  std::optional<TableHeader> parent;
+  if (table_in) {
+    if (!guide || table_in->header.method != table_method(guide->method())) {
+      return Error{ErrorCode::kInvalid,
+                   "a table of method '" + table_in->header.method + "' does not serve '" +
+                       settings.method + "'",
+                   "/table"};
+    }
+    if (Status loaded = guide->load(table_in->sections); !loaded.ok()) return loaded.error();
+    parent = std::move(table_in->header);
+  }
+  Result<RenderStats> stats =
+      render(scene, settings, guide.get(), film, pool, observer, std::move(stop), clock);
+  if (!stats.ok()) return stats.error();
+  JobResult result;
+  result.stats = std::move(stats).value();
+  if (guide) result.table = table_of(*guide, scene, parent);
+  result.metadata = metadata_of(result.stats, scene, parent, result.table);
+  return result;
+}
+
+}  // namespace qray

@@ -1,0 +1,247 @@
+#include "core/render/path.h"
+
+#include <cmath>
+
+#include "core/base/cycle_clock.h"
+#include "core/math/frame.h"
+#include "core/scene/surface.h"
+
+namespace qray {
+namespace {
+
+constexpr uint64_t kTimedEvery = 64;
+constexpr int kRouletteFromDepth = 5;
+
+// Adds the cycles of a scope to `total` when `on`.
+class CycleScope {
+ public:
+  CycleScope(bool on, uint64_t& total) : total_(on ? &total : nullptr) {
+    if (total_) start_ = cycle_count();
+  }
+  ~CycleScope() {
+    if (total_) *total_ += cycle_count() - start_;
+  }
+  CycleScope(const CycleScope&) = delete;
+  CycleScope& operator=(const CycleScope&) = delete;
+
+ private:
+  uint64_t* total_;
+  uint64_t start_ = 0;
+};
+
+float power_heuristic(float pdf, float other_pdf) {
+  const float ratio = other_pdf / pdf;  // of densities, so that their squares cannot overflow
+  return 1 / (1 + ratio * ratio);
+}
+
+}  // namespace
+
+// A surface on the path, seen from wo.
+struct PathTracer::Vertex {
+  SurfacePoint surface;
+  Frame frame;  // about the shading normal
+  Vec3 wo;      // world, to the previous vertex
+  Vec3 wo_local;
+  const Bsdf& bsdf;
+  BsdfKind kind;
+  ShadingPoint sp;
+  GuidePoint at;
+  float guide_fraction = 0;
+
+  // Both normals must agree on which side a direction lies, or light leaks through the surface.
+  bool sides_agree(Vec3 wi, Vec3 wi_local) const { return dot(wi, surface.ng) * wi_local.z > 0; }
+};
+
+PathCounters& PathCounters::operator+=(const PathCounters& o) {
+  paths += o.paths;
+  rays += o.rays;
+  dropped_samples += o.dropped_samples;
+  timed_total += o.timed_total;
+  timed_tracing += o.timed_tracing;
+  timed_guiding += o.timed_guiding;
+  return *this;
+}
+
+PathTracer::PathTracer(const PreparedScene& scene, const RenderSettings& settings,
+                       const Guide* guide)
+    : scene_(scene), settings_(settings), guide_(guide) {}
+
+Rgb PathTracer::radiance(const Ray& ray, Sampler& sampler, GuideDelta* learn) {
+  timed_ = counters_.paths++ % kTimedEvery == 0;
+  const CycleScope scope(timed_, counters_.timed_total);
+  events_.clear();
+  const Rgb radiance = walk(ray, sampler, learn != nullptr);
+  if (learn) {
+    const CycleScope guiding(timed_, counters_.timed_guiding);
+    guide_->record(events_, *learn);
+  }
+  if (is_finite(radiance)) return radiance;
+  ++counters_.dropped_samples;
+  return {};
+}
+
+bool PathTracer::intersect(const Ray& ray, Hit& hit) {
+  ++counters_.rays;
+  const CycleScope scope(timed_, counters_.timed_tracing);
+  return scene_.accel->intersect(ray, hit);
+}
+
+bool PathTracer::occluded(const Ray& ray) {
+  ++counters_.rays;
+  const CycleScope scope(timed_, counters_.timed_tracing);
+  return scene_.accel->occluded(ray);
+}
+
+// A point off the surface by more than the rounding noise of coordinates, on wi's side.
+Vec3 PathTracer::ray_origin(const SurfacePoint& surface, Vec3 wi) const {
+  const Vec3 p = surface.p;
+  const float largest = std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z)});
+  const float offset = std::max(largest * 0x1p-16f, scene_.ray_epsilon);
+  return p + surface.ng * std::copysign(offset, dot(surface.ng, wi));
+}
+
+float PathTracer::mixture_pdf_w(const Vertex& v, Vec3 wi, float bsdf_pdf_w) {
+  if (v.guide_fraction == 0) return bsdf_pdf_w;
+  const CycleScope guiding(timed_, counters_.timed_guiding);
+  return lerp(v.guide_fraction, bsdf_pdf_w, guide_->pdf_w(v.at, wi));
+}
+
+Rgb PathTracer::walk(Ray ray, Sampler& sampler, bool learning) {
+  Rgb radiance, throughput{1.0f};
+  delta_ = true;  // nee cannot make the camera's ray
+  for (int depth = 1;; ++depth) {
+    Hit hit;
+    if (!intersect(ray, hit)) {
+      // 1a. The environment, weighted against nee having drawn this direction.
+      if (scene_.lights.has_environment()) {
+        const Rgb emitted = scene_.lights.environment_radiance(ray.d);
+        const float mis = delta_ || !settings_.nee
+                              ? 1.0f
+                              : power_heuristic(pdf_w_, scene_.lights.pdf_w_environment(ray.d));
+        radiance += throughput * emitted * mis;
+        if (!events_.empty()) events_.back().emitted = luminance(emitted);
+      }
+      return radiance;
+    }
+    const SurfacePoint surface =
+        surface_at(scene_.scene.meshes[hit.mesh.value], hit.triangle, hit.barycentric);
+    const Material& material = scene_.scene.materials[surface.material.value];
+    const Vec3 wo = -ray.d;
+    const float cos_geometric = dot(wo, surface.ng);
+
+    // 1b. Light that the surface emits.
+    if (material.emits() && (cos_geometric > 0 || material.emission_two_sided)) {
+      float mis = 1;
+      if (!delta_ && settings_.nee) {
+        mis = power_heuristic(pdf_w_, scene_.lights.pdf_w_triangle(hit.mesh, hit.triangle, hit.t,
+                                                                   std::abs(cos_geometric)));
+      }
+      radiance += throughput * material.emission * mis;
+      if (!events_.empty()) events_.back().emitted = luminance(material.emission);
+    }
+    if (depth >= settings_.max_depth) return radiance;
+
+    // 2. What the surface is made of, and what the guide knows about it.
+    const Bsdf& bsdf = *scene_.bsdfs[surface.material.value];
+    const bool shading_normal_usable = dot(wo, surface.ns) * cos_geometric > 0;
+    const Frame frame(shading_normal_usable ? surface.ns : surface.ng);
+    Vertex v{surface,
+             frame,
+             wo,
+             frame.to_local(wo),
+             bsdf,
+             bsdf.kind(),
+             scene_.shading_point(material, surface.uv),
+             {},
+             0};
+    if (guide_ && v.kind != BsdfKind::kDelta) {
+      const CycleScope guiding(timed_, counters_.timed_guiding);
+      v.at = guide_->find(surface.p, cos_geometric > 0 ? surface.ng : -surface.ng);
+      v.guide_fraction = guide_->guide_fraction(v.at, v.kind == BsdfKind::kDiffuse);
+      if (learning) {
+        // Mirrors and clear glass are passed over: what is seen in them counts as seen directly.
+        if (!events_.empty()) events_.back().lands = true;
+        events_.push_back({v.at, {}, 0, false, false, 0});
+      }
+    }
+
+    // 3. Light straight from a light.
+    if (settings_.nee && v.kind != BsdfKind::kDelta && !scene_.lights.empty())
+      radiance += throughput * direct_light(v, sampler);
+
+    // 4. Russian roulette by throughput.
+    if (depth >= kRouletteFromDepth) {
+      const float survive = std::min(0.95f, max_component(throughput));
+      if (!(sampler.next_1d() < survive)) return radiance;
+      throughput *= 1 / survive;
+    }
+
+    // 5. The next direction.
+    const bool scattered = scatter(v, sampler);
+    if (learning && v.kind != BsdfKind::kDelta && !delta_) {
+      events_.back().wi = wi_;
+      events_.back().pdf_w = pdf_w_;
+      events_.back().guidable = true;
+    }
+    if (!scattered) return radiance;
+    throughput *= weight_;
+    ray = {ray_origin(surface, wi_), wi_};
+  }
+}
+
+Rgb PathTracer::direct_light(const Vertex& v, Sampler& sampler) {
+  const Vec2 u = sampler.next_2d();
+  LightSample light;
+  if (!scene_.lights.sample(v.surface.p, sampler.next_1d(), u, light)) return {};
+  const Vec3 wi_local = v.frame.to_local(light.wi);
+  if (!v.sides_agree(light.wi, wi_local)) return {};
+  const BsdfEval eval = v.bsdf.eval(v.sp, v.wo_local, wi_local);
+  if (eval.f_cos.is_black()) return {};
+  Ray ray{ray_origin(v.surface, light.wi), light.wi, light.distance};
+  if (std::isfinite(light.distance)) ray.t_max *= 1 - 1e-4f;
+  if (occluded(ray)) return {};
+  const float mis = power_heuristic(light.pdf_w, mixture_pdf_w(v, light.wi, eval.pdf_w));
+  return eval.f_cos * light.radiance * (mis / light.pdf_w);
+}
+
+// Chooses wi_ with weight_, pdf_w_ and delta_. False: the path ends here.
+bool PathTracer::scatter(const Vertex& v, Sampler& sampler) {
+  float u_lobe = v.kind == BsdfKind::kDiffuse && v.guide_fraction == 1 ? 0 : sampler.next_1d();
+  const Vec2 u = sampler.next_2d();
+  delta_ = false;
+  if (u_lobe < v.guide_fraction) {
+    Vec3 wi_local;
+    float guide_pdf_w;
+    {
+      const CycleScope guiding(timed_, counters_.timed_guiding);
+      const GuideSample s = guide_->sample(v.at, u);
+      wi_ = s.wi;
+      guide_pdf_w = s.pdf_w;
+    }
+    wi_local = v.frame.to_local(wi_);
+    const BsdfEval eval = v.bsdf.eval(v.sp, v.wo_local, wi_local);
+    pdf_w_ = lerp(v.guide_fraction, eval.pdf_w, guide_pdf_w);
+    if (eval.f_cos.is_black() || !v.sides_agree(wi_, wi_local)) return false;
+    weight_ = eval.f_cos / pdf_w_;
+    return true;
+  }
+  if (v.guide_fraction > 0) u_lobe = (u_lobe - v.guide_fraction) / (1 - v.guide_fraction);
+  const std::optional<BsdfSample> s = v.bsdf.sample(v.sp, v.wo_local, u_lobe, u);
+  if (!s) {
+    delta_ = true;  // nothing to learn from
+    return false;
+  }
+  wi_ = v.frame.to_world(s->wi);
+  delta_ = s->delta;
+  weight_ = s->weight;
+  pdf_w_ = s->pdf_w;
+  if (delta_) {
+    weight_ *= 1 / (1 - v.guide_fraction);
+  } else if (v.guide_fraction > 0) {
+    pdf_w_ = mixture_pdf_w(v, wi_, s->pdf_w);
+    weight_ *= s->pdf_w / pdf_w_;
+  }
+  return v.sides_agree(wi_, s->wi) && !weight_.is_black();
+}
+
+}  // namespace qray

@@ -1,0 +1,59 @@
+// One path: unidirectional path tracing with next event estimation and multiple importance sampling
+// (Veach 1997, power heuristic), directions drawn from the BSDF, the guide, or a mixture of both.
+// One PathTracer per worker thread.
+#pragma once
+
+#include <vector>
+
+#include "core/guide/guide.h"
+#include "core/math/sampler.h"
+#include "core/render/prepared_scene.h"
+#include "core/render/settings.h"
+#include "core/scene/surface.h"
+
+namespace qray {
+
+struct PathCounters {
+  uint64_t paths = 0, rays = 0, dropped_samples = 0;
+  // Cycles of the timed paths (one in 64): in all, in ray queries, in the guide.
+  uint64_t timed_total = 0, timed_tracing = 0, timed_guiding = 0;
+
+  PathCounters& operator+=(const PathCounters& o);
+};
+
+class PathTracer {
+ public:
+  // All three outlive this. `guide` may be null.
+  PathTracer(const PreparedScene& scene, const RenderSettings& settings, const Guide* guide);
+
+  // Radiance arriving at the ray's origin along it; black and counted if it is not finite. When
+  // `learn` is given, the path's scattering events are recorded there.
+  Rgb radiance(const Ray& ray, Sampler& sampler, GuideDelta* learn);
+
+  const PathCounters& counters() const { return counters_; }
+
+ private:
+  struct Vertex;
+  Rgb walk(Ray ray, Sampler& sampler, bool learning);
+  bool intersect(const Ray& ray, Hit& hit);
+  bool occluded(const Ray& ray);
+  Rgb direct_light(const Vertex& v, Sampler& sampler);
+  bool scatter(const Vertex& v, Sampler& sampler);
+  float mixture_pdf_w(const Vertex& v, Vec3 wi, float bsdf_pdf_w);
+  Vec3 ray_origin(const SurfacePoint& surface, Vec3 wi) const;
+
+  const PreparedScene& scene_;
+  const RenderSettings& settings_;
+  const Guide* guide_;
+  PathCounters counters_;
+  bool timed_ = false;
+
+  // The path so far, or the direction just chosen by scatter().
+  Vec3 wi_;          // world
+  Rgb weight_;       // f |cos| / pdf
+  float pdf_w_ = 0;  // of the whole mixture
+  bool delta_ = true;
+  std::vector<GuideVertex> events_;
+};
+
+}  // namespace qray
