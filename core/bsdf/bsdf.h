@@ -43,7 +43,8 @@ class Bsdf {
   virtual BsdfKind kind() const = 0;
   // Both zero where only delta lobes scatter. Reciprocal but for refraction (radiance scaling).
   virtual BsdfEval eval(const ShadingPoint& sp, Vec3 wo, Vec3 wi) const = 0;
-  // nullopt: absorbed. Directions with a density follow eval().pdf_w (tests/stat/bsdf_chi2_test.cpp).
+  // nullopt: absorbed. Directions with a density follow eval().pdf_w
+  // (tests/stat/bsdf_chi2_test.cpp).
   virtual std::optional<BsdfSample> sample(const ShadingPoint& sp, Vec3 wo, float u_lobe,
                                            Vec2 u_dir) const = 0;
   // Share of the light from wo's direction that scatters, about; for feature pictures.

@@ -1,0 +1,81 @@
+// Metal: a mirror, or GGX microfacets that are mirrors.
+#include "core/bsdf/fresnel.h"
+#include "core/bsdf/ggx.h"
+#include "core/bsdf/kinds.h"
+
+namespace qray {
+namespace {
+
+class ConductorBase : public Bsdf {
+ public:
+  explicit ConductorBase(const Material& m) : eta_(m.eta), k_(m.k), specular_(m.specular) {}
+
+  Rgb albedo(const ShadingPoint&, Vec3 wo) const override { return fresnel(std::abs(wo.z)); }
+
+ protected:
+  Rgb fresnel(float cos_i) const {
+    return specular_ * Rgb{fresnel_conductor(cos_i, eta_.r, k_.r),
+                           fresnel_conductor(cos_i, eta_.g, k_.g),
+                           fresnel_conductor(cos_i, eta_.b, k_.b)};
+  }
+
+ private:
+  Rgb eta_, k_, specular_;
+};
+
+class SmoothConductor final : public ConductorBase {
+ public:
+  using ConductorBase::ConductorBase;
+  BsdfKind kind() const override { return BsdfKind::kDelta; }
+  BsdfEval eval(const ShadingPoint&, Vec3, Vec3) const override { return {}; }
+  std::optional<BsdfSample> sample(const ShadingPoint&, Vec3 wo, float, Vec2) const override {
+    if (wo.z == 0) return std::nullopt;
+    return BsdfSample{{-wo.x, -wo.y, wo.z}, fresnel(std::abs(wo.z)), 0, true};
+  }
+};
+
+class RoughConductor final : public ConductorBase {
+ public:
+  using ConductorBase::ConductorBase;
+  BsdfKind kind() const override { return BsdfKind::kGlossy; }
+
+  BsdfEval eval(const ShadingPoint& sp, Vec3 wo, Vec3 wi) const override {
+    if (!(wo.z * wi.z > 0)) return {};
+    to_front(wo, wi);
+    const Vec3 h = normalize(wo + wi);
+    const Ggx ggx(sp.roughness);
+    const float d = ggx.d(h);
+    const float f_cos = 0.25f * d * ggx.g2_over_cos(wo, wi) * wi.z;
+    return {fresnel(dot(wo, h)) * f_cos, 0.25f * d * ggx.g1_over_cos(wo)};
+  }
+
+  std::optional<BsdfSample> sample(const ShadingPoint& sp, Vec3 wo, float,
+                                   Vec2 u_dir) const override {
+    if (wo.z == 0) return std::nullopt;
+    const float side = std::copysign(1.0f, wo.z);
+    wo.z = std::abs(wo.z);
+    const Ggx ggx(sp.roughness);
+    const Vec3 h = ggx.sample_visible(wo, u_dir);
+    Vec3 wi = normalize(reflect(wo, h));
+    if (wi.z <= 0) return std::nullopt;
+    const Rgb weight = fresnel(dot(wo, h)) * ggx.g2_over_g1(wo, wi);
+    const float pdf_w = 0.25f * ggx.d(h) * ggx.g1_over_cos(wo);
+    wi.z *= side;
+    return BsdfSample{wi, weight, pdf_w, false};
+  }
+
+ private:
+  static void to_front(Vec3& wo, Vec3& wi) {
+    wo.z = std::abs(wo.z);
+    wi.z = std::abs(wi.z);
+  }
+};
+
+}  // namespace
+
+std::unique_ptr<Bsdf> make_conductor(const Material& material) {
+  if (is_smooth(material)) return std::make_unique<SmoothConductor>(material);
+  return std::make_unique<RoughConductor>(material);
+}
+
+}  // namespace qray

@@ -1,0 +1,63 @@
+// The GGX microfacet distribution with height-correlated Smith shadowing (Walter et al. 2007; Heitz
+// 2014, eq. 99) and visible-normal sampling by spherical caps (Dupuy and Benyoub 2023). Isotropic.
+// Terms are arranged so that nothing is divided by a cosine: products stay finite at grazing
+// angles. wo is on the +z side. Any thread.
+#pragma once
+
+#include "core/math/vec.h"
+
+namespace qray {
+
+class Ggx {
+ public:
+  static constexpr float kMinAlpha = 1e-3f;
+
+  // Roughness as Material's, in [0, 1]; a texture's zero is taken as almost smooth.
+  explicit Ggx(float roughness)
+      : alpha_(std::clamp(sqr(roughness), kMinAlpha, 1.0f)), alpha2_(sqr(alpha_)) {}
+
+  // Density of microfacet area over normals.
+  float d(Vec3 h) const {
+    const float sin2 = h.x * h.x + h.y * h.y;
+    const float t = alpha2_ * h.z * h.z + sin2;
+    return alpha2_ * kInvPi / sqr(t);
+  }
+  // |w.z| sqrt(1 + alpha^2 tan^2): shadowing is made of these.
+  float slope_term(Vec3 w) const {
+    return std::sqrt(w.z * w.z + alpha2_ * (w.x * w.x + w.y * w.y));
+  }
+  // Shadowing of one direction, over its cosine: G1(w) / |w.z|.
+  float g1_over_cos(Vec3 w) const { return 2 / (std::abs(w.z) + slope_term(w)); }
+  // Joint shadowing, over both cosines: G2(wo, wi) / |wo.z wi.z|.
+  float g2_over_cos(Vec3 wo, Vec3 wi) const {
+    const float zo = std::abs(wo.z), zi = std::abs(wi.z);
+    return 2 / (zo * slope_term(wi) + zi * slope_term(wo));
+  }
+  // G2(wo, wi) / G1(wo): the weight of a visible-normal sample. At most 1.
+  float g2_over_g1(Vec3 wo, Vec3 wi) const {
+    const float zo = std::abs(wo.z), zi = std::abs(wi.z);
+    const float so = slope_term(wo), si = slope_term(wi);
+    return zi * (zo + so) / (zo * si + zi * so);
+  }
+
+  // A normal seen from wo, density d(h) g1_over_cos(wo) |wo . h| per steradian.
+  Vec3 sample_visible(Vec3 wo, Vec2 u) const {
+    const Vec3 v = normalize(Vec3{alpha_ * wo.x, alpha_ * wo.y, wo.z});
+    const float phi = 2 * kPi * u.x;
+    const float z = (1 - u.y) * (1 + v.z) - v.z;
+    const float r = std::sqrt(std::clamp(1 - z * z, 0.0f, 1.0f));
+    const Vec3 cap = Vec3{r * std::cos(phi), r * std::sin(phi), z} + v;
+    const Vec3 h{alpha_ * cap.x, alpha_ * cap.y, std::max(cap.z, 1e-12f)};
+    return normalize(h);
+  }
+
+ private:
+  float alpha_, alpha2_;
+};
+
+// The mirror image of w about h.
+inline Vec3 reflect(Vec3 w, Vec3 h) {
+  return h * (2 * dot(w, h)) - w;
+}
+
+}  // namespace qray

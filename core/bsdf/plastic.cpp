@@ -1,0 +1,162 @@
+// Plastic: a dielectric coat, smooth or GGX, over a Lambert base. Light passes the coat twice and
+// is reflected inside any number of times (a geometric series):
+//   f_base = T(wo) T(wi) rho / (n^2 (1 - rho R_in) pi),  1 - R_in = (1 - R_out) / n^2,
+// T the share that the coat lets through in one direction, R_out the coat's mean albedo from
+// outside, R_in from inside, n the index. This form is reciprocal, and at rho = 1 coat and base
+// together have albedo 1.
+#include "core/bsdf/coat_albedo.h"
+#include "core/bsdf/fresnel.h"
+#include "core/bsdf/ggx.h"
+#include "core/bsdf/kinds.h"
+#include "core/math/warp.h"
+
+namespace qray {
+namespace {
+
+class PlasticBase : public Bsdf {
+ public:
+  explicit PlasticBase(const Material& m)
+      : ior_(m.ior), specular_(m.specular), specular_luminance_(luminance(m.specular)) {}
+
+ protected:
+  // What the layers send back from wo's direction, in all.
+  struct Layers {
+    float coat_albedo;  // of a coat of specular 1
+    float transmitted;  // T(wo)
+    Rgb base;           // f_base * pi / (T(wo) T(wi))
+    Rgb base_albedo;
+    float coat_chance;  // of sampling the coat
+    bool black;
+  };
+  Layers layers(const ShadingPoint& sp, float coat_albedo, float coat_mean) const {
+    Layers l;
+    l.coat_albedo = coat_albedo;
+    l.transmitted = 1 - coat_albedo;
+    const Rgb rho = sp.reflectance;
+    const float n2 = sqr(ior_);
+    l.base = rho / (Rgb{n2} + rho * (1 - coat_mean - n2));
+    l.base_albedo = l.base * (l.transmitted * (1 - coat_mean));
+    const float coat = specular_luminance_ * coat_albedo;
+    const float sum = coat + luminance(l.base_albedo);
+    l.black = !(sum > 0);
+    l.coat_chance = l.black ? 0 : coat / sum;
+    return l;
+  }
+  Rgb albedo(const Layers& l) const { return specular_ * l.coat_albedo + l.base_albedo; }
+  float ior() const { return ior_; }
+  Rgb specular() const { return specular_; }
+
+ private:
+  float ior_;
+  Rgb specular_;
+  float specular_luminance_;
+};
+
+class SmoothPlastic final : public PlasticBase {
+ public:
+  explicit SmoothPlastic(const Material& m)
+      : PlasticBase(m), coat_mean_(mean_fresnel_dielectric(m.ior)) {}
+  BsdfKind kind() const override { return BsdfKind::kMixed; }
+
+  BsdfEval eval(const ShadingPoint& sp, Vec3 wo, Vec3 wi) const override {
+    if (!(wo.z * wi.z > 0)) return {};
+    return base(layers_at(sp, wo), std::abs(wi.z));
+  }
+
+  std::optional<BsdfSample> sample(const ShadingPoint& sp, Vec3 wo, float u_lobe,
+                                   Vec2 u_dir) const override {
+    if (wo.z == 0) return std::nullopt;
+    const Layers l = layers_at(sp, wo);
+    if (l.black) return std::nullopt;
+    if (u_lobe < l.coat_chance) {
+      const Rgb weight = specular() * (l.coat_albedo / l.coat_chance);
+      return BsdfSample{{-wo.x, -wo.y, wo.z}, weight, 0, true};
+    }
+    Vec3 wi = square_to_cosine_hemisphere(u_dir);
+    const BsdfEval e = base(l, wi.z);
+    if (!(e.pdf_w > 0)) return std::nullopt;
+    wi.z = std::copysign(wi.z, wo.z);
+    return BsdfSample{wi, e.f_cos / e.pdf_w, e.pdf_w, false};
+  }
+
+  Rgb albedo(const ShadingPoint& sp, Vec3 wo) const override {
+    return PlasticBase::albedo(layers_at(sp, wo));
+  }
+
+ private:
+  float coat(float cosine) const { return fresnel_dielectric(cosine, ior()).reflectance; }
+  Layers layers_at(const ShadingPoint& sp, Vec3 wo) const {
+    return layers(sp, coat(std::abs(wo.z)), coat_mean_);
+  }
+  BsdfEval base(const Layers& l, float cos_i) const {
+    const float cosine = cosine_hemisphere_pdf_w(cos_i);
+    return {l.base * (l.transmitted * (1 - coat(cos_i)) * cosine), (1 - l.coat_chance) * cosine};
+  }
+
+  float coat_mean_;
+};
+
+class RoughPlastic final : public PlasticBase {
+ public:
+  explicit RoughPlastic(const Material& m)
+      : PlasticBase(m),
+        coat_(m.ior, std::min(m.roughness.value, 1.0f), m.roughness.texture.valid()) {}
+  BsdfKind kind() const override { return BsdfKind::kGlossy; }
+
+  BsdfEval eval(const ShadingPoint& sp, Vec3 wo, Vec3 wi) const override {
+    if (!(wo.z * wi.z > 0)) return {};
+    wo.z = std::abs(wo.z);
+    wi.z = std::abs(wi.z);
+    const CoatAlbedo::Row row = coat_.row(sp.roughness);
+    return eval(Ggx(sp.roughness), row, layers_at(sp, row, wo.z), wo, wi);
+  }
+
+  std::optional<BsdfSample> sample(const ShadingPoint& sp, Vec3 wo, float u_lobe,
+                                   Vec2 u_dir) const override {
+    if (wo.z == 0) return std::nullopt;
+    const float side = std::copysign(1.0f, wo.z);
+    wo.z = std::abs(wo.z);
+    const CoatAlbedo::Row row = coat_.row(sp.roughness);
+    const Layers l = layers_at(sp, row, wo.z);
+    if (l.black) return std::nullopt;
+    const Ggx ggx(sp.roughness);
+    Vec3 wi = u_lobe < l.coat_chance ? normalize(reflect(wo, ggx.sample_visible(wo, u_dir)))
+                                     : square_to_cosine_hemisphere(u_dir);
+    if (wi.z <= 0) return std::nullopt;
+    const BsdfEval e = eval(ggx, row, l, wo, wi);
+    if (!(e.pdf_w > 0)) return std::nullopt;
+    wi.z *= side;
+    return BsdfSample{wi, e.f_cos / e.pdf_w, e.pdf_w, false};
+  }
+
+  Rgb albedo(const ShadingPoint& sp, Vec3 wo) const override {
+    return PlasticBase::albedo(layers_at(sp, coat_.row(sp.roughness), std::abs(wo.z)));
+  }
+
+ private:
+  Layers layers_at(const ShadingPoint& sp, CoatAlbedo::Row row, float cos_o) const {
+    return layers(sp, coat_.albedo(row, cos_o), coat_.mean(row));
+  }
+  // Both directions in front.
+  BsdfEval eval(const Ggx& ggx, CoatAlbedo::Row row, const Layers& l, Vec3 wo, Vec3 wi) const {
+    const Vec3 h = normalize(wo + wi);
+    const float d = 0.25f * ggx.d(h);
+    const float coat =
+        fresnel_dielectric(dot(wo, h), ior()).reflectance * d * ggx.g2_over_cos(wo, wi) * wi.z;
+    const float cosine = cosine_hemisphere_pdf_w(wi.z);
+    const float passed = l.transmitted * (1 - coat_.albedo(row, wi.z));
+    return {specular() * coat + l.base * (passed * cosine),
+            l.coat_chance * d * ggx.g1_over_cos(wo) + (1 - l.coat_chance) * cosine};
+  }
+
+  CoatAlbedo coat_;
+};
+
+}  // namespace
+
+std::unique_ptr<Bsdf> make_plastic(const Material& material) {
+  if (is_smooth(material)) return std::make_unique<SmoothPlastic>(material);
+  return std::make_unique<RoughPlastic>(material);
+}
+
+}  // namespace qray
