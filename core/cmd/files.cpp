@@ -77,8 +77,6 @@ Status check_picture_name(const std::filesystem::path& path) {
   return check_writable(path);
 }
 
-int default_threads() {
-  return std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
-}
+int default_threads() { return std::max(1, static_cast<int>(std::thread::hardware_concurrency())); }
 
 }  // namespace qray::cmd

@@ -10,9 +10,7 @@ namespace {
 std::atomic<bool> signaled{false};
 static_assert(std::atomic<bool>::is_always_lock_free);
 
-extern "C" void on_signal(int) {
-  signaled.store(true);
-}
+extern "C" void on_signal(int) { signaled.store(true); }
 
 }  // namespace
 
