@@ -1,0 +1,19 @@
+#!/usr/bin/env bash
+# Installs what is missing, builds, and runs every test: `bash tests/run.sh [ctest arguments]`, such
+# as `-L fast` or `-R Huang`. The unit tests run a second time, built with ASan and UBSan. Ends with
+# ctest's summary; its exit code is ctest's.
+set -euo pipefail
+
+root="$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)"
+jobs="$(nproc)"
+bash "$root/docker/install.sh" build test
+cd "$root"
+
+options=(-DQRAY_WERROR=ON)
+grep -q avx2 /proc/cpuinfo || options+=(-DQRAY_ARCH=)
+
+cmake --preset asan "${options[@]}"
+cmake --build --preset asan -j "$jobs" --target core_tests proto_tests server_tests
+cmake --preset release "${options[@]}" "-DQRAY_SANITIZED_BIN=$root/build/asan/bin"
+cmake --build --preset release -j "$jobs"
+exec ctest --test-dir "$root/build/release" --output-on-failure -j "$jobs" "$@"
