@@ -2,6 +2,7 @@
 // with linear probing at most half full; one cache line a lookup in most cases. Not synchronised.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 

@@ -1,0 +1,83 @@
+#include "core/film/film.h"
+
+#include <gtest/gtest.h>
+
+#include <set>
+#include <thread>
+
+namespace qray {
+namespace {
+
+std::vector<Rgb> flat(const TileRect& rect, float value) {
+  return std::vector<Rgb>(static_cast<size_t>(rect.width * rect.height), Rgb{value});
+}
+
+TEST(Film, TilesCoverThePictureOnce) {
+  const Film film(130, 65);
+  std::set<std::pair<int, int>> seen;
+  for (int i = 0; i < film.tile_count(); ++i) {
+    const TileRect r = film.tile(i);
+    for (int y = r.y; y < r.y + r.height; ++y)
+      for (int x = r.x; x < r.x + r.width; ++x) EXPECT_TRUE(seen.insert({x, y}).second);
+  }
+  EXPECT_EQ(film.tile_count(), 6);
+  EXPECT_EQ(seen.size(), 130u * 65u);
+}
+
+TEST(Film, DevelopsTheMeanOfAllSamples) {
+  Film film(10, 3);
+  film.add(0, flat(film.tile(0), 2.0f), 1);
+  film.add(0, flat(film.tile(0), 10.0f), 3);
+  EXPECT_FLOAT_EQ(film.develop().at(9, 2, 1), 3.0f);
+}
+
+TEST(Film, UntouchedTilesAreBlackAndUnlisted) {
+  Film film(128, 64);
+  film.add(1, flat(film.tile(1), 4.0f), 2);
+  const Film::Changes changes = film.tiles_since(0, 10);
+  ASSERT_EQ(changes.tiles.size(), 1u);
+  EXPECT_EQ(changes.tiles[0].index, 1);
+  EXPECT_EQ(changes.tiles[0].samples, 2u);
+  EXPECT_EQ(film.develop().at(0, 0, 0), 0.0f);
+  EXPECT_EQ(film.develop().at(64, 0, 0), 2.0f);
+}
+
+TEST(Film, CursorWalksThroughChangesWithALimit) {
+  Film film(64 * 5, 64);
+  for (int i : {3, 1, 4, 0}) film.add(i, flat(film.tile(i), 1), 1);
+  Film::Changes changes = film.tiles_since(0, 3);
+  EXPECT_EQ(changes.left_out, 1);
+  ASSERT_EQ(changes.tiles.size(), 3u);
+  EXPECT_EQ(changes.tiles[0].index, 3);
+  changes = film.tiles_since(changes.cursor, 3);
+  ASSERT_EQ(changes.tiles.size(), 1u);
+  EXPECT_EQ(changes.tiles[0].index, 0);
+  EXPECT_TRUE(film.tiles_since(changes.cursor, 3).tiles.empty());
+  film.add(3, flat(film.tile(3), 1), 1);
+  EXPECT_EQ(film.tiles_since(changes.cursor, 3).tiles.size(), 1u);
+}
+
+TEST(Film, AReaderThatFollowsTheCursorEndsWithEveryTilesLastState) {
+  Film film(64 * 8, 64);
+  constexpr int kRounds = 400;
+  std::vector<std::thread> writers;
+  for (int w = 0; w < 2; ++w)
+    writers.emplace_back([&, w] {
+      for (int round = 0; round < kRounds; ++round)
+        for (int i = w; i < 8; i += 2) film.add(i, flat(film.tile(i), 1), 1);
+    });
+  std::vector<uint32_t> last(8);
+  uint64_t cursor = 0;
+  bool complete = false;
+  for (int reads = 0; !complete && reads < 10'000'000; ++reads) {
+    const Film::Changes changes = film.tiles_since(cursor, 3);
+    for (const auto& t : changes.tiles) last[static_cast<size_t>(t.index)] = t.samples;
+    cursor = changes.cursor;
+    complete = changes.tiles.empty() && cursor == 8 * kRounds;
+  }
+  for (std::thread& t : writers) t.join();
+  EXPECT_EQ(last, std::vector<uint32_t>(8, kRounds));
+}
+
+}  // namespace
+}  // namespace qray
