@@ -42,10 +42,9 @@ std::variant<Json, Problem> parse_tree(std::string_view text, const RequestLimit
                    "expected at most " + std::to_string(limits.max_bytes) + " bytes, got " +
                        std::to_string(text.size()));
   }
-  if (deeper_than(text, limits.max_depth_json)) {
-    return problem(
-        400, "Not acceptable JSON",
-        "expected at most " + std::to_string(limits.max_depth_json) + " levels of nesting");
+  if (deeper_than(text, limits.max_nesting)) {
+    return problem(400, "Not acceptable JSON",
+                   "expected at most " + std::to_string(limits.max_nesting) + " levels of nesting");
   }
   std::vector<std::set<std::string>> names;
   bool twice = false;
@@ -193,8 +192,7 @@ class ObjectReader {
 
 bool is_name(std::string_view text) {
   return !text.empty() && text.size() <= 64 && std::all_of(text.begin(), text.end(), [](char c) {
-    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '-' ||
-           c == '_';
+    return (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '-';
   });
 }
 
@@ -228,7 +226,7 @@ void read_request(const Json& tree, const RequestLimits& limits, JobRequest& out
   ObjectReader in(tree, "", errors);
   if (const std::string* scene = in.string("scene")) {
     out.scene = *scene;
-    if (!is_name(out.scene)) in.wrong("scene", "expected a scene's name: 1..64 of a-z A-Z 0-9 - _");
+    if (!is_name(out.scene)) in.wrong("scene", "expected a scene's name: 1..64 of a-z, 0-9 and -");
   } else if (!tree.contains("scene")) {
     in.wrong("scene", "expected a scene's name, got nothing");
   }
@@ -241,10 +239,11 @@ void read_request(const Json& tree, const RequestLimits& limits, JobRequest& out
   }
   if (const std::string* method = in.string("method")) {
     out.method = *method;
-    if (std::find(limits.methods.begin(), limits.methods.end(), out.method) ==
-        limits.methods.end()) {
+    const auto& known_methods = limits.methods;
+    if (!known_methods.empty() &&
+        std::find(known_methods.begin(), known_methods.end(), out.method) == known_methods.end()) {
       std::string known;
-      for (const std::string& name : limits.methods) known += (known.empty() ? "" : ", ") + name;
+      for (const std::string& name : known_methods) known += (known.empty() ? "" : ", ") + name;
       in.wrong("method", "expected one of " + known + ", got " + shown(*method));
     }
   }
@@ -264,11 +263,11 @@ void read_request(const Json& tree, const RequestLimits& limits, JobRequest& out
                "expected auto, none or a table's id (32 hex digits), got " + shown(*table));
     }
   }
-  in.integer("max_depth", 1, 1024, out.max_depth);
+  in.integer("max_depth", 1, 128, out.max_depth);
   in.integer("learning_samples", 0, 1'000'000, out.learning_samples);
   in.number("alpha", 0, 1, out.alpha);
   in.number("gamma", 0, 1, out.gamma);
-  in.integer("grid", 1, 4096, out.grid);
+  in.integer("grid", 1, limits.max_grid, out.grid);
   if (const Json* camera = in.find("camera")) {
     if (camera->is_object()) {
       read_camera(*camera, out.camera.emplace(), errors);

@@ -18,9 +18,7 @@ Json or_null(const std::optional<T>& value) {
   return value ? Json(*value) : Json(nullptr);
 }
 
-Json or_null(const std::string& text) {
-  return text.empty() ? Json(nullptr) : Json(text);
-}
+Json or_null(const std::string& text) { return text.empty() ? Json(nullptr) : Json(text); }
 
 Json time_or_null(const std::optional<int64_t>& ms) {
   return ms ? Json(time_to_text(*ms)) : Json(nullptr);
@@ -62,7 +60,7 @@ Json request_json(const JobRequest& r) {
   return out;
 }
 
-Json job_json(const JobView& job) {
+Json job_json(const JobInfo& job) {
   Json out = {{"id", job.id},
               {"state", job.state},
               {"request", request_json(job.request)},
@@ -103,20 +101,18 @@ std::string job_request_to_json(const JobRequest& request) {
   return text_of(request_json(request));
 }
 
-std::string job_to_json(const JobView& job) {
-  return text_of(job_json(job));
-}
+std::string job_to_json(const JobInfo& job) { return text_of(job_json(job)); }
 
-std::string job_list_to_json(std::span<const JobView> jobs, std::string_view next) {
+std::string job_list_to_json(std::span<const JobInfo> jobs, std::string_view next) {
   Json out = {{"jobs", Json::array()}};
-  for (const JobView& job : jobs) out["jobs"].push_back(job_json(job));
+  for (const JobInfo& job : jobs) out["jobs"].push_back(job_json(job));
   if (!next.empty()) out["next"] = next;
   return text_of(out);
 }
 
-std::string table_list_to_json(std::span<const TableView> tables) {
+std::string table_list_to_json(std::span<const TableInfo> tables) {
   Json list = Json::array();
-  for (const TableView& t : tables) {
+  for (const TableInfo& t : tables) {
     list.push_back({{"id", t.id},
                     {"scene", t.scene},
                     {"method", t.method},
@@ -130,17 +126,15 @@ std::string table_list_to_json(std::span<const TableView> tables) {
   return text_of({{"tables", std::move(list)}});
 }
 
-std::string scene_list_to_json(std::span<const SceneView> scenes) {
+std::string scene_list_to_json(std::span<const SceneInfo> scenes) {
   Json list = Json::array();
-  for (const SceneView& s : scenes) {
+  for (const SceneInfo& s : scenes) {
     list.push_back({{"name", s.name}, {"width", or_null(s.width)}, {"height", or_null(s.height)}});
   }
   return text_of({{"scenes", std::move(list)}});
 }
 
-std::string health_to_json() {
-  return R"({"status":"ok"})";
-}
+std::string health_to_json() { return R"({"status":"ok"})"; }
 
 std::string problem_to_json(const Problem& problem) {
   Json out = {{"type", "about:blank"}, {"title", problem.title}, {"status", problem.status}};

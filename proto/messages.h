@@ -51,9 +51,10 @@ struct JobRequest {
 };
 
 struct RequestLimits {
-  std::vector<std::string> methods;  // names that are known
+  std::vector<std::string> methods;  // names that are known; empty: any
   size_t max_bytes = 4u << 20;
-  int max_depth_json = 32;
+  int max_nesting = 32;
+  int max_grid = 4096;
   int max_dimension_px = 8192;
   int64_t max_pixels = 4096LL * 4096;
   double max_seconds = 3600;
@@ -75,7 +76,7 @@ struct JobError {
   std::string message, where;
 };
 
-struct JobView {
+struct JobInfo {
   std::string id, state;
   JobRequest request;
   int64_t created_ms = 0;  // since 1970-01-01 UTC, as all times here
@@ -88,7 +89,7 @@ struct JobView {
   std::vector<std::string> warnings;
 };
 
-struct TableView {
+struct TableInfo {
   std::string id, scene, method;
   std::vector<std::string> parents;
   int64_t created_ms = 0;
@@ -96,16 +97,16 @@ struct TableView {
   std::string job;
 };
 
-struct SceneView {
+struct SceneInfo {
   std::string name;
   std::optional<int> width, height;  // absent: the scene cannot be loaded
 };
 
-std::string job_to_json(const JobView& job);
+std::string job_to_json(const JobInfo& job);
 // `next`: the id to give as `before` for the following page; empty: this is the last.
-std::string job_list_to_json(std::span<const JobView> jobs, std::string_view next);
-std::string table_list_to_json(std::span<const TableView> tables);
-std::string scene_list_to_json(std::span<const SceneView> scenes);
+std::string job_list_to_json(std::span<const JobInfo> jobs, std::string_view next);
+std::string table_list_to_json(std::span<const TableInfo> tables);
+std::string scene_list_to_json(std::span<const SceneInfo> scenes);
 std::string health_to_json();
 std::string problem_to_json(const Problem& problem);
 

@@ -1,0 +1,46 @@
+// The open connections, a thread each, and never more than a bound: when it is reached, the
+// connection that has waited longest for its next request makes room. Any thread.
+#pragma once
+
+#include <chrono>
+#include <condition_variable>
+#include <functional>
+#include <map>
+#include <mutex>
+
+namespace qray::server {
+
+class Connections {
+ public:
+  explicit Connections(size_t max) : max_(max) {}
+  ~Connections() { stop(); }
+  Connections(const Connections&) = delete;
+  Connections& operator=(const Connections&) = delete;
+
+  // Runs body(id) on a thread of its own, then closes fd. Waits, at most a second, when all
+  // connections are busy; false: fd was closed instead.
+  bool start(int fd, std::function<void(uint64_t id)> body);
+  // Between requests a connection is idle, and may be closed to make room.
+  void set_idle(uint64_t id, bool idle);
+  // Shuts every connection down and waits for the threads.
+  void stop();
+  bool stopping() const;
+  size_t count() const;
+
+ private:
+  struct Entry {
+    int fd = -1;
+    bool idle = true;
+    std::chrono::steady_clock::time_point since;
+  };
+  void evict_oldest_idle();  // with the mutex held
+
+  const size_t max_;
+  mutable std::mutex mutex_;
+  std::condition_variable ended_;
+  std::map<uint64_t, Entry> open_;
+  uint64_t next_id_ = 1;
+  bool stopping_ = false;
+};
+
+}  // namespace qray::server

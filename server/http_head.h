@@ -1,0 +1,35 @@
+// The gate before cpp-httplib 0.11.4's parser: the head of a request is read whole and judged here,
+// and what the parser mishandles (chunked and coded bodies, double lengths, ranges, long lines)
+// never reaches it. Pure functions; any thread.
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <variant>
+
+#include "proto/messages.h"
+
+namespace qray::server {
+
+struct HeadLimits {
+  size_t max_head_bytes = 16 * 1024;
+  size_t max_target_bytes = 1024;
+  size_t max_line_bytes = 4 * 1024;
+  size_t max_fields = 64;
+  size_t max_body_bytes = 4u << 20;
+};
+
+struct AcceptedHead {
+  std::string text;       // for the parser: without Range and Accept-Encoding
+  size_t body_bytes = 0;  // that follow the head
+  bool close = false;     // the client asks for the connection to end
+};
+
+// `head` ends with the empty line. RFC 9112 sections 3, 5 and 6; a refused head ends the
+// connection.
+std::variant<AcceptedHead, proto::Problem> check_head(std::string_view head,
+                                                      const HeadLimits& limits);
+
+}  // namespace qray::server

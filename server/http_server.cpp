@@ -1,0 +1,228 @@
+#include "server/http_server.h"
+
+#include <fcntl.h>
+#include <netdb.h>
+#include <netinet/tcp.h>
+#include <poll.h>
+#include <spdlog/spdlog.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <cstring>
+
+#include "server/connections.h"
+#include "server/reply.h"
+
+namespace qray::server {
+namespace {
+
+constexpr int kBacklog = 512;
+
+struct Listener {
+  int fd = -1;
+  int port = 0;
+};
+
+Result<Listener> listen_on(const std::string& host, int port) {
+  addrinfo hints{}, *found = nullptr;
+  hints.ai_socktype = SOCK_STREAM;
+  hints.ai_flags = AI_PASSIVE | AI_NUMERICSERV;
+  const std::string where = host + ":" + std::to_string(port);
+  if (const int e = ::getaddrinfo(host.c_str(), std::to_string(port).c_str(), &hints, &found)) {
+    return Error{ErrorCode::kInvalid, std::string("not an address: ") + gai_strerror(e), where};
+  }
+  const int fd = ::socket(found->ai_family, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
+  const int on = 1;
+  bool ok = fd >= 0 && ::setsockopt(fd, SOL_SOCKET, SO_REUSEADDR, &on, sizeof on) == 0 &&
+            ::bind(fd, found->ai_addr, found->ai_addrlen) == 0 && ::listen(fd, kBacklog) == 0;
+  ::freeaddrinfo(found);
+  sockaddr_storage bound{};
+  socklen_t size = sizeof bound;
+  ok = ok && ::getsockname(fd, reinterpret_cast<sockaddr*>(&bound), &size) == 0;
+  if (!ok) {
+    const Error error{ErrorCode::kIo, std::string("cannot listen: ") + std::strerror(errno), where};
+    if (fd >= 0) ::close(fd);
+    return error;
+  }
+  const in_port_t net_port = bound.ss_family == AF_INET6
+                                 ? reinterpret_cast<sockaddr_in6*>(&bound)->sin6_port
+                                 : reinterpret_cast<sockaddr_in*>(&bound)->sin_port;
+  return Listener{fd, ntohs(net_port)};
+}
+
+// A page of another site may make a browser send requests here; browsers name that site.
+bool foreign_origin(const httplib::Request& req) {
+  const std::string origin = req.get_header_value("Origin");
+  if (origin.empty()) return false;
+  const size_t slashes = origin.find("://");
+  return slashes == std::string::npos || origin.substr(slashes + 3) != req.get_header_value("Host");
+}
+
+void refuse_raw(SocketStream& stream, const proto::Problem& problem) {
+  const std::string body = proto::problem_to_json(problem);
+  stream.write("HTTP/1.1 " + std::to_string(problem.status) + " " + problem.title +
+               "\r\nContent-Type: application/problem+json\r\nContent-Length: " +
+               std::to_string(body.size()) + "\r\nConnection: close\r\n\r\n" + body);
+}
+
+}  // namespace
+
+class HttpServer::Impl final : public httplib::Server {
+ public:
+  Impl(Router router, const HttpLimits& limits)
+      : router_(std::move(router)), limits_(limits), connections_(limits.max_connections) {
+    set_payload_max_length(limits.head.max_body_bytes);
+    set_keep_alive_max_count(limits.max_requests_per_connection);
+    set_keep_alive_timeout(
+        std::chrono::duration_cast<std::chrono::seconds>(limits.stream.idle).count());
+    set_default_headers({{"X-Content-Type-Options", "nosniff"}});
+    // Paths without a body are answered before the library's own routing; the others are let
+    // through to have their body read, and only when a route knows them.
+    set_pre_routing_handler([this](const httplib::Request& req, httplib::Response& res) {
+      const bool pass_on = (req.method == "POST" || req.method == "PUT") && !foreign_origin(req) &&
+                           router_.find(req.method, req.path).handler;
+      if (!pass_on) dispatch(req, res);
+      return pass_on ? HandlerResponse::Unhandled : HandlerResponse::Handled;
+    });
+    const auto with_body = [this](const httplib::Request& req, httplib::Response& res) {
+      dispatch(req, res);
+    };
+    Post(".*", with_body);
+    Put(".*", with_body);
+    set_exception_handler(
+        [](const httplib::Request& req, httplib::Response& res, std::exception_ptr e) {
+          try {
+            std::rethrow_exception(e);
+          } catch (const std::exception& what) {
+            spdlog::error("{} {}: exception: {}", req.method, req.path, what.what());
+          } catch (...) {
+            spdlog::error("{} {}: unknown exception", req.method, req.path);
+          }
+          reply_problem(res, {500, "Internal error", "", {}});
+        });
+    set_error_handler([](const httplib::Request&, httplib::Response& res) {
+      if (!res.body.empty()) return;
+      reply_problem(res, {res.status, res.status == 400 ? "Bad request" : "Refused", "", {}});
+    });
+  }
+
+  ~Impl() override { stop(); }
+
+  Result<int> start(const std::string& host, int port) {
+    Result<Listener> listener = listen_on(host, port);
+    if (!listener.ok()) return listener.error();
+    svr_sock_ = listener.value().fd;  // the library's streams end when it becomes invalid
+    acceptor_ = std::jthread(
+        [this, fd = listener.value().fd](std::stop_token stop) { accept_loop(fd, stop); });
+    return listener.value().port;
+  }
+
+  void stop() {
+    if (acceptor_.joinable()) {
+      acceptor_.request_stop();
+      acceptor_.join();
+    }
+    const int fd = svr_sock_.exchange(INVALID_SOCKET);
+    connections_.stop();
+    if (fd != INVALID_SOCKET) ::close(fd);
+  }
+
+  size_t connection_count() const { return connections_.count(); }
+
+ private:
+  void dispatch(const httplib::Request& req, httplib::Response& res) {
+    if (foreign_origin(req)) {
+      return reply_problem(res, {403, "Foreign origin", "a page of another site asked", {}});
+    }
+    const Router::Match match = router_.find(req.method, req.path);
+    if (match.handler) return (*match.handler)(req, res, match.id);
+    const bool reads = req.method == "GET" || req.method == "HEAD";
+    if (reads && match.allow.empty() && router_.fallback(req, res)) return;
+    if (match.allow.empty()) return reply_problem(res, {404, "Not found", "no such address", {}});
+    res.set_header("Allow", match.allow);
+    reply_problem(res, {405, "Method not allowed", "expected " + match.allow, {}});
+  }
+
+  void accept_loop(int listener, std::stop_token stop) {
+    while (!stop.stop_requested()) {
+      pollfd p{listener, POLLIN, 0};
+      if (::poll(&p, 1, 100) <= 0) continue;
+      const int fd = ::accept4(listener, nullptr, nullptr, SOCK_CLOEXEC);
+      if (fd < 0) {
+        if (errno == EMFILE || errno == ENFILE || errno == ENOBUFS || errno == ENOMEM) {
+          std::this_thread::sleep_for(std::chrono::milliseconds(10));
+        }
+        continue;
+      }
+      const int on = 1;
+      ::setsockopt(fd, IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);  // Nagle costs 43 ms an answer
+      connections_.start(fd, [this, fd](uint64_t id) { serve(fd, id); });
+    }
+  }
+
+  void serve(int fd, uint64_t id) {
+    try {
+      SocketStream stream(fd, limits_.stream);
+      for (size_t n = 1; n <= limits_.max_requests_per_connection; ++n) {
+        connections_.set_idle(id, true);
+        if (!serve_one(stream, id, n == limits_.max_requests_per_connection)) break;
+      }
+      if (!connections_.stopping()) stream.linger(std::chrono::milliseconds(300));
+    } catch (const std::exception& e) {
+      spdlog::error("connection ended by an exception: {}", e.what());
+    }
+  }
+
+  // False: the connection is over.
+  bool serve_one(SocketStream& stream, uint64_t id, bool last) {
+    std::string head;
+    switch (stream.read_head(limits_.head.max_head_bytes, head)) {
+      case SocketStream::HeadRead::kClosed:
+        return false;
+      case SocketStream::HeadRead::kTimeout:
+        refuse_raw(stream, {408, "Request timeout", "the head did not arrive in time", {}});
+        return false;
+      case SocketStream::HeadRead::kTooLarge:
+        refuse_raw(stream, {431,
+                            "Header fields too large",
+                            "expected at most " + std::to_string(limits_.head.max_head_bytes) +
+                                " bytes before the empty line",
+                            {}});
+        return false;
+      case SocketStream::HeadRead::kOk:
+        break;
+    }
+    connections_.set_idle(id, false);
+    auto checked = check_head(head, limits_.head);
+    if (const proto::Problem* problem = std::get_if<proto::Problem>(&checked)) {
+      refuse_raw(stream, *problem);
+      return false;
+    }
+    AcceptedHead& accepted = std::get<AcceptedHead>(checked);
+    const bool close = last || accepted.close;
+    stream.begin(std::move(accepted.text), accepted.body_bytes);
+    bool closed = false;
+    const bool ok = process_request(stream, close, closed, nullptr);
+    return ok && !close && !closed && stream.skip_rest();
+  }
+
+  Router router_;
+  HttpLimits limits_;
+  Connections connections_;
+  std::jthread acceptor_;
+};
+
+HttpServer::HttpServer(Router router, const HttpLimits& limits)
+    : impl_(std::make_unique<Impl>(std::move(router), limits)) {}
+
+HttpServer::~HttpServer() = default;
+
+Result<int> HttpServer::start(const std::string& host, int port) {
+  return impl_->start(host, port);
+}
+
+void HttpServer::stop() { impl_->stop(); }
+
+size_t HttpServer::connection_count() const { return impl_->connection_count(); }
+
+}  // namespace qray::server

@@ -1,0 +1,63 @@
+#include "server/reply.h"
+
+namespace qray::server {
+namespace {
+
+struct StatusText {
+  int status;
+  const char* title;
+};
+
+StatusText status_of(ErrorCode code) {
+  switch (code) {
+    case ErrorCode::kInvalid:
+      return {422, "Wrong request"};
+    case ErrorCode::kUnsupported:
+      return {422, "Not supported"};
+    case ErrorCode::kNotFound:
+      return {404, "Not found"};
+    case ErrorCode::kTooLarge:
+      return {413, "Too large"};
+    case ErrorCode::kConflict:
+      return {409, "Not possible now"};
+    case ErrorCode::kCanceled:
+      return {409, "Canceled"};
+    case ErrorCode::kBusy:
+      return {429, "Too many jobs"};
+    case ErrorCode::kCorrupt:
+    case ErrorCode::kIo:
+      break;
+  }
+  return {500, "Internal error"};
+}
+
+}  // namespace
+
+void reply_json(httplib::Response& res, int status, std::string json) {
+  res.status = status;
+  res.set_header("Cache-Control", "no-store");
+  res.set_content(std::move(json), "application/json");
+}
+
+void reply_bytes(httplib::Response& res, const Bytes& bytes, const char* content_type) {
+  res.status = 200;
+  res.set_header("Cache-Control", "no-store");
+  res.set_content(reinterpret_cast<const char*>(bytes.data()), bytes.size(), content_type);
+}
+
+void reply_problem(httplib::Response& res, const proto::Problem& problem) {
+  res.status = problem.status;
+  res.set_header("Cache-Control", "no-store");
+  if (problem.status == 429 || problem.status == 503) res.set_header("Retry-After", "5");
+  res.set_content(proto::problem_to_json(problem), "application/problem+json");
+}
+
+void reply_error(httplib::Response& res, const Error& error) {
+  const auto [status, title] = status_of(error.code);
+  proto::Problem problem{status, title, error.text(), {}};
+  if (status == 500) problem.detail.clear();  // the log has it; paths are not for clients
+  if (error.where.starts_with('/')) problem.errors.push_back({error.where, error.message});
+  reply_problem(res, problem);
+}
+
+}  // namespace qray::server

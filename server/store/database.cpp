@@ -1,0 +1,166 @@
+#include "server/store/database.h"
+
+#include <sqlite3.h>
+
+namespace qray::server {
+namespace {
+
+constexpr int kSchemaVersion = 1;
+
+constexpr const char* kSchema = R"sql(
+CREATE TABLE jobs (
+  id INTEGER PRIMARY KEY AUTOINCREMENT,
+  state TEXT NOT NULL,
+  request TEXT NOT NULL,          -- JSON
+  created_ms INTEGER NOT NULL, started_ms INTEGER, ended_ms INTEGER,
+  fraction REAL NOT NULL DEFAULT 0, samples INTEGER NOT NULL DEFAULT 0,
+  seconds REAL NOT NULL DEFAULT 0,
+  error_message TEXT, error_where TEXT,
+  table_in TEXT NOT NULL DEFAULT '', table_out TEXT NOT NULL DEFAULT '',
+  stats TEXT NOT NULL DEFAULT '', -- JSON
+  biased INTEGER NOT NULL DEFAULT 0,
+  warnings TEXT NOT NULL DEFAULT '',  -- a line each
+  attempts INTEGER NOT NULL DEFAULT 0);
+CREATE INDEX jobs_by_state ON jobs(state);
+CREATE TABLE events (
+  id INTEGER PRIMARY KEY,         -- rising across restarts, with gaps
+  job TEXT NOT NULL, kind TEXT NOT NULL, data TEXT NOT NULL);
+CREATE TABLE tables (
+  number INTEGER PRIMARY KEY AUTOINCREMENT,
+  id TEXT NOT NULL UNIQUE,
+  scene TEXT NOT NULL, method TEXT NOT NULL,
+  parents TEXT NOT NULL,          -- ids, a line each
+  created_ms INTEGER NOT NULL,
+  bytes INTEGER NOT NULL, states INTEGER NOT NULL, samples_seen INTEGER NOT NULL,
+  job TEXT NOT NULL,
+  geometry TEXT NOT NULL, materials TEXT NOT NULL, lights TEXT NOT NULL);
+CREATE INDEX tables_by_scene ON tables(method, geometry, materials, lights);
+CREATE TABLE counters (name TEXT PRIMARY KEY, value INTEGER NOT NULL);
+)sql";
+
+Error sqlite_error(sqlite3* db) {
+  return {ErrorCode::kIo, std::string("SQLite: ") + sqlite3_errmsg(db), ""};
+}
+
+}  // namespace
+
+Query::Query(sqlite3* db, const char* sql) : db_(db) {
+  result_ = sqlite3_prepare_v2(db, sql, -1, &statement_, nullptr);
+}
+
+Query::~Query() { sqlite3_finalize(statement_); }
+
+Query& Query::bind(int64_t v) {
+  sqlite3_bind_int64(statement_, ++bound_, v);
+  return *this;
+}
+
+Query& Query::bind(double v) {
+  sqlite3_bind_double(statement_, ++bound_, v);
+  return *this;
+}
+
+Query& Query::bind(const std::string& v) {
+  sqlite3_bind_text(statement_, ++bound_, v.data(), static_cast<int>(v.size()), SQLITE_TRANSIENT);
+  return *this;
+}
+
+Query& Query::bind(std::nullopt_t) {
+  sqlite3_bind_null(statement_, ++bound_);
+  return *this;
+}
+
+bool Query::next() {
+  if (!statement_) return false;
+  result_ = sqlite3_step(statement_);
+  return result_ == SQLITE_ROW;
+}
+
+Status Query::run() {
+  while (next()) {
+  }
+  return status();
+}
+
+Status Query::status() const {
+  if (result_ == SQLITE_OK || result_ == SQLITE_ROW || result_ == SQLITE_DONE) return {};
+  return sqlite_error(db_);
+}
+
+bool Query::is_null(int column) const {
+  return sqlite3_column_type(statement_, column) == SQLITE_NULL;
+}
+
+int64_t Query::integer(int column) const { return sqlite3_column_int64(statement_, column); }
+
+double Query::real(int column) const { return sqlite3_column_double(statement_, column); }
+
+std::string Query::text(int column) const {
+  const auto* bytes = reinterpret_cast<const char*>(sqlite3_column_text(statement_, column));
+  return bytes ? std::string(bytes, static_cast<size_t>(sqlite3_column_bytes(statement_, column)))
+               : std::string();
+}
+
+Result<std::unique_ptr<Database>> Database::open(const std::filesystem::path& file) {
+  sqlite3* handle = nullptr;
+  const int opened =
+      sqlite3_open_v2(file.c_str(), &handle,
+                      SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE | SQLITE_OPEN_FULLMUTEX, nullptr);
+  std::unique_ptr<Database> db(new Database(handle));
+  if (opened != SQLITE_OK) {
+    Error error = sqlite_error(handle);
+    error.where = file.string();
+    return error;
+  }
+  sqlite3_busy_timeout(handle, 2000);
+  if (Status made = db->prepare_schema(); !made.ok()) {
+    Error error = made.error();
+    error.where = file.string();
+    return error;
+  }
+  return db;
+}
+
+Database::~Database() { sqlite3_close(db_); }
+
+Status Database::prepare_schema() {
+  Session session(*this);
+  if (Status s = session.exec("PRAGMA journal_mode=WAL"); !s.ok()) return s;
+  if (Status s = session.exec("PRAGMA synchronous=FULL"); !s.ok()) return s;
+  int64_t version = 0;
+  {
+    Query query(db_, "PRAGMA user_version");
+    if (query.next()) version = query.integer(0);
+    if (Status s = query.status(); !s.ok()) return s;
+  }
+  if (version == kSchemaVersion) return {};
+  if (version != 0) {
+    return Error{ErrorCode::kUnsupported,
+                 "the data folder has schema version " + std::to_string(version) + ", expected " +
+                     std::to_string(kSchemaVersion),
+                 ""};
+  }
+  Transaction transaction(*this);
+  if (Status s = transaction.exec(kSchema); !s.ok()) return s;
+  const std::string mark = "PRAGMA user_version=" + std::to_string(kSchemaVersion);
+  if (Status s = transaction.exec(mark.c_str()); !s.ok()) return s;
+  return transaction.commit();
+}
+
+Status Database::Session::exec(const char* sql) {
+  if (sqlite3_exec(db_, sql, nullptr, nullptr, nullptr) != SQLITE_OK) return sqlite_error(db_);
+  return {};
+}
+
+Database::Transaction::~Transaction() {
+  if (begun_.ok() && !committed_) (void)exec("ROLLBACK");
+}
+
+Status Database::Transaction::commit() {
+  if (!begun_.ok()) return begun_;
+  Status done = exec("COMMIT");
+  committed_ = done.ok();
+  return done;
+}
+
+}  // namespace qray::server
