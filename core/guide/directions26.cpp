@@ -1,5 +1,6 @@
 #include "core/guide/directions26.h"
 
+#include <algorithm>
 #include <cmath>
 #include <vector>
 
@@ -9,21 +10,13 @@ namespace {
 struct Dir {
   double x, y, z;
 };
-Dir operator*(Dir a, double s) {
-  return {a.x * s, a.y * s, a.z * s};
-}
-Dir operator+(Dir a, Dir b) {
-  return {a.x + b.x, a.y + b.y, a.z + b.z};
-}
-double dot(Dir a, Dir b) {
-  return a.x * b.x + a.y * b.y + a.z * b.z;
-}
+Dir operator*(Dir a, double s) { return {a.x * s, a.y * s, a.z * s}; }
+Dir operator+(Dir a, Dir b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
+double dot(Dir a, Dir b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
 Dir cross(Dir a, Dir b) {
   return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
-Dir unit(Dir a) {
-  return a * (1 / std::sqrt(dot(a, a)));
-}
+Dir unit(Dir a) { return a * (1 / std::sqrt(dot(a, a))); }
 
 using Polygon = std::vector<Dir>;  // a convex spherical polygon, counter-clockwise from outside
 
@@ -50,9 +43,7 @@ double solid_angle(const Polygon& polygon) {
   return sum;
 }
 
-Dir to_dir(Vec3 v) {
-  return {v.x, v.y, v.z};
-}
+Dir to_dir(Vec3 v) { return {v.x, v.y, v.z}; }
 
 // The 26 regions of the sphere nearest to each direction.
 std::array<Polygon, kDirections26> make_regions() {
@@ -94,7 +85,7 @@ const std::array<Vec3, kDirections26>& directions26() {
 int nearest_direction26(Vec3 d) {
   const float ax = std::abs(d.x), ay = std::abs(d.y), az = std::abs(d.z);
   const float hi = std::max(ax, std::max(ay, az)), lo = std::min(ax, std::min(ay, az));
-  const float mid = ax + ay + az - hi - lo;
+  const float mid = std::max(std::min(ax, ay), std::min(std::max(ax, ay), az));
   // Cosines to the nearest face, edge and corner direction.
   const float face = hi, edge = (hi + mid) * 0.70710678f, corner = (hi + mid + lo) * 0.57735027f;
   const int count = corner > face && corner > edge ? 3 : edge > face ? 2 : 1;

@@ -83,9 +83,7 @@ float HuangGuide::pdf_w(const GuidePoint& point, Vec3 wi) const {
   return frozen_[point.state.value].weight[a] * kUniformHemispherePdfW;
 }
 
-std::unique_ptr<GuideDelta> HuangGuide::make_delta() const {
-  return std::make_unique<Delta>();
-}
+std::unique_ptr<GuideDelta> HuangGuide::make_delta() const { return std::make_unique<Delta>(); }
 
 void HuangGuide::record(std::span<const GuideVertex> path, GuideDelta& delta) const {
   auto& transitions = static_cast<Delta&>(delta).transitions;

@@ -7,9 +7,7 @@ namespace {
 constexpr std::array<std::string_view, 3> kMethods = {"none", "huang-published", "huang"};
 }
 
-std::span<const std::string_view> method_names() {
-  return kMethods;
-}
+std::span<const std::string_view> method_names() { return kMethods; }
 
 std::string_view table_method(std::string_view method) {
   return method == "huang-published" ? "huang" : method;

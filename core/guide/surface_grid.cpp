@@ -29,9 +29,7 @@ uint32_t encode_normal(Vec3 n) {
   return quantize(x) << 15 | quantize(y);
 }
 
-float dequantize(uint32_t v) {
-  return static_cast<float>(v) / kNormalSteps * 2 - 1;
-}
+float dequantize(uint32_t v) { return static_cast<float>(v) / kNormalSteps * 2 - 1; }
 
 }  // namespace
 

@@ -18,7 +18,7 @@ class SurfaceGrid {
 
   struct State {
     uint64_t key = 0;
-    Vec3 n;  // the key's normal, within 1e-4 of the face's: every point of the state has this one
+    Vec3 n;  // the key's normal, within 2e-4 of the face's: every point of the state has this one
   };
   State state_at(Vec3 p, Vec3 n) const;
 

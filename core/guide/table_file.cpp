@@ -9,9 +9,7 @@ constexpr uint64_t kMagic = 0x314c425459415251;  // "QRAYTBL1"
 constexpr uint32_t kEndianness = 0x01020304;
 constexpr size_t kMaxString = 256, kMaxParents = 64, kMaxSections = 64, kTagSize = 4;
 
-void write_digest(ByteWriter& out, const Digest& digest) {
-  out.bytes(digest.bytes);
-}
+void write_digest(ByteWriter& out, const Digest& digest) { out.bytes(digest.bytes); }
 
 Digest read_digest(ByteReader& in) {
   Digest digest;

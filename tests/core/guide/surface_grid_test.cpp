@@ -16,7 +16,7 @@ TEST(SurfaceGrid, KeepsNormalsWithinRounding) {
     const uint64_t h = mix64(i);
     const Vec3 n = square_to_uniform_sphere(
         {to_unit_float(static_cast<uint32_t>(h)), to_unit_float(static_cast<uint32_t>(h >> 32))});
-    EXPECT_LT(length(grid.state_at({0.5f, 0.5f, 0.5f}, n).n - n), 1e-4f);
+    EXPECT_LT(length(grid.state_at({0.5f, 0.5f, 0.5f}, n).n - n), 2e-4f);
   }
 }
 

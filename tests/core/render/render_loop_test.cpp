@@ -1,0 +1,192 @@
+#include "core/render/render_loop.h"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+
+#include "core/job/run_job.h"
+#include "tests/support/test_scenes.h"
+
+namespace qray {
+namespace {
+
+RenderSettings small(const std::string& method, int samples) {
+  RenderSettings s;
+  s.method = method;
+  s.width = 100;  // two tiles wide, one of them narrow
+  s.height = 70;
+  s.samples = samples;
+  return s;
+}
+
+struct Outcome {
+  Image image;
+  JobResult job;
+};
+
+Outcome run(const PreparedScene& scene, const RenderSettings& settings, int threads,
+            std::optional<TableFile> table = {}) {
+  Film film(settings.width, settings.height);
+  TaskPool pool(threads);
+  RenderObserver observer;
+  Result<JobResult> job =
+      run_job(scene, settings, std::move(table), film, pool, observer, {}, SteadyClock());
+  EXPECT_TRUE(job.ok()) << job.error().text();
+  return {film.develop(), std::move(job).value()};
+}
+
+bool same_bits(const Image& a, const Image& b) {
+  return std::equal(a.data().begin(), a.data().end(), b.data().begin(), b.data().end());
+}
+
+TEST(RenderLoop, SameBitsForAnyNumberOfThreads) {
+  const auto scene = test::prepare(test::room());
+  for (const char* method : {"none", "huang", "huang-published"}) {
+    const RenderSettings settings = small(method, 12);
+    const Outcome one = run(*scene, settings, 1);
+    for (int threads : {2, 4}) {
+      const Outcome many = run(*scene, settings, threads);
+      EXPECT_TRUE(same_bits(one.image, many.image)) << method << " with " << threads;
+      if (one.job.table) {
+        EXPECT_EQ(encode_table(*one.job.table), encode_table(*many.job.table)) << method;
+      }
+    }
+  }
+}
+
+TEST(RenderLoop, SeedsGiveOtherPictures) {
+  const auto scene = test::prepare(test::room());
+  RenderSettings settings = small("none", 1);
+  const Outcome first = run(*scene, settings, 1);
+  settings.seed = 2;
+  EXPECT_FALSE(same_bits(first.image, run(*scene, settings, 1).image));
+}
+
+TEST(RenderLoop, ATimedJobReplaysFromItsPasses) {
+  const auto scene = test::prepare(test::room());
+  RenderSettings settings = small("huang", 0);
+  settings.seconds = 0.3;
+  const Outcome timed = run(*scene, settings, 2);
+  EXPECT_GT(timed.job.stats.samples_per_pixel, 1u);
+  RenderSettings replay = small("huang", 1);
+  replay.passes = timed.job.stats.passes;
+  replay.learning_samples = static_cast<int>(timed.job.stats.learning_samples_per_pixel);
+  EXPECT_TRUE(same_bits(timed.image, run(*scene, replay, 1).image));
+}
+
+TEST(RenderLoop, PassesDoubleAndEndAtTheSamplesAskedFor) {
+  const auto scene = test::prepare(test::room());
+  const Outcome outcome = run(*scene, small("none", 13), 2);
+  EXPECT_EQ(outcome.job.stats.passes, (std::vector<int>{1, 1, 2, 4, 5}));
+  EXPECT_EQ(outcome.job.stats.samples_per_pixel, 13u);
+  EXPECT_EQ(outcome.job.stats.paths, 13u * 100 * 70);
+  EXPECT_EQ(outcome.job.stats.dropped_samples, 0u);
+}
+
+TEST(RenderLoop, LearnsForAQuarterOfTheJobAtMost) {
+  const auto scene = test::prepare(test::room());
+  EXPECT_EQ(run(*scene, small("huang", 16), 2).job.stats.learning_samples_per_pixel, 4u);
+  EXPECT_EQ(run(*scene, small("none", 16), 2).job.stats.learning_samples_per_pixel, 0u);
+}
+
+TEST(RenderLoop, SharesOfTimeSumToOne) {
+  const auto scene = test::prepare(test::room());
+  const RenderStats stats = run(*scene, small("huang", 8), 2).job.stats;
+  EXPECT_GT(stats.share_tracing, 0);
+  EXPECT_GT(stats.share_guiding, 0);
+  EXPECT_GT(stats.share_rest, 0);
+  EXPECT_NEAR(stats.share_tracing + stats.share_guiding + stats.share_rest, 1, 1e-9);
+}
+
+TEST(RenderLoop, NonFiniteSamplesAreDroppedAndCounted) {
+  Scene scene = test::room();
+  const auto clean = test::prepare(scene);
+  auto prepared = std::const_pointer_cast<PreparedScene>(test::prepare(scene));
+  // Not possible from a file: validate() refuses it.
+  prepared->scene.materials[2].emission = Rgb{std::numeric_limits<float>::infinity()};
+  const Outcome outcome = run(*prepared, small("none", 4), 2);
+  EXPECT_GT(outcome.job.stats.dropped_samples, 0u);
+  for (float v : outcome.image.data()) EXPECT_TRUE(std::isfinite(v));
+}
+
+class StopAtFirstTile final : public RenderObserver {
+ public:
+  explicit StopAtFirstTile(std::stop_source& source) : source_(source) {}
+  void on_tile(const RenderProgress&) override {
+    source_.request_stop();
+    ++tiles;
+  }
+  std::atomic<int> tiles = 0;
+
+ private:
+  std::stop_source& source_;
+};
+
+TEST(RenderLoop, StopsInMidPass) {
+  const auto scene = test::prepare(test::room());
+  RenderSettings settings = small("huang", 100'000);
+  settings.width = settings.height = 512;
+  Film film(settings.width, settings.height);
+  TaskPool pool(2);
+  std::stop_source source;
+  StopAtFirstTile observer(source);
+  const Result<JobResult> job =
+      run_job(*scene, settings, {}, film, pool, observer, source.get_token(), SteadyClock());
+  ASSERT_FALSE(job.ok());
+  EXPECT_EQ(job.error().code, ErrorCode::kCanceled);
+  EXPECT_LE(observer.tiles, 2);
+}
+
+class Recorder final : public RenderObserver {
+ public:
+  void on_tile(const RenderProgress& p) override { fractions.push_back(p.fraction); }
+  void on_pass(const RenderProgress& p) override { passes.push_back(p.samples_per_pixel); }
+  std::vector<double> fractions;
+  std::vector<uint64_t> passes;
+};
+
+TEST(RenderLoop, ProgressRisesToOne) {
+  const auto scene = test::prepare(test::room());
+  const RenderSettings settings = small("huang", 8);
+  Film film(settings.width, settings.height);
+  TaskPool pool(3);
+  Recorder recorder;
+  ASSERT_TRUE(run_job(*scene, settings, {}, film, pool, recorder, {}, SteadyClock()).ok());
+  EXPECT_TRUE(std::is_sorted(recorder.fractions.begin(), recorder.fractions.end()));
+  EXPECT_DOUBLE_EQ(recorder.fractions.back(), 1);
+  EXPECT_EQ(recorder.passes, (std::vector<uint64_t>{1, 2, 4, 8}));
+}
+
+TEST(RunJob, TableGrowsFromItsParent) {
+  const auto scene = test::prepare(test::room());
+  const Outcome cold = run(*scene, small("huang", 8), 2);
+  ASSERT_TRUE(cold.job.table);
+  EXPECT_TRUE(table_fits(cold.job.table->header, scene->hash));
+  EXPECT_TRUE(cold.job.table->header.parents.empty());
+  const Outcome warm = run(*scene, small("huang", 8), 2, cold.job.table);
+  EXPECT_EQ(warm.job.table->header.parents, std::vector<std::string>{cold.job.table->header.id});
+  EXPECT_GT(warm.job.table->header.samples_seen, cold.job.table->header.samples_seen);
+  EXPECT_NE(warm.job.table->header.id, cold.job.table->header.id);
+  EXPECT_FALSE(same_bits(cold.image, warm.image));
+}
+
+TEST(RunJob, ATableOfAnotherMethodOrGridIsRefused) {
+  const auto scene = test::prepare(test::room());
+  const Outcome cold = run(*scene, small("huang", 2), 2);
+  Film film(100, 70);
+  TaskPool pool(1);
+  RenderObserver observer;
+  Result<JobResult> none =
+      run_job(*scene, small("none", 1), cold.job.table, film, pool, observer, {}, SteadyClock());
+  ASSERT_FALSE(none.ok());
+  EXPECT_EQ(none.error().code, ErrorCode::kInvalid);
+  RenderSettings fine = small("huang", 1);
+  fine.huang.grid = 100;
+  Result<JobResult> other =
+      run_job(*scene, fine, cold.job.table, film, pool, observer, {}, SteadyClock());
+  ASSERT_FALSE(other.ok());
+  EXPECT_EQ(other.error().code, ErrorCode::kConflict);
+}
+
+}  // namespace
+}  // namespace qray
