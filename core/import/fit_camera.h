@@ -1,0 +1,13 @@
+// A view for files that bring none. Pure function.
+#pragma once
+
+#include "core/scene/scene.h"
+
+namespace qray {
+
+// A box open at +z (a Cornell box) is seen whole from outside its opening, a closed room from
+// inside its +z wall, anything else from the front, a little above and to the right.
+// pre: indices in range.
+Camera fit_camera(const Scene& scene);
+
+}  // namespace qray

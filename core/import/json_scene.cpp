@@ -1,0 +1,205 @@
+#include "core/import/json_scene.h"
+
+#include "core/base/file.h"
+#include "core/image/image_io.h"
+#include "core/import/obj.h"
+#include "core/import/ply.h"
+
+namespace qray {
+namespace {
+
+constexpr uint64_t kMaxJsonBytes = uint64_t{16} << 20;  // its tree takes twenty times that
+
+template <class Id>
+using Names = std::map<std::string, Id, std::less<>>;
+
+class Reader {
+ public:
+  Reader(const std::filesystem::path& path, const SceneLimits& limits)
+      : folder_(path.parent_path()), limits_(limits) {}
+
+  JsonScene read(const JsonNode& root) {
+    root.only(
+        {"name", "size", "max_depth", "camera", "textures", "materials", "environment", "meshes"});
+    Scene& scene = out_.scene;
+    if (const auto name = root.find("name")) scene.name = name->string();
+    if (const auto size = root.find("size")) {
+      if (!size->is_array() || size->size() != 2) size->fail_expected("[width, height]");
+      scene.width = size->at(0).integer(1, limits_.max_dimension_px);
+      scene.height = size->at(1).integer(1, limits_.max_dimension_px);
+    }
+    if (const auto depth = root.find("max_depth")) scene.max_depth = depth->integer(1, 256);
+    read_camera(root.get("camera"));
+    if (const auto textures = root.find("textures")) read_textures(*textures);
+    read_materials(root.get("materials"));
+    if (const auto environment = root.find("environment")) read_environment(*environment);
+    read_meshes(root.get("meshes"));
+    return std::move(out_);
+  }
+
+ private:
+  void read_camera(const JsonNode& node) {
+    node.only(
+        {"position", "target", "up", "vertical_fov_deg", "aperture_radius", "focus_distance"});
+    Camera& camera = out_.scene.camera;
+    camera.position = node.get("position").vec3();
+    camera.target = node.get("target").vec3();
+    if (const auto v = node.find("up")) camera.up = v->vec3();
+    camera.vertical_fov_deg = node.get("vertical_fov_deg").number();
+    if (const auto v = node.find("aperture_radius")) camera.aperture_radius = v->number();
+    if (const auto v = node.find("focus_distance")) camera.focus_distance = v->number();
+  }
+
+  // A file beside the scene's; it must be there.
+  std::filesystem::path resolve(const JsonNode& node) const {
+    const std::filesystem::path path = folder_ / node.string();
+    std::error_code ec;
+    if (!std::filesystem::is_regular_file(path, ec))
+      node.fail("no such file: \"" + node.string() + "\"", ErrorCode::kNotFound);
+    return path;
+  }
+
+  template <class Id>
+  void add_name(const JsonNode& node, Names<Id>& names, size_t index) {
+    if (node.string().empty()) node.fail("expected a name, got an empty string");
+    if (!names.emplace(node.string(), Id(static_cast<uint32_t>(index))).second)
+      node.fail("\"" + node.string() + "\" is taken, expected a name of its own");
+  }
+
+  void read_textures(const JsonNode& list) {
+    for (size_t i = 0; i < list.size(); ++i) {
+      const JsonNode node = list.at(i);
+      node.only({"name", "path", "srgb", "wrap"});
+      add_name(node.get("name"), textures_, i);
+      Texture texture;
+      texture.path = std::filesystem::absolute(resolve(node.get("path")));
+      if (const auto v = node.find("srgb")) texture.srgb = v->boolean();
+      if (const auto v = node.find("wrap")) {
+        const std::string& wrap = v->string();
+        if (wrap == "clamp")
+          texture.wrap = TextureWrap::kClamp;
+        else if (wrap == "mirror")
+          texture.wrap = TextureWrap::kMirror;
+        else if (wrap != "repeat")
+          v->fail_expected("one of repeat, clamp, mirror");
+      }
+      out_.scene.textures.push_back(std::move(texture));
+    }
+  }
+
+  void read_materials(const JsonNode& list) {
+    for (size_t i = 0; i < list.size(); ++i) {
+      const JsonNode node = list.at(i);
+      add_name(node.get("name"), materials_, i);
+      out_.scene.materials.push_back(read_material(node, textures_));
+    }
+  }
+
+  void read_environment(const JsonNode& node) {
+    node.only({"radiance", "image", "rotation_deg"});
+    Environment& environment = out_.scene.environment;
+    const auto image = node.find("image");
+    if (!image && !node.has("radiance")) node.fail("expected \"radiance\" or \"image\"");
+    environment.radiance = Rgb{1.0f};
+    if (const auto v = node.find("radiance")) environment.radiance = v->number_or_rgb();
+    if (const auto v = node.find("rotation_deg")) environment.rotation_deg = v->number();
+    if (!image) return;
+    const std::string extension = std::filesystem::path(image->string()).extension();
+    if (extension != ".exr" && extension != ".hdr") image->fail_expected("an .exr or .hdr file");
+    environment.image_path = std::filesystem::absolute(resolve(*image));
+    const auto max_pixels = static_cast<uint64_t>(limits_.max_pixels);
+    Result<Image> pixels = read_image(environment.image_path, max_pixels);
+    if (!pixels.ok()) image->fail(pixels.error().message, pixels.error().code);
+    environment.image = three_channels(pixels.value());
+  }
+
+  static Image three_channels(const Image& image) {
+    Image out(image.width(), image.height(), 3);
+    for (int y = 0; y < image.height(); ++y)
+      for (int x = 0; x < image.width(); ++x) out.set_rgb(x, y, image.rgb(x, y));
+    return out;
+  }
+
+  void read_meshes(const JsonNode& list) {
+    for (size_t i = 0; i < list.size(); ++i) {
+      const JsonNode node = list.at(i);
+      node.only({"name", "material", "positions", "triangles", "quads", "normals", "uvs", "file",
+                 "quad", "box", "sphere", "cylinder", "disk", "transform", "flip"});
+      Mesh mesh = read_shape(node, limits_);
+      if (const auto name = node.find("name")) mesh.name = name->string();
+      const std::string pointer = "/meshes/" + std::to_string(i);
+      if (const auto file = node.find("file"))
+        read_file_mesh(node, *file, mesh.name, pointer);
+      else
+        add_mesh(std::move(mesh), material_id(node.get("material")), pointer, node);
+    }
+  }
+
+  MaterialId material_id(const JsonNode& name) const {
+    const auto it = materials_.find(name.string());
+    if (it == materials_.end()) name.fail_expected("the name of a material");
+    return it->second;
+  }
+
+  void add_mesh(Mesh mesh, MaterialId material, const std::string& pointer, const JsonNode& node) {
+    triangle_count_ += mesh.triangles.size();
+    if (triangle_count_ > limits_.max_triangles) {
+      node.fail("expected at most " + std::to_string(limits_.max_triangles) + " triangles",
+                ErrorCode::kTooLarge);
+    }
+    mesh.material = material;
+    out_.scene.meshes.push_back(std::move(mesh));
+    out_.mesh_pointers.push_back(pointer);
+  }
+
+  void read_file_mesh(const JsonNode& node, const JsonNode& file, const std::string& name,
+                      const std::string& pointer) {
+    const std::string extension = std::filesystem::path(file.string()).extension();
+    if (extension != ".obj" && extension != ".ply") file.fail_expected("an .obj or .ply file");
+    const std::filesystem::path path = resolve(file);
+    const auto material = node.find("material");
+    if (extension == ".ply") {
+      Mesh mesh = read_ply(path, limits_);
+      mesh.name = name;
+      apply_placement(node, mesh);
+      return add_mesh(std::move(mesh), material_id(node.get("material")), pointer, node);
+    }
+    ObjContents contents = read_obj(path, limits_);
+    Scene& scene = out_.scene;
+    const auto first_material = static_cast<uint32_t>(scene.materials.size());
+    const auto first_texture = static_cast<uint32_t>(scene.textures.size());
+    const MaterialId one = material ? material_id(*material) : MaterialId{};
+    for (Mesh& mesh : contents.meshes) {
+      mesh.name = name + "/" + mesh.name;
+      apply_placement(node, mesh);
+      const MaterialId own(first_material + mesh.material.value);
+      add_mesh(std::move(mesh), material ? one : own, pointer, node);
+    }
+    out_.warnings.insert(out_.warnings.end(), contents.warnings.begin(), contents.warnings.end());
+    if (material) return;  // one of the document's, for all of it
+    for (Material& m : contents.materials) {
+      if (m.reflectance.texture.valid()) m.reflectance.texture.value += first_texture;
+      scene.materials.push_back(std::move(m));
+    }
+    for (Texture& texture : contents.textures) scene.textures.push_back(std::move(texture));
+  }
+
+  std::filesystem::path folder_;
+  const SceneLimits& limits_;
+  JsonScene out_;
+  Names<TextureId> textures_;
+  Names<MaterialId> materials_;
+  size_t triangle_count_ = 0;
+};
+
+}  // namespace
+
+JsonScene read_json_scene(const std::filesystem::path& path, const SceneLimits& limits) {
+  const Result<Bytes> text = read_file(path, kMaxJsonBytes);
+  if (!text.ok()) throw ImportFailure{text.error()};
+  const std::string file = path.filename();
+  const JsonValue tree = parse_json(text.value(), file);
+  return Reader(path, limits).read(JsonNode(tree, file + ":"));
+}
+
+}  // namespace qray

@@ -1,0 +1,32 @@
+// The JSON scene format, docs/scene_format.md. Throws ImportFailure. Any thread.
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "core/import/json_tree.h"
+#include "core/scene/scene.h"
+#include "core/scene/validate.h"
+
+namespace qray {
+
+// A scene as read, not validated yet.
+struct JsonScene {
+  Scene scene;
+  std::vector<std::string> warnings;
+  // Where scene.meshes[i] was read from, as a pointer into the document: a file may hold several.
+  std::vector<std::string> mesh_pointers;
+};
+
+JsonScene read_json_scene(const std::filesystem::path& path, const SceneLimits& limits);
+
+// The parts, one file each.
+using TextureNames = std::map<std::string, TextureId, std::less<>>;
+Material read_material(const JsonNode& node, const TextureNames& textures);
+// One shape with its "transform" and "flip" applied, material unset; "file" is left to the caller.
+Mesh read_shape(const JsonNode& node, const SceneLimits& limits);
+void apply_placement(const JsonNode& node, Mesh& mesh);
+
+}  // namespace qray

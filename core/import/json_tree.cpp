@@ -1,0 +1,251 @@
+#include "core/import/json_tree.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <limits>
+#include <nlohmann/json.hpp>
+
+namespace qray {
+namespace {
+
+// RFC 6901.
+std::string escape(std::string_view key) {
+  std::string out;
+  for (const char c : key) {
+    if (c == '~')
+      out += "~0";
+    else if (c == '/')
+      out += "~1";
+    else
+      out += c;
+  }
+  return out;
+}
+
+std::string quote(std::string_view text) {
+  constexpr size_t kShown = 60;
+  const bool whole = text.size() <= kShown;
+  return '"' + std::string(text.substr(0, kShown)) + (whole ? "\"" : "...\"");
+}
+
+std::string describe(const JsonValue& v) {
+  if (const double* number = std::get_if<double>(&v.value)) {
+    char text[32];
+    std::snprintf(text, sizeof text, "%.9g", *number);
+    return text;
+  }
+  if (const std::string* text = std::get_if<std::string>(&v.value)) return quote(*text);
+  if (const bool* truth = std::get_if<bool>(&v.value)) return *truth ? "true" : "false";
+  if (const auto* array = std::get_if<JsonValue::Array>(&v.value))
+    return "an array of " + std::to_string(array->size());
+  return std::holds_alternative<JsonValue::Object>(v.value) ? "an object" : "null";
+}
+
+float to_float(double v) {
+  constexpr double kMax = std::numeric_limits<float>::max();
+  if (std::abs(v) > kMax) return static_cast<float>(std::copysign(HUGE_VAL, v));
+  return static_cast<float>(v);
+}
+
+// Events of nlohmann's iterative SAX parser -> tree. An exception in a handler ends the parse.
+class TreeBuilder : public nlohmann::json_sax<nlohmann::json> {
+ public:
+  TreeBuilder(const Bytes& text, const std::string& file, JsonValue& root)
+      : text_(text), file_(file), root_(root) {}
+
+  bool null() override { return add({}); }
+  bool boolean(bool v) override { return add({v}); }
+  bool number_integer(int64_t v) override { return add({static_cast<double>(v)}); }
+  bool number_unsigned(uint64_t v) override { return add({static_cast<double>(v)}); }
+  bool number_float(double v, const std::string&) override { return add({v}); }
+  bool string(std::string& v) override { return add({std::move(v)}); }
+  bool binary(nlohmann::json::binary_t&) override { return false; }
+  bool start_object(size_t) override { return open({JsonValue::Object{}}); }
+  bool start_array(size_t) override { return open({JsonValue::Array{}}); }
+  bool end_object() override { return close(); }
+  bool end_array() override { return close(); }
+
+  bool key(std::string& name) override {
+    auto& object = std::get<JsonValue::Object>(open_.back()->value);
+    for (const JsonMember& member : object)
+      if (member.key == name) fail_import(ErrorCode::kInvalid, "appears twice", pointer(name));
+    object.push_back({std::move(name), {}});
+    return true;
+  }
+
+  bool parse_error(size_t position, const std::string&,
+                   const nlohmann::json::exception& e) override {
+    const auto end = text_.begin() + static_cast<ptrdiff_t>(std::min(position, text_.size()));
+    const auto line = 1 + std::count(text_.begin(), end, static_cast<uint8_t>('\n'));
+    const std::string what = e.what();
+    const size_t detail = what.find(": ", what.find("column"));
+    fail_import(ErrorCode::kInvalid,
+                "not JSON" + (detail == std::string::npos ? "" : what.substr(detail)),
+                file_ + ":" + std::to_string(line));
+  }
+
+ private:
+  JsonValue* place(JsonValue v) {
+    JsonValue* slot = &root_;
+    if (!open_.empty()) {
+      if (auto* array = std::get_if<JsonValue::Array>(&open_.back()->value))
+        slot = &array->emplace_back();
+      else
+        slot = &std::get<JsonValue::Object>(open_.back()->value).back().value;
+    }
+    *slot = std::move(v);
+    return slot;
+  }
+  bool add(JsonValue v) {
+    place(std::move(v));
+    return true;
+  }
+  // Addresses of open values are stable: only the innermost one's children are appended to.
+  bool open(JsonValue v) {
+    open_.push_back(place(std::move(v)));
+    if (open_.size() > kMaxJsonDepth) {
+      open_.pop_back();
+      fail_import(
+          ErrorCode::kTooLarge,
+          "nested too deeply, expected at most " + std::to_string(kMaxJsonDepth) + " levels",
+          pointer({}));
+    }
+    return true;
+  }
+  bool close() {
+    open_.pop_back();
+    return true;
+  }
+  std::string pointer(std::string_view last_key) const {
+    std::string out = file_ + ":";
+    for (size_t i = 0; i < open_.size(); ++i) {
+      if (const auto* array = std::get_if<JsonValue::Array>(&open_[i]->value))
+        out += "/" + std::to_string(array->size() - 1);
+      else if (i + 1 < open_.size() || last_key.empty())
+        out += "/" + escape(std::get<JsonValue::Object>(open_[i]->value).back().key);
+    }
+    return last_key.empty() ? out : out + "/" + escape(last_key);
+  }
+
+  const Bytes& text_;
+  const std::string& file_;
+  JsonValue& root_;
+  std::vector<JsonValue*> open_;
+};
+
+}  // namespace
+
+JsonValue parse_json(const Bytes& text, const std::string& file) {
+  JsonValue root;
+  TreeBuilder builder(text, file, root);
+  nlohmann::json::sax_parse(text, &builder);
+  return root;
+}
+
+void JsonNode::fail(const std::string& message, ErrorCode code) const {
+  fail_import(code, message, place_);
+}
+void JsonNode::fail_expected(const std::string& what) const {
+  fail("expected " + what + ", got " + describe(*value_));
+}
+
+bool JsonNode::boolean() const {
+  const bool* v = std::get_if<bool>(&value_->value);
+  if (!v) fail_expected("true or false");
+  return *v;
+}
+
+float JsonNode::number() const {
+  const double* v = std::get_if<double>(&value_->value);
+  if (!v) fail_expected("a number");
+  return to_float(*v);
+}
+
+float JsonNode::number(float lo, float hi) const {
+  const float v = number();
+  if (!(v >= lo && v <= hi)) {
+    char text[64];
+    std::snprintf(text, sizeof text, "%g..%g", static_cast<double>(lo), static_cast<double>(hi));
+    fail_expected(text);
+  }
+  return v;
+}
+
+int JsonNode::integer(int lo, int hi) const {
+  const double* v = std::get_if<double>(&value_->value);
+  if (!v || *v != std::floor(*v) || *v < lo || *v > hi)
+    fail_expected("an integer, " + std::to_string(lo) + ".." + std::to_string(hi));
+  return static_cast<int>(*v);
+}
+
+const std::string& JsonNode::string() const {
+  const std::string* v = std::get_if<std::string>(&value_->value);
+  if (!v) fail_expected("a string");
+  return *v;
+}
+
+size_t JsonNode::size() const {
+  const auto* v = std::get_if<JsonValue::Array>(&value_->value);
+  if (!v) fail_expected("an array");
+  return v->size();
+}
+
+JsonNode JsonNode::at(size_t index) const {
+  return {std::get<JsonValue::Array>(value_->value)[index], place_ + "/" + std::to_string(index)};
+}
+
+std::vector<float> JsonNode::numbers(size_t count) const {
+  if (!is_array() || size() != count)
+    fail_expected("an array of " + std::to_string(count) + " numbers");
+  std::vector<float> out(count);
+  const auto& items = std::get<JsonValue::Array>(value_->value);
+  for (size_t i = 0; i < count; ++i) {
+    const double* v = std::get_if<double>(&items[i].value);
+    out[i] = v ? to_float(*v) : at(i).number();  // at() names the place, and costs a string
+  }
+  return out;
+}
+
+Vec3 JsonNode::vec3() const {
+  const std::vector<float> v = numbers(3);
+  return {v[0], v[1], v[2]};
+}
+Rgb JsonNode::rgb() const {
+  const std::vector<float> v = numbers(3);
+  return {v[0], v[1], v[2]};
+}
+Rgb JsonNode::number_or_rgb() const {
+  if (is_number()) return Rgb{number()};
+  if (!is_array()) fail_expected("a number or [r, g, b]");
+  return rgb();
+}
+
+const JsonValue::Object& JsonNode::object() const {
+  const auto* v = std::get_if<JsonValue::Object>(&value_->value);
+  if (!v) fail_expected("an object");
+  return *v;
+}
+
+void JsonNode::only(std::initializer_list<std::string_view> keys) const {
+  for (const JsonMember& member : object()) {
+    if (std::find(keys.begin(), keys.end(), member.key) != keys.end()) continue;
+    std::string known;
+    for (const std::string_view key : keys) known += (known.empty() ? "" : ", ") + std::string(key);
+    JsonNode(member.value, place_ + "/" + escape(member.key))
+        .fail("unknown field, expected one of: " + known);
+  }
+}
+
+std::optional<JsonNode> JsonNode::find(std::string_view key) const {
+  for (const JsonMember& member : object())
+    if (member.key == key) return JsonNode(member.value, place_ + "/" + escape(key));
+  return std::nullopt;
+}
+
+JsonNode JsonNode::get(std::string_view key) const {
+  std::optional<JsonNode> node = find(key);
+  if (!node) fail("\"" + std::string(key) + "\" is missing");
+  return *node;
+}
+
+}  // namespace qray

@@ -1,0 +1,100 @@
+#include "core/import/load_scene.h"
+
+#include <algorithm>
+
+#include "core/import/fit_camera.h"
+#include "core/import/json_scene.h"
+#include "core/import/obj.h"
+#include "core/import/ply.h"
+#include "core/scene/scene_hash.h"
+
+namespace qray {
+namespace {
+
+JsonScene from_obj(const std::filesystem::path& path, const SceneLimits& limits) {
+  ObjContents contents = read_obj(path, limits);
+  JsonScene out;
+  out.scene.meshes = std::move(contents.meshes);
+  out.scene.materials = std::move(contents.materials);
+  out.scene.textures = std::move(contents.textures);
+  out.warnings = std::move(contents.warnings);
+  return out;
+}
+
+JsonScene from_ply(const std::filesystem::path& path, const SceneLimits& limits) {
+  JsonScene out;
+  out.scene.meshes.push_back(read_ply(path, limits));
+  out.scene.meshes.back().material = MaterialId(0);
+  out.scene.materials.emplace_back().name = "grey";
+  return out;
+}
+
+bool has_light(const Scene& scene) {
+  return scene.environment.present() ||
+         std::any_of(scene.meshes.begin(), scene.meshes.end(), [&scene](const Mesh& mesh) {
+           return mesh.material.value < scene.materials.size() &&
+                  scene.materials[mesh.material.value].emits();
+         });
+}
+
+// A view and a light for formats that have none.
+void complete(Scene& scene, const std::filesystem::path& path) {
+  scene.name = path.stem();
+  scene.camera = fit_camera(scene);
+  if (!has_light(scene)) scene.environment.radiance = Rgb{1.0f};
+}
+
+// "/meshes/4/positions/7" counts the scene's meshes; the document's may be fewer.
+std::string document_pointer(const std::string& pointer, const JsonScene& read) {
+  const std::string prefix = "/meshes/";
+  if (read.mesh_pointers.empty() || !pointer.starts_with(prefix)) return pointer;
+  const size_t end = pointer.find('/', prefix.size());
+  const size_t index = std::stoul(pointer.substr(prefix.size(), end - prefix.size()));
+  const std::string rest = end == std::string::npos ? "" : pointer.substr(end);
+  return read.mesh_pointers[index] + rest;
+}
+
+JsonScene read_any(const std::filesystem::path& path, const SceneLimits& limits) {
+  const std::string extension = path.extension();
+  if (extension == ".json") {
+    JsonScene read = read_json_scene(path, limits);
+    if (read.scene.name.empty()) read.scene.name = path.parent_path().filename();
+    return read;
+  }
+  JsonScene read;
+  if (extension == ".obj")
+    read = from_obj(path, limits);
+  else if (extension == ".ply")
+    read = from_ply(path, limits);
+  else
+    fail_import(ErrorCode::kUnsupported, "expected a .json, .obj or .ply file", path.filename());
+  complete(read.scene, path);
+  return read;
+}
+
+}  // namespace
+
+Result<LoadedScene> load_scene(const std::filesystem::path& path, const SceneLimits& limits) {
+  try {
+    JsonScene read = read_any(path, limits);
+    const std::string file = path.filename();
+    const Result<ValidateReport> report = validate(read.scene, limits);
+    if (!report.ok()) {
+      Error error = report.error();
+      error.where = file + ":" + document_pointer(error.where, read);
+      return error;
+    }
+    if (!has_light(read.scene)) read.warnings.push_back(file + ": nothing emits light");
+    Result<SceneHash> hash = hash_scene(read.scene);
+    if (!hash.ok()) return hash.error();
+    return LoadedScene{std::move(read.scene), hash.value(), report.value().dropped_triangles,
+                       std::move(read.warnings)};
+  } catch (const ImportFailure& failure) {
+    return failure.error;
+  } catch (const std::exception&) {
+    // A parser's own exception, or memory: nothing of its text goes further.
+    return Error{ErrorCode::kInvalid, "cannot be read", path.filename()};
+  }
+}
+
+}  // namespace qray

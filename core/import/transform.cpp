@@ -1,0 +1,78 @@
+#include "core/import/transform.h"
+
+namespace qray {
+
+Transform Transform::rotation(Vec3 axis, float deg) {
+  // Rodrigues' formula.
+  const double angle = static_cast<double>(deg) * std::numbers::pi / 180;
+  const double c = std::cos(angle), s = std::sin(angle);
+  const double norm = std::hypot(axis.x, axis.y, axis.z);
+  const double x = axis.x / norm, y = axis.y / norm, z = axis.z / norm;
+  Transform t;
+  t.rows = {{{c + x * x * (1 - c), x * y * (1 - c) - z * s, x * z * (1 - c) + y * s, 0},
+             {y * x * (1 - c) + z * s, c + y * y * (1 - c), y * z * (1 - c) - x * s, 0},
+             {z * x * (1 - c) - y * s, z * y * (1 - c) + x * s, c + z * z * (1 - c), 0}}};
+  return t;
+}
+
+Transform Transform::scaling(Vec3 factors) {
+  Transform t;
+  for (int i = 0; i < 3; ++i) t.rows[i][i] = factors[i];
+  return t;
+}
+
+Transform Transform::translation(Vec3 offset) {
+  Transform t;
+  for (int i = 0; i < 3; ++i) t.rows[i][3] = offset[i];
+  return t;
+}
+
+Transform Transform::after(const Transform& first) const {
+  Transform out;
+  for (int r = 0; r < 3; ++r) {
+    for (int c = 0; c < 4; ++c) {
+      out.rows[r][c] = c == 3 ? rows[r][3] : 0;
+      for (int k = 0; k < 3; ++k) out.rows[r][c] += rows[r][k] * first.rows[k][c];
+    }
+  }
+  return out;
+}
+
+double Transform::determinant() const {
+  const auto& a = rows;
+  return a[0][0] * (a[1][1] * a[2][2] - a[1][2] * a[2][1]) -
+         a[0][1] * (a[1][0] * a[2][2] - a[1][2] * a[2][0]) +
+         a[0][2] * (a[1][0] * a[2][1] - a[1][1] * a[2][0]);
+}
+
+void Transform::apply(Mesh& mesh) const {
+  for (Vec3& p : mesh.positions) {
+    const Vec3 q = p;
+    for (int r = 0; r < 3; ++r)
+      p[r] =
+          static_cast<float>(rows[r][0] * q.x + rows[r][1] * q.y + rows[r][2] * q.z + rows[r][3]);
+  }
+  // Normals go by the inverse transpose: the cofactors, with the determinant's sign.
+  const auto& a = rows;
+  const double sign = determinant() < 0 ? -1 : 1;
+  const auto cofactor = [&](int r, int c) {
+    const int r1 = (r + 1) % 3, r2 = (r + 2) % 3, c1 = (c + 1) % 3, c2 = (c + 2) % 3;
+    return sign * (a[r1][c1] * a[r2][c2] - a[r1][c2] * a[r2][c1]);
+  };
+  for (Vec3& n : mesh.normals) {
+    double m[3];
+    for (int r = 0; r < 3; ++r)
+      m[r] = cofactor(r, 0) * n.x + cofactor(r, 1) * n.y + cofactor(r, 2) * n.z;
+    const double norm = std::hypot(m[0], m[1], m[2]);
+    for (int r = 0; r < 3; ++r) n[r] = static_cast<float>(m[r] / norm);
+  }
+  if (sign < 0)
+    for (auto& tri : mesh.triangles) std::swap(tri[1], tri[2]);
+}
+
+void flip_winding(Mesh& mesh) {
+  for (auto& tri : mesh.triangles) std::swap(tri[1], tri[2]);
+  for (Vec3& n : mesh.normals) n = -n;
+}
+
+}  // namespace qray

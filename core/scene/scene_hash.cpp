@@ -1,0 +1,143 @@
+#include "core/scene/scene_hash.h"
+
+#include "core/base/byte_io.h"
+#include "core/base/file.h"
+
+namespace qray {
+namespace {
+
+constexpr uint64_t kMaxTextureBytes = uint64_t{1} << 30;
+
+// Explicit little-endian bytes into a digest, a chunk at a time.
+class HashWriter {
+ public:
+  explicit HashWriter(std::string_view domain) { chunk_.string(domain); }
+
+  void u8(uint8_t v) {
+    chunk_.u8(v);
+    flush_if_full();
+  }
+  void u32(uint32_t v) {
+    chunk_.u32(v);
+    flush_if_full();
+  }
+  void u64(uint64_t v) {
+    chunk_.u64(v);
+    flush_if_full();
+  }
+  void f32(float v) {
+    chunk_.f32(v == 0 ? 0.0f : v);  // -0 and 0 are the same scene
+    flush_if_full();
+  }
+  void rgb(Rgb v) {
+    for (int i = 0; i < 3; ++i) f32(v[i]);
+  }
+  void vec3(Vec3 v) {
+    for (int i = 0; i < 3; ++i) f32(v[i]);
+  }
+  void digest(const Digest& v) { chunk_.bytes(v.bytes); }
+
+  Digest finish() {
+    hash_.add(chunk_.data());
+    return hash_.finish();
+  }
+
+ private:
+  void flush_if_full() {
+    if (chunk_.size() < (1u << 16)) return;
+    hash_.add(chunk_.data());
+    chunk_ = {};
+  }
+  ByteWriter chunk_;
+  Sha256 hash_;
+};
+
+Digest hash_geometry(const Scene& scene) {
+  HashWriter out("qray geometry 1");
+  out.u64(scene.meshes.size());
+  for (const Mesh& mesh : scene.meshes) {
+    out.u32(mesh.material.value);
+    out.u64(mesh.positions.size());
+    for (const Vec3 p : mesh.positions) out.vec3(p);
+    out.u64(mesh.normals.size());
+    for (const Vec3 n : mesh.normals) out.vec3(n);
+    out.u64(mesh.uvs.size());
+    for (const Vec2 uv : mesh.uvs) {
+      out.f32(uv.x);
+      out.f32(uv.y);
+    }
+    out.u64(mesh.triangles.size());
+    for (const auto& tri : mesh.triangles)
+      for (const uint32_t v : tri) out.u32(v);
+  }
+  return out.finish();
+}
+
+// A texture counts by its content and its meaning, whatever its path or index.
+Result<std::vector<Digest>> hash_textures(const Scene& scene) {
+  std::vector<Digest> digests;
+  for (const Texture& texture : scene.textures) {
+    const Result<Bytes> bytes = read_file(texture.path, kMaxTextureBytes);
+    if (!bytes.ok()) return bytes.error();
+    HashWriter out("qray texture 1");
+    out.digest(sha256(bytes.value()));
+    out.u8(texture.srgb ? 1 : 0);
+    out.u8(static_cast<uint8_t>(texture.wrap));
+    digests.push_back(out.finish());
+  }
+  return digests;
+}
+
+Digest hash_materials(const Scene& scene, const std::vector<Digest>& textures) {
+  HashWriter out("qray materials 1");
+  const auto texture = [&](TextureId id) {
+    out.u8(id.valid() ? 1 : 0);
+    if (id.valid()) out.digest(textures[id.value]);
+  };
+  out.u64(scene.materials.size());
+  for (const Material& m : scene.materials) {
+    out.u8(static_cast<uint8_t>(m.kind));
+    out.rgb(m.reflectance.value);
+    texture(m.reflectance.texture);
+    out.f32(m.roughness.value);
+    texture(m.roughness.texture);
+    out.rgb(m.eta);
+    out.rgb(m.k);
+    out.f32(m.ior);
+    out.rgb(m.specular);
+  }
+  return out.finish();
+}
+
+Digest hash_lights(const Scene& scene) {
+  HashWriter out("qray lights 1");
+  out.u64(scene.materials.size());
+  for (const Material& m : scene.materials) {
+    out.rgb(m.emission);
+    out.u8(m.emission_two_sided ? 1 : 0);
+  }
+  const Environment& environment = scene.environment;
+  out.rgb(environment.radiance);
+  out.f32(environment.rotation_deg);
+  out.u32(static_cast<uint32_t>(environment.image.width()));
+  out.u32(static_cast<uint32_t>(environment.image.height()));
+  for (const float v : environment.image.data()) out.f32(v);
+  return out.finish();
+}
+
+}  // namespace
+
+Digest SceneHash::whole() const {
+  HashWriter out("qray scene 1");
+  for (const Digest* part : {&geometry, &materials, &lights}) out.digest(*part);
+  return out.finish();
+}
+
+Result<SceneHash> hash_scene(const Scene& scene) {
+  const Result<std::vector<Digest>> textures = hash_textures(scene);
+  if (!textures.ok()) return textures.error();
+  return SceneHash{hash_geometry(scene), hash_materials(scene, textures.value()),
+                   hash_lights(scene)};
+}
+
+}  // namespace qray

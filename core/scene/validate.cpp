@@ -1,0 +1,217 @@
+#include "core/scene/validate.h"
+
+#include <cstdio>
+
+namespace qray {
+namespace {
+
+constexpr float kMaxCoordinate = 1e6f;  // metres: a float still resolves 6 cm there
+constexpr float kMaxRadiance = 1e9f;    // the sun's disk: about 2e7
+constexpr float kMaxIndex = 20;         // of eta and k, real metals stay below 12
+constexpr int kMaxDepth = 256;
+
+std::string show(float v) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.9g", static_cast<double>(v));
+  return text;
+}
+std::string show(Rgb v) { return "[" + show(v.r) + ", " + show(v.g) + ", " + show(v.b) + "]"; }
+std::string show(Vec3 v) { return show(Rgb{v.x, v.y, v.z}); }
+
+Error wrong(std::string place, const std::string& expected, const std::string& got,
+            ErrorCode code = ErrorCode::kInvalid) {
+  return {code, "expected " + expected + ", got " + got, std::move(place)};
+}
+
+bool in_range(float v, float lo, float hi) { return v >= lo && v <= hi; }  // false for NaN
+bool in_range(Rgb v, float lo, float hi) {
+  return in_range(v.r, lo, hi) && in_range(v.g, lo, hi) && in_range(v.b, lo, hi);
+}
+bool in_range(Vec3 v, float lo, float hi) { return in_range(Rgb{v.x, v.y, v.z}, lo, hi); }
+bool is_coordinate(Vec3 v) { return in_range(v, -kMaxCoordinate, kMaxCoordinate); }
+
+template <class T>
+Status check_range(const std::string& place, T v, float lo, float hi) {
+  if (in_range(v, lo, hi)) return {};
+  char range[64];
+  std::snprintf(range, sizeof range, "%g..%g", static_cast<double>(lo), static_cast<double>(hi));
+  return wrong(place, range, show(v));
+}
+
+Status check_texture(const std::string& place, TextureId id, size_t count) {
+  if (!id.valid() || id.value < count) return {};
+  return wrong(place, "a texture below " + std::to_string(count), std::to_string(id.value));
+}
+
+Status check_material(const Material& m, const std::string& at, size_t texture_count) {
+  for (const Status& status :
+       {check_range(at + "/reflectance", m.reflectance.value, 0, 1),
+        check_texture(at + "/reflectance", m.reflectance.texture, texture_count),
+        check_range(at + "/roughness", m.roughness.value, 0, 1),
+        check_texture(at + "/roughness", m.roughness.texture, texture_count),
+        check_range(at + "/eta", m.eta, 0, kMaxIndex), check_range(at + "/k", m.k, 0, kMaxIndex),
+        check_range(at + "/ior", m.ior, 1, 4), check_range(at + "/specular", m.specular, 0, 1),
+        check_range(at + "/emission", m.emission, 0, kMaxRadiance)}) {
+    if (!status.ok()) return status;
+  }
+  return {};
+}
+
+// Per-vertex data is there for every vertex or for none.
+Status check_count(const std::string& place, size_t count, size_t vertex_count) {
+  if (count == 0 || count == vertex_count) return {};
+  return wrong(place, std::to_string(vertex_count) + ", one a position", std::to_string(count));
+}
+
+Status check_mesh(const Mesh& mesh, const std::string& at, size_t material_count) {
+  if (mesh.material.value >= material_count) {
+    return wrong(at + "/material", "a material below " + std::to_string(material_count),
+                 mesh.material.valid() ? std::to_string(mesh.material.value) : "none");
+  }
+  const size_t vertex_count = mesh.positions.size();
+  for (const Status& status : {check_count(at + "/normals", mesh.normals.size(), vertex_count),
+                               check_count(at + "/uvs", mesh.uvs.size(), vertex_count)}) {
+    if (!status.ok()) return status;
+  }
+  const auto item = [&at](const char* list, size_t i) {
+    return at + "/" + list + "/" + std::to_string(i);
+  };
+  for (size_t i = 0; i < vertex_count; ++i) {
+    if (!is_coordinate(mesh.positions[i]))
+      return wrong(item("positions", i), "numbers within 1e6 m", show(mesh.positions[i]));
+  }
+  for (size_t i = 0; i < mesh.normals.size(); ++i) {
+    const float n = length(mesh.normals[i]);
+    if (!in_range(n, 0.99f, 1.01f))
+      return wrong(item("normals", i), "a unit vector", show(mesh.normals[i]));
+  }
+  for (size_t i = 0; i < mesh.uvs.size(); ++i) {
+    const Vec3 uv{mesh.uvs[i].x, mesh.uvs[i].y, 0};
+    if (!is_coordinate(uv)) return wrong(item("uvs", i), "numbers within 1e6", show(uv));
+  }
+  for (size_t i = 0; i < mesh.triangles.size(); ++i) {
+    for (const uint32_t v : mesh.triangles[i]) {
+      if (v >= vertex_count) {
+        return wrong(item("triangles", i), "indices below " + std::to_string(vertex_count),
+                     std::to_string(v));
+      }
+    }
+  }
+  return {};
+}
+
+Status check_environment(const Environment& environment) {
+  const std::string at = "/environment";
+  Status status = check_range(at + "/radiance", environment.radiance, 0, kMaxRadiance);
+  if (status.ok()) status = check_range(at + "/rotation_deg", environment.rotation_deg, -360, 360);
+  if (!status.ok()) return status;
+  const Image& image = environment.image;
+  if (image.empty()) return {};
+  if (image.channels() != 3)
+    return wrong(at + "/image", "3 channels", std::to_string(image.channels()));
+  for (int y = 0; y < image.height(); ++y) {
+    for (int x = 0; x < image.width(); ++x) {
+      if (in_range(image.rgb(x, y), 0, kMaxRadiance)) continue;
+      return wrong(at + "/image", "values of 0..1e9",
+                   show(image.rgb(x, y)) + " at pixel (" + std::to_string(x) + ", " +
+                       std::to_string(y) + ")");
+    }
+  }
+  return {};
+}
+
+Status check_size(const Scene& scene, const SceneLimits& limits) {
+  const int sides[] = {scene.width, scene.height};
+  for (int i = 0; i < 2; ++i) {
+    if (sides[i] < 1 || sides[i] > limits.max_dimension_px) {
+      return wrong("/size/" + std::to_string(i), "1.." + std::to_string(limits.max_dimension_px),
+                   std::to_string(sides[i]));
+    }
+  }
+  const int64_t pixels = int64_t{scene.width} * scene.height;
+  if (pixels > limits.max_pixels) {
+    return wrong("/size", "at most " + std::to_string(limits.max_pixels) + " pixels",
+                 std::to_string(pixels), ErrorCode::kTooLarge);
+  }
+  if (scene.max_depth < 1 || scene.max_depth > kMaxDepth) {
+    return wrong("/max_depth", "1.." + std::to_string(kMaxDepth), std::to_string(scene.max_depth));
+  }
+  return {};
+}
+
+Status check_counts(const Scene& scene, const SceneLimits& limits) {
+  if (scene.materials.size() > limits.max_materials) {
+    return wrong("/materials", "at most " + std::to_string(limits.max_materials),
+                 std::to_string(scene.materials.size()), ErrorCode::kTooLarge);
+  }
+  const size_t triangles = scene.triangle_count();
+  if (triangles > limits.max_triangles) {
+    return wrong("/meshes", "at most " + std::to_string(limits.max_triangles) + " triangles",
+                 std::to_string(triangles), ErrorCode::kTooLarge);
+  }
+  return {};
+}
+
+// What cannot be hit, sampled or given a normal in floats.
+size_t drop_degenerate(Mesh& mesh) {
+  constexpr float kMinDoubleArea = 1e-30f;
+  return std::erase_if(mesh.triangles, [&mesh](const auto& tri) {
+    const Vec3 p = mesh.positions[tri[0]];
+    const Vec3 n = cross(mesh.positions[tri[1]] - p, mesh.positions[tri[2]] - p);
+    return !(length(n) > kMinDoubleArea);
+  });
+}
+
+}  // namespace
+
+Status validate_camera(const Camera& camera) {
+  const struct {
+    const char* name;
+    Vec3 value;
+  } vectors[] = {{"/camera/position", camera.position},
+                 {"/camera/target", camera.target},
+                 {"/camera/up", camera.up}};
+  for (const auto& v : vectors)
+    if (!is_coordinate(v.value)) return wrong(v.name, "numbers within 1e6 m", show(v.value));
+  if (!(camera.vertical_fov_deg > 0 && camera.vertical_fov_deg < 180)) {
+    return wrong("/camera/vertical_fov_deg", "more than 0 and less than 180",
+                 show(camera.vertical_fov_deg));
+  }
+  Status status = check_range("/camera/aperture_radius", camera.aperture_radius, 0, kMaxCoordinate);
+  if (status.ok())
+    status = check_range("/camera/focus_distance", camera.focus_distance, 0, kMaxCoordinate);
+  if (!status.ok()) return status;
+  const Vec3 view = camera.target - camera.position;
+  if (!(length(view) > 1e-6f))
+    return wrong("/camera/target", "a point away from the position", show(camera.target));
+  // The sine of the angle between them: a degenerate basis would make NaN rays.
+  const Vec3 side = cross(normalize(view), camera.up);
+  if (!(length(side) > 1e-4f * length(camera.up)))
+    return wrong("/camera/up", "a direction other than the view's", show(camera.up));
+  return {};
+}
+
+Result<ValidateReport> validate(Scene& scene, const SceneLimits& limits) {
+  for (const Status& status : {check_size(scene, limits), validate_camera(scene.camera),
+                               check_counts(scene, limits), check_environment(scene.environment)}) {
+    if (!status.ok()) return status.error();
+  }
+  for (size_t i = 0; i < scene.materials.size(); ++i) {
+    const Status status = check_material(scene.materials[i], "/materials/" + std::to_string(i),
+                                         scene.textures.size());
+    if (!status.ok()) return status.error();
+  }
+  for (size_t i = 0; i < scene.meshes.size(); ++i) {
+    const Status status =
+        check_mesh(scene.meshes[i], "/meshes/" + std::to_string(i), scene.materials.size());
+    if (!status.ok()) return status.error();
+  }
+  ValidateReport report;
+  for (Mesh& mesh : scene.meshes) report.dropped_triangles += drop_degenerate(mesh);
+  std::erase_if(scene.meshes, [](const Mesh& mesh) { return mesh.triangles.empty(); });
+  if (scene.meshes.empty())
+    return Error{ErrorCode::kInvalid, "expected at least one triangle with an area", "/meshes"};
+  return report;
+}
+
+}  // namespace qray
