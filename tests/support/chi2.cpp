@@ -13,6 +13,7 @@ namespace qray::test {
 namespace {
 
 constexpr double kMinExpected = 5;  // per cell, the usual rule for Pearson's statistic
+constexpr double kRounding = 2;     // samples that may round into an empty neighbour cell
 
 using Density = std::function<double(double a, double b)>;
 
@@ -42,7 +43,8 @@ double integrate(const Density& f, double a0, double a1, double b0, double b1, d
          integrate(f, am, a1, bm, b1, q11, depth - 1, tolerance / 2);
 }
 
-// A domain [0, 1) x [0, 1) of equal cells; `scale` turns its area into the density's measure.
+// A domain [0, 1) x [0, 1) of equal cells; `scale` times the density's integral over it is a
+// probability.
 Chi2 run(const std::function<std::optional<Vec2>(Random&)>& sample, const Density& density,
          double scale, const Chi2Options& o) {
   const size_t nu = static_cast<size_t>(o.bins_u), nv = static_cast<size_t>(o.bins_v);
@@ -124,8 +126,10 @@ Chi2 chi2_counts(std::span<const double> observed, std::span<const double> expec
   }
   result.dof = std::max(1, groups - 1);
   result.p_value = chi2_tail(result.statistic, result.dof);
+  double impossible = 0;
   for (size_t i = 0; i < expected.size(); ++i)
-    if (expected[i] < 1e-9 && observed[i] > 0) result.p_value = 0;
+    if (expected[i] < 1e-9) impossible += observed[i];
+  if (impossible > kRounding) result.p_value = 0;
   char line[128];
   std::snprintf(line, sizeof line, "chi2 %.2f, %d degrees of freedom, p %.3g\n", result.statistic,
                 result.dof, result.p_value);
@@ -135,20 +139,22 @@ Chi2 chi2_counts(std::span<const double> observed, std::span<const double> expec
 
 Chi2 chi2_sphere(const std::function<std::optional<Vec3>(Random&)>& sample,
                  const std::function<double(Vec3)>& pdf_w, const Chi2Options& options) {
-  constexpr double kTau = 2 * std::numbers::pi;
+  constexpr double kPiD = std::numbers::pi;
   return run(
       [&](Random& random) -> std::optional<Vec2> {
         const std::optional<Vec3> w = sample(random);
         if (!w) return std::nullopt;
-        const double turn = std::atan2(static_cast<double>(w->y), static_cast<double>(w->x)) / kTau;
-        return Vec2{(1 - w->z) / 2, static_cast<float>(turn < 0 ? turn + 1 : turn)};
+        const double x = w->x, y = w->y, turn = std::atan2(y, x) / (2 * kPiD);
+        return Vec2{static_cast<float>(std::atan2(std::hypot(x, y), w->z) / kPiD),
+                    static_cast<float>(turn < 0 ? turn + 1 : turn)};
       },
       [&](double a, double b) {
-        const double z = 1 - 2 * a, r = std::sqrt(std::max(0.0, 1 - z * z)), phi = kTau * b;
-        return pdf_w({static_cast<float>(r * std::cos(phi)), static_cast<float>(r * std::sin(phi)),
-                      static_cast<float>(z)});
+        const double theta = kPiD * a, phi = 2 * kPiD * b, r = std::sin(theta);
+        const Vec3 w{static_cast<float>(r * std::cos(phi)), static_cast<float>(r * std::sin(phi)),
+                     static_cast<float>(std::cos(theta))};
+        return r * pdf_w(w);
       },
-      2 * kTau, options);
+      2 * kPiD * kPiD, options);
 }
 
 Chi2 chi2_square(const std::function<std::optional<Vec2>(Random&)>& sample,

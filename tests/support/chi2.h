@@ -25,7 +25,7 @@ struct Chi2 {
 struct Chi2Options {
   int samples = 200'000;
   uint64_t seed = 1;
-  int bins_u = 32;          // sphere: in cos(theta), from +1; square: along x
+  int bins_u = 32;          // sphere: in theta, from +z; square: along x
   int bins_v = 64;          // sphere: in phi; square: along y
   int max_depth = 9;        // halvings of a cell's sides by the quadrature
   double tolerance = 1e-7;  // of a cell's integral, absolute

@@ -1,0 +1,55 @@
+// Directions that a Bsdf samples follow the density that it tells.
+#include <gtest/gtest.h>
+
+#include "tests/support/bsdf_cases.h"
+#include "tests/support/chi2.h"
+#include "tests/support/stats.h"
+
+namespace qray {
+namespace {
+
+// A delta direction is an outcome without density, as absorption is.
+test::Chi2 chi2(const test::BsdfCase& c, Vec3 wo, uint64_t seed) {
+  test::Chi2Options options;
+  options.seed = seed;
+  options.samples = 100'000;
+  return test::chi2_sphere(
+      [&](test::Random& random) -> std::optional<Vec3> {
+        const float u_lobe = random.next();
+        const auto s = c.bsdf->sample(c.point, wo, u_lobe, random.next_2d());
+        return s && !s->delta ? std::optional(s->wi) : std::nullopt;
+      },
+      [&](Vec3 wi) { return c.bsdf->eval(c.point, wo, wi).pdf_w; }, options);
+}
+
+TEST(BsdfChi2, SamplesFollowTheDensity) {
+  const std::vector<test::BsdfCase> cases = test::density_cases();
+  const std::vector<Vec3> eyes = test::eye_directions();
+  const double level = test::significance(static_cast<int>(cases.size() * eyes.size()));
+  uint64_t seed = 1;
+  for (const test::BsdfCase& c : cases)
+    for (const Vec3 wo : eyes) {
+      const test::Chi2 result = chi2(c, wo, seed++);
+      EXPECT_GT(result.p_value, level) << c.name << " from " << test::text(wo) << "\n"
+                                       << result.table;
+    }
+}
+
+TEST(BsdfChi2, NoticesAWrongDensity) {
+  // The same test on a rough metal sampled at a slightly different roughness must fail.
+  const Material m = test::material_of(MaterialKind::kConductor, 0.5f);
+  const test::BsdfCase c = test::make_case("conductor", m);
+  const Vec3 wo = test::direction(40, 20);
+  ShadingPoint other = c.point;
+  other.roughness = 0.53f;
+  const test::Chi2 result = test::chi2_sphere(
+      [&](test::Random& random) -> std::optional<Vec3> {
+        const auto s = c.bsdf->sample(other, wo, 0, random.next_2d());
+        return s ? std::optional(s->wi) : std::nullopt;
+      },
+      [&](Vec3 wi) { return c.bsdf->eval(c.point, wo, wi).pdf_w; });
+  EXPECT_LT(result.p_value, 1e-6) << result.table;
+}
+
+}  // namespace
+}  // namespace qray

@@ -1,0 +1,157 @@
+// How much light a Bsdf sends back, and that it does so alike both ways.
+#include <gtest/gtest.h>
+
+#include "tests/support/bsdf_cases.h"
+#include "tests/support/random.h"
+#include "tests/support/stats.h"
+
+namespace qray {
+namespace {
+
+constexpr int kSamples = 200'000;
+
+// The mean weight of samples, in green. `scale` undoes the radiance's change across a boundary.
+test::Moments mean_weight(const test::BsdfCase& c, Vec3 wo, uint64_t seed, bool flux = false) {
+  test::Random random(seed);
+  test::Moments mean;
+  for (int i = 0; i < kSamples; ++i) {
+    const float u_lobe = random.next();
+    const auto s = c.bsdf->sample(c.point, wo, u_lobe, random.next_2d());
+    double weight = s ? s->weight.g : 0.0;
+    if (flux && s && s->wi.z * wo.z < 0)
+      weight *= wo.z > 0 ? sqr(c.material.ior) : 1 / sqr(c.material.ior);
+    mean.add(weight);
+  }
+  return mean;
+}
+
+Material white(MaterialKind kind, float roughness, float ior = 1.5f) {
+  Material m = test::material_of(kind, roughness, ior);
+  m.reflectance.value = Rgb{1};
+  m.eta = Rgb{0.0f};  // a metal without loss: F = 1
+  m.k = Rgb{3.0f};
+  return m;
+}
+
+TEST(BsdfEnergy, NoSurfaceMakesLight) {
+  for (const MaterialKind kind : {MaterialKind::kDiffuse, MaterialKind::kConductor,
+                                  MaterialKind::kDielectric, MaterialKind::kPlastic})
+    for (const float roughness : {0.0f, 0.05f, 0.2f, 0.5f, 1.0f}) {
+      const test::BsdfCase c = test::make_case("", white(kind, roughness));
+      uint64_t seed = 1;
+      for (const Vec3 wo : test::eye_directions()) {
+        const test::Moments mean = mean_weight(c, wo, seed++, /*flux=*/true);
+        EXPECT_LE(mean.mean(), 1 + 4 * mean.standard_error() + 2e-3)
+            << static_cast<int>(kind) << " roughness " << roughness << " from " << test::text(wo);
+      }
+    }
+}
+
+TEST(BsdfEnergy, WhitePlasticReflectsAll) {
+  for (const float roughness : {0.0f, 0.1f, 0.4f, 0.7f, 1.0f})
+    for (const float ior : {1.2f, 1.5f, 2.0f}) {
+      const test::BsdfCase c = test::make_case("", white(MaterialKind::kPlastic, roughness, ior));
+      uint64_t seed = 1;
+      for (const Vec3 wo : test::eye_directions()) {
+        const test::Moments mean = mean_weight(c, wo, seed++);
+        EXPECT_NEAR(mean.mean(), 1, 4 * mean.standard_error() + 4e-3)
+            << "roughness " << roughness << " ior " << ior << " from " << test::text(wo);
+      }
+    }
+}
+
+// What one bounce keeps of GGX with F = 1 at normal incidence. With x = cos^2 of the normal's angle
+// the visible normals have density a^2 / (1 + (a^2 - 1) x)^2 and light leaves at cos = 2 x - 1, so
+// E = int_{1/2}^{1} a^2 / (1 + (a^2 - 1) x)^2 G1(2 x - 1) dx; for a = 1 it is 1 - ln 2.
+double kept_at_normal_incidence(double alpha) {
+  const double a2 = alpha * alpha;
+  constexpr int kSteps = 400'000;
+  double sum = 0;
+  for (int i = 0; i < kSteps; ++i) {
+    const double x = 0.5 + 0.5 * (i + 0.5) / kSteps, c = 2 * x - 1;
+    const double g1 = 2 / (1 + std::sqrt(1 + a2 * (1 / (c * c) - 1)));
+    sum += a2 / std::pow(1 + (a2 - 1) * x, 2) * g1;
+  }
+  return 0.5 * sum / kSteps;
+}
+
+TEST(BsdfEnergy, LosslessMetalLosesOnlyWhatOneBounceMisses) {
+  EXPECT_NEAR(kept_at_normal_incidence(1), 1 - std::log(2), 1e-6);
+  const auto kept = [](float roughness, float theta_deg) {
+    const test::BsdfCase c = test::make_case("", white(MaterialKind::kConductor, roughness));
+    return mean_weight(c, test::direction(theta_deg, 30), 3);
+  };
+  for (const float roughness : {0.1f, 0.3f, 0.5f, 0.8f, 1.0f}) {
+    const test::Moments mean = kept(roughness, 0);
+    EXPECT_NEAR(mean.mean(), kept_at_normal_incidence(sqr(roughness)),
+                4 * mean.standard_error() + 1e-4)
+        << roughness;
+  }
+  // Grazing light meets its own shadow no more often than facets of slope alpha allow.
+  for (const float theta_deg : {30.0f, 60.0f, 85.0f})
+    EXPECT_GT(kept(0.1f, theta_deg).mean(), 0.97) << theta_deg;
+}
+
+TEST(BsdfEnergy, SmoothGlassAndLosslessMirrorKeepAll) {
+  for (const float ior : {1.0f, 1.05f, 1.5f, 2.4f}) {
+    const test::BsdfCase glass = test::make_case("", white(MaterialKind::kDielectric, 0, ior));
+    for (const Vec3 wo : test::eye_directions())
+      EXPECT_NEAR(mean_weight(glass, wo, 5, /*flux=*/true).mean(), 1, 1e-5)
+          << ior << " " << test::text(wo);
+  }
+  const test::BsdfCase mirror = test::make_case("", white(MaterialKind::kConductor, 0));
+  for (const Vec3 wo : test::eye_directions())
+    EXPECT_NEAR(mean_weight(mirror, wo, 5).mean(), 1, 1e-5);
+}
+
+TEST(BsdfEnergy, AlbedoIsTheMeanWeightOfPlastic) {
+  for (const float roughness : {0.0f, 0.3f, 1.0f}) {
+    const test::BsdfCase c =
+        test::make_case("", test::material_of(MaterialKind::kPlastic, roughness));
+    uint64_t seed = 1;
+    for (const Vec3 wo : test::eye_directions()) {
+      const test::Moments mean = mean_weight(c, wo, seed++);
+      EXPECT_NEAR(mean.mean(), c.bsdf->albedo(c.point, wo).g, 4 * mean.standard_error() + 4e-3)
+          << roughness << " " << test::text(wo);
+    }
+  }
+}
+
+TEST(BsdfEnergy, OpaqueKindsAndReflectionAreReciprocal) {
+  test::Random random(11);
+  for (const test::BsdfCase& c : test::density_cases())
+    for (int i = 0; i < 2000; ++i) {
+      const auto draw = [&] {
+        const Vec2 u = random.next_2d();
+        const float z = 0.02f + 0.98f * u.x, r = std::sqrt(1 - z * z), phi = 2 * kPi * u.y;
+        return Vec3{r * std::cos(phi), r * std::sin(phi), z};
+      };
+      const Vec3 a = draw(), b = draw();
+      const Rgb ab = c.bsdf->eval(c.point, a, b).f_cos / b.z;
+      const Rgb ba = c.bsdf->eval(c.point, b, a).f_cos / a.z;
+      for (int channel = 0; channel < 3; ++channel)
+        EXPECT_NEAR(ab[channel], ba[channel], 2e-3f * std::abs(ab[channel]) + 1e-6f)
+            << c.name << " " << test::text(a) << " " << test::text(b);
+    }
+}
+
+TEST(BsdfEnergy, RefractionIsReciprocalUpToTheIndexSquared) {
+  // Veach 1997, eq. 5.14: f(wi -> wo) / n_wo^2 is the same both ways.
+  test::Random random(12);
+  const test::BsdfCase c = test::make_case("", test::material_of(MaterialKind::kDielectric, 0.6f));
+  int lit = 0;
+  for (int i = 0; i < 20'000; ++i) {
+    const float u_lobe = random.next();
+    const Vec3 wo = test::direction(85 * random.next(), 360 * random.next());
+    const auto s = c.bsdf->sample(c.point, wo, u_lobe, random.next_2d());
+    if (!s || s->wi.z > -0.02f) continue;
+    ++lit;
+    const float down = c.bsdf->eval(c.point, wo, s->wi).f_cos.g / -s->wi.z;
+    const float up = c.bsdf->eval(c.point, s->wi, wo).f_cos.g / wo.z;
+    EXPECT_NEAR(up / down, 1.5f * 1.5f, 0.01f) << test::text(wo) << test::text(s->wi);
+  }
+  EXPECT_GT(lit, 5000);
+}
+
+}  // namespace
+}  // namespace qray
