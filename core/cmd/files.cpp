@@ -28,7 +28,7 @@ bool stores_linear_light(const std::filesystem::path& path) {
 
 Result<std::shared_ptr<const PreparedScene>> prepare_named_scene(const std::string& scene,
                                                                  int threads) {
-  Result<std::filesystem::path> path = resolve_scene(scene, QRAY_SCENES_DIR);
+  Result<std::filesystem::path> path = resolve_scene_path(scene, QRAY_SCENES_DIR);
   if (!path) return path.error();
   return load_and_prepare_scene(path.value(), threads);
 }

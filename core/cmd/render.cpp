@@ -56,7 +56,7 @@ Status render_view(const Options& o, const PreparedScene& scene, const RenderSet
                                               : DebugView::kState;
   Result<Image> image = render_debug_view(scene, settings, view, kViewSamples, pool, stop);
   if (!image) return image.error();
-  return write_image(o.out, image.value(), {{"qray:view", o.view}});
+  return write_image(o.out, image.value(), {{"view", o.view}});
 }
 
 Status render_beauty(const Options& o, const PreparedScene& scene, const RenderSettings& settings,

@@ -18,7 +18,7 @@ size_t emitting_triangles(const Scene& scene) {
 }
 
 Status run(const std::string& name) {
-  Result<std::filesystem::path> path = resolve_scene(name, QRAY_SCENES_DIR);
+  Result<std::filesystem::path> path = resolve_scene_path(name, QRAY_SCENES_DIR);
   if (!path) return path.error();
   Result<LoadedScene> loaded = load_scene(path.value());
   if (!loaded) return loaded.error();

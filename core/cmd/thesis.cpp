@@ -158,8 +158,8 @@ Status run(const Options& o) {
   Result<Image> image = draw(o, stop);
   if (!image) return image.error();
   return write_image(o.out, image.value(),
-                     {{"qray:figure", "thesis figure " + std::to_string(o.figure)},
-                      {"qray:method", o.figure >= 10 ? o.method : "none"}});
+                     {{"figure", "thesis figure " + std::to_string(o.figure)},
+                      {"method", o.figure >= 10 ? o.method : "none"}});
 }
 
 }  // namespace

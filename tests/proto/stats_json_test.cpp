@@ -1,0 +1,49 @@
+#include "proto/stats_json.h"
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <sstream>
+
+namespace qray::proto {
+namespace {
+
+RenderStats some_stats() {
+  RenderStats stats;
+  stats.method = "huang";
+  stats.seed = 18446744073709551615u;
+  stats.seconds = 2;
+  stats.rays = 3'000'000;
+  stats.samples_per_pixel = 4;
+  stats.passes = {1, 1, 2};
+  stats.share_tracing = 0.5;
+  return stats;
+}
+
+TEST(StatsJson, WritesOneLineInAFixedOrder) {
+  const std::string text = stats_json(some_stats(), /*indent=*/false);
+  EXPECT_EQ(text.find('\n'), std::string::npos);
+  EXPECT_TRUE(text.starts_with(R"({"method":"huang","unbiased":true,"nee":true,)"
+                               R"("seed":18446744073709551615,)"))
+      << text;
+  EXPECT_NE(text.find(R"("passes":[1,1,2])"), std::string::npos) << text;
+  EXPECT_NE(text.find(R"("rays":3000000,"rays_per_second":1500000.0)"), std::string::npos) << text;
+}
+
+TEST(StatsJson, DocumentationNamesEveryField) {
+  std::ifstream file(QRAY_SOURCE_DIR "/docs/stats.md");
+  std::stringstream page;
+  page << file.rdbuf();
+  std::istringstream lines(stats_json(some_stats()));
+  int fields = 0;
+  for (std::string line; std::getline(lines, line);) {
+    if (!line.starts_with("  \"")) continue;
+    const std::string name = line.substr(3, line.find('"', 3) - 3);
+    EXPECT_NE(page.str().find("`" + name + "`"), std::string::npos) << name;
+    ++fields;
+  }
+  EXPECT_EQ(fields, 22);
+}
+
+}  // namespace
+}  // namespace qray::proto
