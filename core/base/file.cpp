@@ -1,12 +1,12 @@
 #include "core/base/file.h"
 
 #include <fcntl.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <atomic>
 #include <cerrno>
 #include <cstring>
-#include <fstream>
 
 namespace qray {
 namespace {
@@ -25,15 +25,11 @@ bool write_all(int fd, std::span<const uint8_t> bytes) {
   return true;
 }
 
-}  // namespace
-
-Result<Bytes> read_file(const std::filesystem::path& path, uint64_t max_bytes) {
-  std::error_code ec;
-  const uint64_t size = std::filesystem::file_size(path, ec);
-  if (ec) {
-    return Error{ec == std::errc::no_such_file_or_directory ? ErrorCode::kNotFound : ErrorCode::kIo,
-                 "cannot read: " + ec.message(), path.string()};
-  }
+Result<Bytes> read_open(int fd, const std::filesystem::path& path, uint64_t max_bytes) {
+  struct stat info;
+  if (::fstat(fd, &info) != 0) return io_error(path, "cannot read");
+  if (!S_ISREG(info.st_mode)) return Error{ErrorCode::kIo, "expected a file", path.string()};
+  const uint64_t size = static_cast<uint64_t>(info.st_size);
   if (size > max_bytes) {
     return Error{
         ErrorCode::kTooLarge,
@@ -41,11 +37,29 @@ Result<Bytes> read_file(const std::filesystem::path& path, uint64_t max_bytes) {
         path.string()};
   }
   Bytes bytes(size);
-  std::ifstream in(path, std::ios::binary);
-  in.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(size));
-  if (!in)
-    return Error{ErrorCode::kIo, "cannot read " + std::to_string(size) + " bytes", path.string()};
+  for (size_t done = 0; done < bytes.size();) {
+    const ssize_t n = ::read(fd, bytes.data() + done, bytes.size() - done);
+    if (n < 0 && errno == EINTR) continue;
+    if (n < 0) return io_error(path, "cannot read");
+    if (n == 0) return Error{ErrorCode::kIo, "shrank while it was read", path.string()};
+    done += static_cast<size_t>(n);
+  }
   return bytes;
+}
+
+}  // namespace
+
+Result<Bytes> read_file(const std::filesystem::path& path, uint64_t max_bytes) {
+  // One descriptor for size and bytes, so that a replacement in between changes neither.
+  const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  if (fd < 0) {
+    Error error = io_error(path, "cannot read");
+    if (errno == ENOENT) error.code = ErrorCode::kNotFound;
+    return error;
+  }
+  const Result<Bytes> result = read_open(fd, path, max_bytes);
+  ::close(fd);
+  return result;
 }
 
 Status write_file_atomic(const std::filesystem::path& path, std::span<const uint8_t> bytes) {
