@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <climits>
-#include <sstream>
 
 #include "proto/events.h"
+#include "server/store/lines.h"
 
 namespace qray::server {
 namespace {
@@ -15,22 +15,6 @@ constexpr int64_t kEventsKept = 2'000;  // on disk, at a start
 constexpr const char* kColumns =
     "id, state, request, created_ms, started_ms, ended_ms, fraction, samples, seconds, "
     "error_message, error_where, table_in, table_out, stats, biased, warnings, attempts";
-
-std::string join_lines(const std::vector<std::string>& lines) {
-  std::string out;
-  for (std::string line : lines) {
-    std::replace(line.begin(), line.end(), '\n', ' ');
-    out += line + "\n";
-  }
-  return out;
-}
-
-std::vector<std::string> split_lines(const std::string& text) {
-  std::vector<std::string> lines;
-  std::istringstream in(text);
-  for (std::string line; std::getline(in, line);) lines.push_back(line);
-  return lines;
-}
 
 // What was accepted once is read back whatever today's limits are.
 Result<proto::JobRequest> stored_request(const std::string& json) {
@@ -184,7 +168,10 @@ Result<JobRecord> JobStore::move(JobId id, JobState to, const Change& change) {
   job.state = to;
   if (change.edit) change.edit(job);
   if (has_ended(to)) job.ended_ms = now_ms_();
-  if (to == JobState::kPreparing) job.started_ms = now_ms_();
+  if (to == JobState::kPreparing) {
+    job.started_ms = now_ms_();
+    ++job.attempts;
+  }
   if (to == JobState::kQueued) job.started_ms.reset();
 
   std::vector<Event> events = change.events;

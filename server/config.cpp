@@ -1,0 +1,40 @@
+#include "server/config.h"
+
+#include <CLI/CLI.hpp>
+
+namespace qray::server {
+
+Config default_config() {
+  Config config;
+  config.scenes = QRAY_SCENES_DIR;
+  config.web = QRAY_WEB_DIR;
+  return config;
+}
+
+ParsedConfig parse_config(int argc, const char* const* argv) {
+  Config config = default_config();
+  CLI::App app("qrayd: the render service of qray", "qrayd");
+  app.set_version_flag("--version", QRAY_VERSION);
+  app.add_option("--host", config.host, "address to listen on")->capture_default_str();
+  app.add_option("--port", config.port, "0 picks a free one and prints it")
+      ->check(CLI::Range(0, 65535))
+      ->capture_default_str();
+  app.add_option("--data", config.data, "folder of jobs, tables and pictures")
+      ->capture_default_str();
+  app.add_option("--threads", config.threads, "of rendering; 0: one a processor")
+      ->check(CLI::Range(0, 1024))
+      ->capture_default_str();
+  app.add_option("--scenes", config.scenes, "folder of scenes")->capture_default_str();
+  app.add_option("--web", config.web, "folder of the page")->capture_default_str();
+  app.add_option("--max-queued", config.max_queued, "jobs that may wait")
+      ->check(CLI::Range(1, 100'000))
+      ->capture_default_str();
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& e) {
+    return {std::nullopt, app.exit(e)};
+  }
+  return {config, 0};
+}
+
+}  // namespace qray::server

@@ -1,0 +1,28 @@
+// What qrayd is told on its command line.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+
+namespace qray::server {
+
+struct Config {
+  std::string host = "127.0.0.1";
+  int port = 8080;  // 0: any free one
+  std::filesystem::path data = "data";
+  std::filesystem::path scenes, web;  // default: the source tree's
+  int threads = 0;                    // of rendering; 0: one a processor
+  size_t max_queued = 1000;
+};
+
+// Default folders filled in.
+Config default_config();
+// The configuration, or the exit code after --help or a wrong option was answered.
+struct ParsedConfig {
+  std::optional<Config> config;
+  int exit_code = 0;
+};
+ParsedConfig parse_config(int argc, const char* const* argv);
+
+}  // namespace qray::server

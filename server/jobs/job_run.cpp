@@ -1,0 +1,200 @@
+#include "server/jobs/job_run.h"
+
+#include <spdlog/spdlog.h>
+
+#include "proto/events.h"
+#include "proto/stats_json.h"
+#include "server/jobs/job_settings.h"
+#include "server/jobs/progress_ticker.h"
+
+namespace qray::server {
+namespace {
+
+constexpr int64_t kMaxPixels = 4096LL * 4096;
+constexpr size_t kMaxTablesTried = 8;
+
+bool learns(const RenderSettings& settings) {
+  return settings.method != "none" && settings.learning_samples > 0;
+}
+
+}  // namespace
+
+Status JobRun::move(JobState to, const JobStore::Change& change) {
+  Result<JobRecord> moved = context_.stores.jobs.move(id_, to, change);
+  if (moved.ok()) {
+    job_ = std::move(moved).value();
+    return {};
+  }
+  if (moved.error().code == ErrorCode::kConflict) {
+    return Error{ErrorCode::kCanceled, "canceled", ""};
+  }
+  return moved.error();
+}
+
+void JobRun::run(const std::function<bool()>& stopping) {
+  Status done;
+  try {
+    done = move(JobState::kPreparing);
+    if (!done.ok() && done.error().code == ErrorCode::kCanceled) return;  // before it began
+    if (done.ok()) done = prepare();
+    if (done.ok()) {
+      Result<Rendered> rendered = render();
+      done = rendered.ok() ? finish(std::move(rendered).value()) : Status(rendered.error());
+    }
+  } catch (const std::bad_alloc&) {
+    done = Error{ErrorCode::kTooLarge, "there is not enough memory for this job", ""};
+  } catch (const std::exception& e) {
+    spdlog::error("{}: exception: {}", id_.text(), e.what());
+    done = Error{ErrorCode::kIo, "internal error; the server's log has more", ""};
+  }
+  if (!done.ok()) end(done.error(), stopping());
+  context_.show(nullptr);
+}
+
+Status JobRun::prepare() {
+  Result<std::shared_ptr<const PreparedScene>> scene =
+      context_.stores.scenes.prepare(job_.request.scene);
+  if (!scene.ok()) return scene.error();
+  scene_ = std::move(scene).value();
+  warnings_ = scene_->warnings;
+  settings_ = settings_of(job_.request, scene_->scene);
+  if (Status s = check_settings(settings_, kMaxPixels); !s.ok()) return s;
+  if (context_.stop.stop_requested()) return Error{ErrorCode::kCanceled, "canceled", ""};
+
+  live_ = std::make_shared<LiveJob>(id_, std::make_shared<Film>(settings_.width, settings_.height));
+  context_.show(live_);
+  JobStore::Change resolved;
+  resolved.edit = [&](JobRecord& job) {
+    job.request.width = settings_.width;
+    job.request.height = settings_.height;
+    job.request.max_depth = settings_.max_depth;
+  };
+  return move(learns(settings_) ? JobState::kLearning : JobState::kRendering, resolved);
+}
+
+Result<JobRun::Rendered> JobRun::render() {
+  const ProgressTicker ticker(context_.stores.jobs, *live_, learns(settings_));
+  const std::string& wanted = job_.request.table;
+  if (settings_.method == "none" || wanted == "none") return render_with(std::nullopt);
+  if (wanted == "auto") return render_from_fitting();
+  Result<TableFile> table = context_.stores.tables.load(wanted);
+  if (!table.ok()) return table.error();
+  if (!table_fits(table.value().header, scene_->hash)) {
+    return Error{ErrorCode::kConflict,
+                 "table " + wanted +
+                     " was learned from another scene: expected the same geometry, "
+                     "materials and lights",
+                 "/table"};
+  }
+  return render_with(std::move(table).value());
+}
+
+Result<JobRun::Rendered> JobRun::render_with(std::optional<TableFile> table) {
+  const std::string id = table ? table->header.id : std::string();
+  Result<JobResult> result = run_job(*scene_, settings_, std::move(table), live_->film(),
+                                     context_.pool, *live_, context_.stop, context_.clock);
+  if (!result.ok()) return result.error();
+  return Rendered{std::move(result).value(), id};
+}
+
+// The newest table that this job can use. One that cannot be read goes to quarantine; one of
+// another grid is passed over. Both are refused before anything is rendered.
+Result<JobRun::Rendered> JobRun::render_from_fitting() {
+  TableStore& tables = context_.stores.tables;
+  Result<std::vector<std::string>> ids =
+      tables.fitting(table_method(settings_.method), scene_->hash, kMaxTablesTried);
+  if (!ids.ok()) return ids.error();
+  for (const std::string& id : ids.value()) {
+    Result<TableFile> table = tables.load(id);
+    if (!table.ok()) {
+      warnings_.push_back("table " + id + " was not used: " + table.error().message);
+      continue;
+    }
+    Result<Rendered> rendered = render_with(std::move(table).value());
+    if (rendered.ok() || live_->film().version() > 0) return rendered;
+    const Error& error = rendered.error();
+    if (error.code != ErrorCode::kCorrupt && error.code != ErrorCode::kConflict) return rendered;
+    warnings_.push_back("table " + id + " was not used: " + error.message);
+    if (error.code == ErrorCode::kCorrupt) {
+      if (Status s = tables.quarantine(id); !s.ok()) return s.error();
+    }
+  }
+  return render_with(std::nullopt);
+}
+
+Status JobRun::finish(Rendered rendered) {
+  const RenderStats& stats = rendered.result.stats;
+  // A short job's learning may have ended between two looks at it.
+  if (job_.state == JobState::kLearning) (void)move(JobState::kRendering);
+  if (Status s = move(JobState::kFinalizing); !s.ok()) return s;
+  if (Status s = context_.stores.results.save(id_, live_->film(), rendered.result.metadata);
+      !s.ok()) {
+    return s;
+  }
+  const std::optional<TableFile>& table = rendered.result.table;
+  const bool keep_table = table && job_.request.table != "none";
+  JobStore::Change change;
+  if (keep_table) {
+    Result<uint64_t> bytes = context_.stores.tables.write(*table);
+    if (!bytes.ok()) return bytes.error();
+    const TableHeader& header = table->header;
+    change.events.push_back(
+        {0, id_.text(), "table", proto::table_event(id_.text(), header.id, header.parents)});
+    change.also = [&, bytes = bytes.value()](Database::Session& session) {
+      return TableStore::record(
+          session, *table,
+          {header.id, job_.request.scene, header.method, header.parents, context_.now_ms(), bytes,
+           stats.states, header.samples_seen, id_.text()});
+    };
+  }
+  change.edit = [&](JobRecord& job) {
+    job.progress = {1, stats.samples_per_pixel, stats.seconds};
+    job.table_in = rendered.table_in;
+    if (keep_table) job.table_out = table->header.id;
+    job.stats_json = proto::stats_json(stats, /*indent=*/false);
+    job.biased = !stats.unbiased;
+    job.warnings = warnings_;
+  };
+  return move(JobState::kSucceeded, change);
+}
+
+void JobRun::keep_partial_picture() {
+  if (!live_ || live_->film().version() == 0) return;
+  const ImageMetadata metadata = {{"scene", job_.request.scene},
+                                  {"method", settings_.method},
+                                  {"seed", std::to_string(settings_.seed)},
+                                  {"unfinished", "true"}};
+  if (Status s = context_.stores.results.save(id_, live_->film(), metadata); !s.ok()) {
+    spdlog::error("{}: the picture is lost: {}", id_.text(), s.error().text());
+  }
+}
+
+void JobRun::end(const Error& error, bool stopping) {
+  const Result<JobRecord> now = context_.stores.jobs.get(id_);
+  const bool canceled = now.ok() && now.value().state == JobState::kCanceling;
+  JobStore::Change change;
+  JobState to = JobState::kFailed;
+  if (canceled) {
+    to = JobState::kCanceled;
+  } else if (stopping && error.code == ErrorCode::kCanceled) {
+    to = JobState::kQueued;
+  }
+  if (to != JobState::kQueued) keep_partial_picture();
+  change.edit = [&](JobRecord& job) {
+    if (live_) job.progress = live_->progress();
+    job.warnings = warnings_;
+    if (to == JobState::kFailed) job.error = proto::JobError{error.message, error.where};
+    if (to == JobState::kQueued) {
+      job.progress = {};
+      --job.attempts;  // an orderly stop is not the job's fault
+    }
+  };
+  Result<JobRecord> moved = context_.stores.jobs.move(id_, to, change);
+  // It may have become canceling since the look above.
+  if (!moved.ok()) moved = context_.stores.jobs.move(id_, JobState::kCanceled, change);
+  if (!moved.ok()) {
+    spdlog::error("{}: its end cannot be recorded: {}", id_.text(), moved.error().text());
+  }
+}
+
+}  // namespace qray::server

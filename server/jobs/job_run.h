@@ -1,0 +1,48 @@
+// One job's way from queued to its end, on the runner's thread.
+#pragma once
+
+#include "server/jobs/job_runner.h"
+
+namespace qray::server {
+
+struct RunContext {
+  Stores& stores;
+  TaskPool& pool;
+  const Clock& clock;
+  const std::function<int64_t()>& now_ms;
+  std::function<void(std::shared_ptr<LiveJob>)> show;  // to readers; null: no more
+  std::stop_token stop;                                // cancel or shutdown
+};
+
+class JobRun {
+ public:
+  JobRun(const RunContext& context, JobId id) : context_(context), id_(id) {}
+
+  // Runs to the job's end, or back to the queue when `stopping()` says that the server stops.
+  void run(const std::function<bool()>& stopping);
+
+ private:
+  struct Rendered {
+    JobResult result;
+    std::string table_in;
+  };
+  Status prepare();
+  Result<Rendered> render();
+  Result<Rendered> render_with(std::optional<TableFile> table);
+  Result<Rendered> render_from_fitting();
+  Status finish(Rendered rendered);
+  void end(const Error& error, bool stopping);
+  void keep_partial_picture();
+  // Moves the state; a job that was canceled meanwhile gives kCanceled.
+  Status move(JobState to, const JobStore::Change& change = {});
+
+  RunContext context_;
+  JobId id_;
+  JobRecord job_;
+  std::shared_ptr<const PreparedScene> scene_;
+  RenderSettings settings_;
+  std::shared_ptr<LiveJob> live_;
+  std::vector<std::string> warnings_;
+};
+
+}  // namespace qray::server

@@ -1,0 +1,55 @@
+#include "server/jobs/progress_ticker.h"
+
+#include <spdlog/spdlog.h>
+
+#include <condition_variable>
+#include <mutex>
+
+#include "proto/events.h"
+
+namespace qray::server {
+namespace {
+
+using std::chrono::milliseconds;
+constexpr milliseconds kLook{50};      // for the end of learning
+constexpr milliseconds kBetween{500};  // progress events
+
+}  // namespace
+
+ProgressTicker::ProgressTicker(JobStore& jobs, const LiveJob& live, bool learning)
+    : thread_([this, &jobs, &live, learning](std::stop_token stop) {
+        try {
+          watch(stop, jobs, live, learning);
+        } catch (const std::exception& e) {
+          spdlog::error("{}: no more progress: {}", live.id().text(), e.what());
+        }
+      }) {}
+
+void ProgressTicker::watch(std::stop_token stop, JobStore& jobs, const LiveJob& live,
+                           bool learning) {
+  std::mutex mutex;
+  std::condition_variable_any never;
+  std::unique_lock lock(mutex);
+  auto last = std::chrono::steady_clock::now() - kBetween;
+  uint64_t last_version = 0;
+  while (!never.wait_for(lock, stop, kLook, [] { return false; }) && !stop.stop_requested()) {
+    if (learning && live.past_learning()) {
+      learning = false;
+      const Result<JobRecord> moved = jobs.move(live.id(), JobState::kRendering);
+      if (!moved.ok() && moved.error().code != ErrorCode::kConflict) {  // conflict: canceled
+        spdlog::error("{}: {}", live.id().text(), moved.error().text());
+      }
+    }
+    const uint64_t version = live.film().version();
+    const auto now = std::chrono::steady_clock::now();
+    if (version == last_version || now - last < kBetween) continue;
+    last = now;
+    last_version = version;
+    const std::string name = live.id().text();
+    const Status published = jobs.publish_hint(
+        {0, name, "progress", proto::progress_event(name, live.progress(), version)});
+    if (!published.ok()) spdlog::error("{}: {}", name, published.error().text());
+  }
+}
+
+}  // namespace qray::server

@@ -1,0 +1,22 @@
+// While it lives, turns a running job's numbers into events, at most two a second, on a thread of
+// its own: publishing costs the render threads nothing but stores to memory.
+#pragma once
+
+#include <thread>
+
+#include "server/jobs/live_job.h"
+#include "server/store/job_store.h"
+
+namespace qray::server {
+
+class ProgressTicker {
+ public:
+  // `learning`: the job's state is kLearning, to be moved on when that is past.
+  ProgressTicker(JobStore& jobs, const LiveJob& live, bool learning);
+
+ private:
+  void watch(std::stop_token stop, JobStore& jobs, const LiveJob& live, bool learning);
+  std::jthread thread_;
+};
+
+}  // namespace qray::server

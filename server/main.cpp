@@ -1,0 +1,44 @@
+// qrayd: starts the service, says where, and waits for SIGTERM or SIGINT.
+#include <spdlog/sinks/stdout_color_sinks.h>
+#include <spdlog/spdlog.h>
+
+#include <csignal>
+#include <cstdio>
+
+#include "server/service.h"
+
+int main(int argc, char** argv) {
+  using namespace qray;
+  const server::ParsedConfig parsed = server::parse_config(argc, argv);
+  if (!parsed.config) return parsed.exit_code;
+  const server::Config& config = *parsed.config;
+  spdlog::set_default_logger(spdlog::stderr_color_mt("qrayd"));
+  spdlog::set_pattern("%Y-%m-%dT%H:%M:%S.%e%z %l %v");
+
+  // Blocked before any thread starts, so that only sigwait below sees them.
+  sigset_t ends;
+  sigemptyset(&ends);
+  sigaddset(&ends, SIGTERM);
+  sigaddset(&ends, SIGINT);
+  pthread_sigmask(SIG_BLOCK, &ends, nullptr);
+  std::signal(SIGPIPE, SIG_IGN);
+
+  Result<std::unique_ptr<server::Service>> service = server::Service::start(config);
+  if (!service.ok()) {
+    spdlog::error("{}", service.error().text());
+    return 1;
+  }
+  if (config.host != "127.0.0.1" && config.host != "localhost" && config.host != "::1") {
+    spdlog::warn("listening on {}: anyone who reaches it can use this server", config.host);
+  }
+  const bool v6 = config.host.find(':') != std::string::npos;
+  std::printf("qrayd listening on http://%s%s%s:%d\n", v6 ? "[" : "", config.host.c_str(),
+              v6 ? "]" : "", service.value()->port());
+  std::fflush(stdout);
+
+  int signal = 0;
+  sigwait(&ends, &signal);
+  spdlog::info("stopping");
+  service.value()->stop();
+  return 0;
+}

@@ -1,0 +1,28 @@
+// Query parameters of a request, checked. Pure functions.
+#pragma once
+
+#include <httplib.h>
+
+#include <charconv>
+#include <optional>
+
+#include "core/base/result.h"
+
+namespace qray::server {
+
+// kInvalid names the parameter as "/name". Absent: `otherwise`.
+template <class T>
+Result<T> query_number(const httplib::Request& req, const char* name, T least, T most,
+                       T otherwise) {
+  if (!req.has_param(name)) return otherwise;
+  const std::string text = req.get_param_value(name);
+  T value{};
+  const char* end = text.data() + text.size();
+  const auto [stop, error] = std::from_chars(text.data(), end, value);
+  if (error == std::errc{} && stop == end && value >= least && value <= most) return value;
+  return Error{ErrorCode::kInvalid,
+               "expected a number, " + std::to_string(least) + ".." + std::to_string(most),
+               std::string("/") + name};
+}
+
+}  // namespace qray::server

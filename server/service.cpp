@@ -1,0 +1,143 @@
+#include "server/service.h"
+
+#include <fcntl.h>
+#include <sys/file.h>
+#include <unistd.h>
+
+#include <cstring>
+#include <thread>
+
+#include "server/handlers_events.h"
+#include "server/handlers_health.h"
+#include "server/handlers_jobs.h"
+#include "server/handlers_scenes.h"
+#include "server/handlers_tables.h"
+#include "server/handlers_web.h"
+
+namespace qray::server {
+namespace fs = std::filesystem;
+namespace {
+
+int64_t now_ms() {
+  return std::chrono::duration_cast<std::chrono::milliseconds>(
+             std::chrono::system_clock::now().time_since_epoch())
+      .count();
+}
+
+// The data folder is ours while this lives; the system frees it when the process ends in any way.
+class FolderLock {
+ public:
+  static Result<FolderLock> take(const fs::path& folder) {
+    std::error_code ec;
+    fs::create_directories(folder, ec);
+    if (ec) return Error{ErrorCode::kIo, ec.message(), folder.string()};
+    const fs::path file = folder / "lock";
+    const int fd = ::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
+    if (fd < 0) return Error{ErrorCode::kIo, std::strerror(errno), file.string()};
+    FolderLock lock(fd);
+    if (::flock(fd, LOCK_EX | LOCK_NB) != 0) {
+      return Error{ErrorCode::kConflict, "another server uses this data folder", folder.string()};
+    }
+    return lock;
+  }
+  FolderLock(FolderLock&& other) noexcept : fd_(std::exchange(other.fd_, -1)) {}
+  FolderLock& operator=(FolderLock&&) = delete;
+  ~FolderLock() {
+    if (fd_ >= 0) ::close(fd_);
+  }
+
+ private:
+  explicit FolderLock(int fd) : fd_(fd) {}
+  int fd_;
+};
+
+int render_threads(int wanted) {
+  return wanted > 0 ? wanted : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+}
+
+}  // namespace
+
+// In the order of their needs: what comes later uses what comes before.
+struct Service::Parts {
+  Parts(const Config& config, FolderLock taken, std::unique_ptr<Database> database)
+      : lock(std::move(taken)),
+        db(std::move(database)),
+        jobs(*db, events, now_ms),
+        results(config.data),
+        scenes(config.scenes, render_threads(config.threads)),
+        web(config.web),
+        event_handlers(events, jobs) {}
+
+  FolderLock lock;
+  std::unique_ptr<Database> db;
+  EventLog events;
+  JobStore jobs;
+  std::unique_ptr<TableStore> tables;
+  ResultStore results;
+  SceneStore scenes;
+  SteadyClock clock;
+  std::unique_ptr<JobRunner> runner;
+  std::unique_ptr<JobHandlers> job_handlers;
+  WebHandlers web;
+  EventHandlers event_handlers;
+  std::unique_ptr<HttpServer> http;
+  int port = 0;
+};
+
+Service::Service(std::unique_ptr<Parts> parts) : parts_(std::move(parts)) {}
+
+Service::~Service() { stop(); }
+
+Result<std::unique_ptr<Service>> Service::start(const Config& config, const HttpLimits& http) {
+  Result<FolderLock> lock = FolderLock::take(config.data);
+  if (!lock.ok()) return lock.error();
+  Result<std::unique_ptr<Database>> db = Database::open(config.data / "qray.sqlite");
+  if (!db.ok()) return db.error();
+  auto parts = std::make_unique<Parts>(config, std::move(lock).value(), std::move(db).value());
+
+  // Step 1: what the last run left.
+  Result<std::unique_ptr<TableStore>> tables = TableStore::open(*parts->db, config.data);
+  if (!tables.ok()) return tables.error();
+  parts->tables = std::move(tables).value();
+  Result<std::vector<JobId>> queued = parts->jobs.recover();
+  if (!queued.ok()) return queued.error();
+
+  // Step 2: the routes, and the port: when it is taken, no job may start.
+  const Stores stores{parts->jobs, *parts->tables, parts->results, parts->scenes};
+  parts->runner = std::make_unique<JobRunner>(stores, render_threads(config.threads),
+                                              config.max_queued, parts->clock, now_ms);
+  parts->job_handlers = std::make_unique<JobHandlers>(*parts->runner, stores);
+  Router router;
+  parts->job_handlers->add_to(router);
+  parts->event_handlers.add_to(router);
+  parts->web.add_to(router);
+  add_table_routes(router, *parts->tables);
+  add_scene_routes(router, parts->scenes);
+  add_health_routes(router);
+  parts->http = std::make_unique<HttpServer>(std::move(router), http);
+  Result<int> port = parts->http->start(config.host, config.port);
+  if (!port.ok()) return port.error();
+  parts->port = port.value();
+
+  // Step 3: work.
+  parts->runner->start(queued.value());
+  return std::unique_ptr<Service>(new Service(std::move(parts)));
+}
+
+void Service::stop() {
+  if (!parts_->http) return;
+  parts_->events.close();
+  parts_->http->stop();
+  parts_->runner->stop();
+  parts_->http.reset();
+}
+
+int Service::port() const { return parts_->port; }
+
+size_t Service::stream_count() const { return parts_->event_handlers.stream_count(); }
+
+size_t Service::connection_count() const {
+  return parts_->http ? parts_->http->connection_count() : 0;
+}
+
+}  // namespace qray::server

@@ -1,0 +1,44 @@
+#include "server/store/result_store.h"
+
+#include <algorithm>
+
+namespace qray::server {
+
+Status ResultStore::save(JobId id, const Film& film, const ImageMetadata& metadata) {
+  auto picture = std::make_shared<const Picture>(take_picture(film));
+  if (Status s = save_picture(folder_ / id.text(), *picture, metadata); !s.ok()) return s;
+  remember(id, std::move(picture));
+  return {};
+}
+
+Result<std::shared_ptr<const Picture>> ResultStore::load(JobId id) {
+  {
+    std::lock_guard lock(mutex_);
+    const auto found = std::find_if(recent_.begin(), recent_.end(),
+                                    [&](const auto& entry) { return entry.first == id; });
+    if (found != recent_.end()) {
+      recent_.splice(recent_.begin(), recent_, found);
+      return recent_.front().second;
+    }
+  }
+  Result<Picture> loaded = load_picture(folder_ / id.text());
+  if (!loaded.ok()) return loaded.error();
+  auto picture = std::make_shared<const Picture>(std::move(loaded).value());
+  remember(id, picture);
+  return picture;
+}
+
+void ResultStore::remember(JobId id, std::shared_ptr<const Picture> picture) {
+  std::lock_guard lock(mutex_);
+  std::erase_if(recent_, [&](const auto& entry) { return entry.first == id; });
+  recent_.emplace_front(id, std::move(picture));
+  size_t bytes = 0, kept = 0;
+  for (const auto& entry : recent_) {
+    bytes += entry.second->bytes();
+    if (kept > 0 && bytes > cache_bytes_) break;
+    ++kept;
+  }
+  recent_.resize(kept);
+}
+
+}  // namespace qray::server

@@ -1,0 +1,34 @@
+// Pictures of ended jobs under <data>/results/<job>/, the last few kept in memory. Any thread.
+#pragma once
+
+#include <list>
+#include <memory>
+#include <mutex>
+
+#include "server/jobs/job.h"
+#include "server/store/picture.h"
+
+namespace qray::server {
+
+class ResultStore {
+ public:
+  // Keeps pictures of at most `cache_bytes` in memory (the newest one in any case).
+  explicit ResultStore(std::filesystem::path data, size_t cache_bytes = 256u << 20)
+      : folder_(std::move(data) / "results"), cache_bytes_(cache_bytes) {}
+
+  // Writes both files; the picture is then on disk and in memory.
+  Status save(JobId id, const Film& film, const ImageMetadata& metadata);
+  // kNotFound: the job rendered nothing.
+  Result<std::shared_ptr<const Picture>> load(JobId id);
+  std::filesystem::path image_file(JobId id) const { return folder_ / id.text() / "image.exr"; }
+
+ private:
+  void remember(JobId id, std::shared_ptr<const Picture> picture);
+
+  std::filesystem::path folder_;
+  size_t cache_bytes_;
+  std::mutex mutex_;
+  std::list<std::pair<JobId, std::shared_ptr<const Picture>>> recent_;  // newest use first
+};
+
+}  // namespace qray::server

@@ -1,0 +1,91 @@
+#include "server/store/scene_store.h"
+
+#include <algorithm>
+
+#include "core/import/resolve_scene.h"
+
+namespace qray::server {
+namespace fs = std::filesystem;
+
+bool SceneStore::has(std::string_view name) const { return resolve_scene_name(name, folder_).ok(); }
+
+SceneStore::Stamp SceneStore::newest_change(const std::string& name) const {
+  constexpr int kMaxFiles = 10'000;
+  Stamp newest = Stamp::min();
+  std::error_code ec;
+  int seen = 0;
+  for (fs::recursive_directory_iterator it(folder_ / name, ec), end; !ec && it != end;
+       it.increment(ec)) {
+    std::error_code missing;
+    const Stamp stamp = it->last_write_time(missing);
+    if (!missing) newest = std::max(newest, stamp);
+    if (++seen >= kMaxFiles) break;
+  }
+  return newest;
+}
+
+std::vector<proto::SceneInfo> SceneStore::list() {
+  std::vector<std::string> names;
+  std::error_code ec;
+  for (fs::directory_iterator it(folder_, ec), end; !ec && it != end; it.increment(ec)) {
+    std::string name = it->path().filename().string();
+    if (has(name)) names.push_back(std::move(name));
+  }
+  std::sort(names.begin(), names.end());
+  std::vector<proto::SceneInfo> scenes;
+  for (std::string& name : names) {
+    const auto wh = size(name);
+    proto::SceneInfo info{std::move(name), {}, {}};
+    if (wh) {
+      info.width = wh->first;
+      info.height = wh->second;
+    }
+    scenes.push_back(std::move(info));
+  }
+  return scenes;
+}
+
+std::optional<std::pair<int, int>> SceneStore::size(const std::string& name) {
+  Result<fs::path> path = resolve_scene_name(name, folder_);
+  if (!path.ok()) return std::nullopt;
+  const Stamp stamp = newest_change(name);
+  {
+    std::lock_guard lock(mutex_);
+    const auto found = known_.find(name);
+    if (found != known_.end() && found->second.stamp == stamp) return found->second.size;
+  }
+  Known known{stamp, {}};
+  if (Result<LoadedScene> loaded = load_scene(path.value()); loaded.ok()) {
+    known.size = {loaded.value().scene.width, loaded.value().scene.height};
+  }
+  std::lock_guard lock(mutex_);
+  known_[name] = known;
+  return known.size;
+}
+
+Result<std::shared_ptr<const PreparedScene>> SceneStore::prepare(const std::string& name) {
+  Result<fs::path> path = resolve_scene_name(name, folder_);
+  if (!path.ok()) return path.error();
+  const Stamp stamp = newest_change(name);
+  {
+    std::lock_guard lock(mutex_);
+    for (auto it = prepared_.begin(); it != prepared_.end(); ++it) {
+      if (it->name != name || it->stamp != stamp) continue;
+      prepared_.splice(prepared_.begin(), prepared_, it);
+      return prepared_.front().scene;
+    }
+  }
+  Result<std::shared_ptr<const PreparedScene>> made =
+      load_and_prepare_scene(path.value(), build_threads_);
+  std::lock_guard lock(mutex_);
+  Known known{stamp, {}};
+  if (made.ok()) known.size = {made.value()->scene.width, made.value()->scene.height};
+  known_[name] = known;
+  if (!made.ok()) return made.error();
+  std::erase_if(prepared_, [&](const Prepared& p) { return p.name == name; });
+  prepared_.push_front({name, stamp, made.value()});
+  if (prepared_.size() > max_prepared_) prepared_.pop_back();
+  return made.value();
+}
+
+}  // namespace qray::server

@@ -1,0 +1,49 @@
+// The scenes folder: names, and prepared scenes kept for the next job. A scene is loaded anew when
+// a file in its folder has changed. Any thread.
+#pragma once
+
+#include <list>
+#include <map>
+#include <memory>
+#include <mutex>
+
+#include "core/render/prepared_scene.h"
+#include "proto/messages.h"
+
+namespace qray::server {
+
+class SceneStore {
+ public:
+  SceneStore(std::filesystem::path folder, int build_threads, size_t max_prepared = 4)
+      : folder_(std::move(folder)), build_threads_(build_threads), max_prepared_(max_prepared) {}
+
+  bool has(std::string_view name) const;
+  // Sorted by name. A scene's size is known once it was loaded without error since it last changed.
+  std::vector<proto::SceneInfo> list();
+  // The picture size of one scene; none when it cannot be loaded.
+  std::optional<std::pair<int, int>> size(const std::string& name);
+  // kNotFound, or what is wrong in the scene, with file and place.
+  Result<std::shared_ptr<const PreparedScene>> prepare(const std::string& name);
+
+ private:
+  using Stamp = std::filesystem::file_time_type;
+  struct Prepared {
+    std::string name;
+    Stamp stamp;
+    std::shared_ptr<const PreparedScene> scene;
+  };
+  struct Known {
+    Stamp stamp;
+    std::optional<std::pair<int, int>> size;
+  };
+  Stamp newest_change(const std::string& name) const;
+
+  std::filesystem::path folder_;
+  int build_threads_;
+  size_t max_prepared_;
+  std::mutex mutex_;
+  std::list<Prepared> prepared_;  // newest use first
+  std::map<std::string, Known> known_;
+};
+
+}  // namespace qray::server

@@ -1,0 +1,133 @@
+#include "server/store/table_store.h"
+
+#include "core/base/file.h"
+#include "server/store/lines.h"
+
+namespace qray::server {
+namespace fs = std::filesystem;
+namespace {
+
+constexpr uint64_t kMaxTableBytes = uint64_t{4} << 30;
+constexpr const char* kColumns =
+    "id, scene, method, parents, created_ms, bytes, states, samples_seen, job";
+
+proto::TableInfo read_row(const Query& row) {
+  proto::TableInfo info;
+  info.id = row.text(0);
+  info.scene = row.text(1);
+  info.method = row.text(2);
+  info.parents = split_lines(row.text(3));
+  info.created_ms = row.integer(4);
+  info.bytes = static_cast<uint64_t>(row.integer(5));
+  info.states = static_cast<uint64_t>(row.integer(6));
+  info.samples_seen = static_cast<uint64_t>(row.integer(7));
+  info.job = row.text(8);
+  return info;
+}
+
+}  // namespace
+
+Result<std::unique_ptr<TableStore>> TableStore::open(Database& db, fs::path data) {
+  for (const char* folder : {"tables", "quarantine"}) {
+    std::error_code ec;
+    fs::create_directories(data / folder, ec);
+    if (ec) return Error{ErrorCode::kIo, ec.message(), (data / folder).string()};
+  }
+  return std::unique_ptr<TableStore>(new TableStore(db, std::move(data)));
+}
+
+fs::path TableStore::file_of(const std::string& id) const {
+  return data_ / "tables" / (id + ".qrt");
+}
+
+Result<uint64_t> TableStore::write(const TableFile& table) {
+  const Bytes bytes = encode_table(table);
+  if (Status s = write_file_atomic(file_of(table.header.id), bytes); !s.ok()) return s.error();
+  return bytes.size();
+}
+
+// The same job makes the same table again (its id is a hash of what it holds): the newer record
+// takes the older one's place.
+Status TableStore::record(Database::Session& session, const TableFile& table,
+                          const proto::TableInfo& info) {
+  return Query(session.handle(),
+               "INSERT OR REPLACE INTO tables(id, scene, method, parents, created_ms, bytes, "
+               "states, samples_seen, job, geometry, materials, lights) "
+               "VALUES(?,?,?,?,?,?,?,?,?,?,?,?)")
+      .bind(info.id)
+      .bind(info.scene)
+      .bind(info.method)
+      .bind(join_lines(info.parents))
+      .bind(info.created_ms)
+      .bind(info.bytes)
+      .bind(info.states)
+      .bind(info.samples_seen)
+      .bind(info.job)
+      .bind(table.header.geometry.hex())
+      .bind(table.header.materials.hex())
+      .bind(table.header.lights.hex())
+      .run();
+}
+
+Result<std::vector<proto::TableInfo>> TableStore::list() const {
+  Database::Session session(db_);
+  const std::string sql =
+      std::string("SELECT ") + kColumns + " FROM tables ORDER BY number DESC LIMIT 10000";
+  Query query(session.handle(), sql.c_str());
+  std::vector<proto::TableInfo> tables;
+  while (query.next()) tables.push_back(read_row(query));
+  if (Status s = query.status(); !s.ok()) return s.error();
+  return tables;
+}
+
+Result<proto::TableInfo> TableStore::find(const std::string& id) const {
+  Database::Session session(db_);
+  const std::string sql = std::string("SELECT ") + kColumns + " FROM tables WHERE id=?";
+  Query query(session.handle(), sql.c_str());
+  query.bind(id);
+  if (query.next()) return read_row(query);
+  if (Status s = query.status(); !s.ok()) return s.error();
+  return Error{ErrorCode::kNotFound, "no table " + id, ""};
+}
+
+Result<std::vector<std::string>> TableStore::fitting(std::string_view method,
+                                                     const SceneHash& scene, size_t limit) const {
+  Database::Session session(db_);
+  Query query(session.handle(),
+              "SELECT id FROM tables WHERE method=? AND geometry=? AND materials=? AND lights=? "
+              "ORDER BY number DESC LIMIT ?");
+  query.bind(std::string(method))
+      .bind(scene.geometry.hex())
+      .bind(scene.materials.hex())
+      .bind(scene.lights.hex())
+      .bind(static_cast<int64_t>(limit));
+  std::vector<std::string> ids;
+  while (query.next()) ids.push_back(query.text(0));
+  if (Status s = query.status(); !s.ok()) return s.error();
+  return ids;
+}
+
+Result<TableFile> TableStore::load(const std::string& id) {
+  Result<Bytes> bytes = read_file(file_of(id), kMaxTableBytes);
+  if (!bytes.ok()) return bytes.error();
+  Result<TableFile> table = decode_table(bytes.value());
+  if (table.ok() && table.value().header.id != id) {
+    table = Error{ErrorCode::kCorrupt, "holds the id " + table.value().header.id, id + ".qrt"};
+  }
+  if (!table.ok()) {
+    if (Status moved = quarantine(id); !moved.ok()) return moved.error();
+  }
+  return table;
+}
+
+Status TableStore::quarantine(const std::string& id) {
+  std::error_code ec;
+  fs::rename(file_of(id), data_ / "quarantine" / (id + ".qrt"), ec);
+  if (ec && ec != std::errc::no_such_file_or_directory) {
+    return Error{ErrorCode::kIo, ec.message(), file_of(id).string()};
+  }
+  Database::Session session(db_);
+  return Query(session.handle(), "DELETE FROM tables WHERE id=?").bind(id).run();
+}
+
+}  // namespace qray::server

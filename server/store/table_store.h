@@ -1,0 +1,42 @@
+// Tables: files under <data>/tables/<id>.qrt, records in the database. Decides which table a job
+// gets. A file that cannot be read is moved to <data>/quarantine. Any thread.
+#pragma once
+
+#include <filesystem>
+
+#include "core/guide/table_file.h"
+#include "core/scene/scene.h"
+#include "proto/messages.h"
+#include "server/store/database.h"
+
+namespace qray::server {
+
+class TableStore {
+ public:
+  static Result<std::unique_ptr<TableStore>> open(Database& db, std::filesystem::path data);
+
+  // Writes the file; then the record with `record` belongs into the transaction that says so.
+  Result<uint64_t> write(const TableFile& table);  // the file's size, bytes
+  static Status record(Database::Session& session, const TableFile& table,
+                       const proto::TableInfo& info);
+
+  // Newest first.
+  Result<std::vector<proto::TableInfo>> list() const;
+  Result<proto::TableInfo> find(const std::string& id) const;  // kNotFound
+  // Ids of tables that fit method and scene, newest first, at most `limit`.
+  Result<std::vector<std::string>> fitting(std::string_view method, const SceneHash& scene,
+                                           size_t limit) const;
+  // kCorrupt and kUnsupported: it has gone to quarantine. kNotFound: the file is not there.
+  Result<TableFile> load(const std::string& id);
+  // Takes the table out of use, and keeps its file for a look.
+  Status quarantine(const std::string& id);
+
+ private:
+  TableStore(Database& db, std::filesystem::path data) : db_(db), data_(std::move(data)) {}
+  std::filesystem::path file_of(const std::string& id) const;
+
+  Database& db_;
+  std::filesystem::path data_;
+};
+
+}  // namespace qray::server
