@@ -104,6 +104,7 @@ bool EmbreeScene::intersect(const Ray& ray, Hit& hit) const {
   if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return false;
   hit.t = query.ray.tfar;
   hit.barycentric = {query.hit.u, query.hit.v};
+  hit.ng = {query.hit.Ng_x, query.hit.Ng_y, query.hit.Ng_z};
   hit.mesh = MeshId(query.hit.geomID);
   hit.triangle = query.hit.primID;
   return true;

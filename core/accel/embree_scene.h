@@ -13,6 +13,7 @@ namespace qray {
 struct Hit {
   float t = 0;       // metres along the ray
   Vec2 barycentric;  // weights of the triangle's second and third vertex
+  Vec3 ng;           // geometric normal by the winding; not unit
   MeshId mesh;
   uint32_t triangle = 0;
 };

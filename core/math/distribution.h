@@ -48,9 +48,9 @@ class PiecewiseConstant2D {
 
  private:
   int width_ = 0, height_ = 0;
-  std::vector<float> weights_;    // scaled so that the mean is 1
-  std::vector<float> row_cdf_;    // height + 1
-  std::vector<float> cell_cdf_;   // height rows of width + 1
+  std::vector<float> weights_;   // scaled so that the mean is 1
+  std::vector<float> row_cdf_;   // height + 1
+  std::vector<float> cell_cdf_;  // height rows of width + 1
 };
 
 }  // namespace qray

@@ -22,35 +22,65 @@ class Sampler {
     pair_ = 0;
   }
 
-  // One pair of dimensions, a point of a two-dimensional net.
-  Vec2 next_2d() {
-    const uint64_t h = mix64(key_ + 0x9e3779b97f4a7c15ull * ++pair_);
-    const uint32_t index = reverse_bits(laine_karras(reversed_index_, static_cast<uint32_t>(h)));
-    const uint32_t seed_x = static_cast<uint32_t>(h >> 32);
-    const uint32_t seed_y = seed_x * 0x9e3779b9u + 0x7f4a7c15u;
-    return {to_unit_float(reverse_bits(laine_karras(index, seed_x))),
-            to_unit_float(reverse_bits(laine_karras(pascal(index), seed_y)))};
+  // Four pairs of dimensions, each a point of its own two-dimensional net: what one vertex of a
+  // path needs, made at once in vector registers.
+  struct Pairs {
+    Vec2 a, b, c, d;
+  };
+  Pairs next_pairs() {
+    const uint64_t h0 = next_hash(), h1 = next_hash();
+    const U32x4 seed{static_cast<uint32_t>(h0), static_cast<uint32_t>(h0 >> 32),
+                     static_cast<uint32_t>(h1), static_cast<uint32_t>(h1 >> 32)};
+    const U32x4 index = reverse_bits(laine_karras(U32x4{} + reversed_index_, seed));
+    const U32x4 x = reverse_bits(laine_karras(index, first_seed(seed))) >> 8;
+    const U32x4 y = reverse_bits(laine_karras(pascal(index), second_seed(seed))) >> 8;
+    const auto pair = [&](int i) {
+      return Vec2{static_cast<float>(static_cast<int>(x[i])) * 0x1p-24f,
+                  static_cast<float>(static_cast<int>(y[i])) * 0x1p-24f};
+    };
+    return {pair(0), pair(1), pair(2), pair(3)};
   }
-  float next_1d() { return next_2d().x; }
 
-  static constexpr uint32_t reverse_bits(uint32_t v) {
-    v = __builtin_bswap32(v);
+  // One pair of dimensions.
+  Vec2 next_2d() {
+    const uint32_t seed = static_cast<uint32_t>(next_hash());
+    const uint32_t index = reverse_bits(laine_karras(reversed_index_, seed));
+    return {to_unit_float(reverse_bits(laine_karras(index, first_seed(seed)))),
+            to_unit_float(reverse_bits(laine_karras(pascal(index), second_seed(seed))))};
+  }
+
+ private:
+  typedef uint32_t U32x4 __attribute__((vector_size(16)));
+  typedef uint8_t U8x16 __attribute__((vector_size(16)));
+
+  static U32x4 byte_swap(U32x4 v) {
+    constexpr U8x16 kOrder{3, 2, 1, 0, 7, 6, 5, 4, 11, 10, 9, 8, 15, 14, 13, 12};
+    return (U32x4)__builtin_shuffle((U8x16)v, kOrder);
+  }
+  static uint32_t byte_swap(uint32_t v) { return __builtin_bswap32(v); }
+
+  // The following hold for one number and for four.
+  template <class U>
+  static U reverse_bits(U v) {
+    v = byte_swap(v);
     v = (v & 0x0f0f0f0fu) << 4 | (v >> 4 & 0x0f0f0f0fu);
     v = (v & 0x33333333u) << 2 | (v >> 2 & 0x33333333u);
     return (v & 0x55555555u) << 1 | (v >> 1 & 0x55555555u);
   }
   // Owen scrambling of a bit-reversed number: every bit is flipped by a hash of the bits below.
-  static constexpr uint32_t laine_karras(uint32_t v, uint32_t seed) {
+  template <class U>
+  static U laine_karras(U v, U seed) {
     v ^= v * 0x3d20adeau;
     v += seed;
-    v *= (seed >> 16) | 1;
+    v *= (seed >> 16) | 1u;
     v ^= v * 0x05526c56u;
     v ^= v * 0x53a22864u;
     return v;
   }
   // Sobol's second generator matrix is Pascal's triangle modulo 2, the fifth Kronecker power of
   // [[1,1],[0,1]], so five steps multiply by it.
-  static constexpr uint32_t pascal(uint32_t v) {
+  template <class U>
+  static U pascal(U v) {
     v ^= (v >> 1) & 0x55555555u;
     v ^= (v >> 2) & 0x33333333u;
     v ^= (v >> 4) & 0x0f0f0f0fu;
@@ -59,7 +89,17 @@ class Sampler {
     return v;
   }
 
- private:
+  uint64_t next_hash() { return mix64(key_ + 0x9e3779b97f4a7c15ull * ++pair_); }
+  // The two coordinates of a pair are scrambled apart from each other and from the shuffle.
+  template <class U>
+  static U first_seed(U seed) {
+    return seed * 0x85ebca6bu + 0x165667b1u;
+  }
+  template <class U>
+  static U second_seed(U seed) {
+    return seed * 0x9e3779b1u + 0x7f4a7c15u;
+  }
+
   uint64_t seed_;
   uint64_t key_ = 0;
   uint32_t reversed_index_ = 0;

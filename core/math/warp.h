@@ -6,19 +6,26 @@
 
 namespace qray {
 
+// sin and cos of x in [-pi/4, pi/4], within 1e-7: the first terms of their Taylor series.
+struct SinCos {
+  float sin, cos;
+};
+constexpr SinCos sin_cos_quarter(float x) {
+  const float x2 = x * x;
+  return {x * (1 + x2 * (-1 / 6.0f + x2 * (1 / 120.0f + x2 * (-1 / 5040.0f + x2 / 362880)))),
+          1 + x2 * (-1 / 2.0f + x2 * (1 / 24.0f + x2 * (-1 / 720.0f + x2 / 40320)))};
+}
+
 // Concentric map of the square to the unit disk (Shirley and Chiu 1997).
 inline Vec2 square_to_disk(Vec2 u) {
   const float a = 2 * u.x - 1, b = 2 * u.y - 1;
   if (a == 0 && b == 0) return {0, 0};
-  float r, phi;
   if (std::abs(a) > std::abs(b)) {
-    r = a;
-    phi = kPi / 4 * (b / a);
-  } else {
-    r = b;
-    phi = kPi / 2 - kPi / 4 * (a / b);
+    const SinCos s = sin_cos_quarter(kPi / 4 * (b / a));
+    return {a * s.cos, a * s.sin};
   }
-  return {r * std::cos(phi), r * std::sin(phi)};
+  const SinCos s = sin_cos_quarter(kPi / 4 * (a / b));
+  return {b * s.sin, b * s.cos};
 }
 
 // Density cos(theta) / pi.
@@ -28,10 +35,11 @@ inline Vec3 square_to_cosine_hemisphere(Vec2 u) {
 }
 inline float cosine_hemisphere_pdf_w(float cos_theta) { return std::max(0.0f, cos_theta) * kInvPi; }
 
-// Density 1 / (2 pi).
+// Density 1 / (2 pi). Equal areas of the disk become equal areas of the sphere: z = 1 - r^2.
 inline Vec3 square_to_uniform_hemisphere(Vec2 u) {
-  const float z = u.x, r = std::sqrt(std::max(0.0f, 1 - z * z)), phi = 2 * kPi * u.y;
-  return {r * std::cos(phi), r * std::sin(phi), z};
+  const Vec2 d = square_to_disk(u);
+  const float r2 = d.x * d.x + d.y * d.y, scale = std::sqrt(std::max(0.0f, 2 - r2));
+  return {d.x * scale, d.y * scale, std::max(0.0f, 1 - r2)};
 }
 constexpr float kUniformHemispherePdfW = 0.5f * kInvPi;
 

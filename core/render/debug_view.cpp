@@ -3,36 +3,19 @@
 #include "core/math/frame.h"
 #include "core/math/hash.h"
 #include "core/math/sampler.h"
-#include "core/scene/surface.h"
 
 namespace qray {
 namespace {
 
-Rgb looked_up(const PreparedScene& scene, const ColorParam& param, Vec2 uv) {
-  if (!param.texture.valid()) return param.value;
-  return param.value * scene.textures.lookup(scene.texture_handles[param.texture.value], uv);
-}
-
-float looked_up(const PreparedScene& scene, const FloatParam& param, Vec2 uv) {
-  if (!param.texture.valid()) return param.value;
-  return param.value * scene.textures.lookup(scene.texture_handles[param.texture.value], uv).r;
-}
-
-Rgb albedo_at(const PreparedScene& scene, const SurfacePoint& surface, Vec3 to_eye) {
-  const Material& material = scene.scene.materials[surface.material.value];
-  const ShadingPoint sp{looked_up(scene, material.reflectance, surface.uv),
-                        looked_up(scene, material.roughness, surface.uv)};
-  return scene.bsdfs[surface.material.value]->albedo(sp, Frame(surface.ns).to_local(to_eye));
-}
-
 Rgb value_at(const PreparedScene& scene, DebugView view, const Guide* guide, const Ray& ray) {
   Hit hit;
   if (!scene.accel->intersect(ray, hit)) return {};
-  const SurfacePoint surface =
-      surface_at(scene.scene.meshes[hit.mesh.value], hit.triangle, hit.barycentric);
+  const MeshShading& mesh = scene.meshes[hit.mesh.value];
+  const SurfacePoint surface = scene.surface_at(ray, hit);
   switch (view) {
     case DebugView::kAlbedo:
-      return albedo_at(scene, surface, -ray.d);
+      return mesh.bsdf->albedo(scene.shading_point(mesh, surface.uv),
+                               Frame(surface.ns).to_local(-ray.d));
     case DebugView::kNormal: {
       const Vec3 n = surface.ns * 0.5f;
       return {n.x + 0.5f, n.y + 0.5f, n.z + 0.5f};

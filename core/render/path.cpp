@@ -40,16 +40,19 @@ float power_heuristic(float pdf, float other_pdf) {
 struct PathTracer::Vertex {
   SurfacePoint surface;
   Frame frame;  // about the shading normal
-  Vec3 wo;      // world, to the previous vertex
-  Vec3 wo_local;
+  Vec3 wo;      // local, to the previous vertex
   const Bsdf& bsdf;
   BsdfKind kind;
   ShadingPoint sp;
+  float ray_offset;  // metres off the surface where rays may start
   GuidePoint at;
-  float guide_fraction = 0;
+  float guide_fraction;
 
   // Both normals must agree on which side a direction lies, or light leaks through the surface.
   bool sides_agree(Vec3 wi, Vec3 wi_local) const { return dot(wi, surface.ng) * wi_local.z > 0; }
+  Vec3 ray_origin(Vec3 wi) const {
+    return surface.p + surface.ng * std::copysign(ray_offset, dot(surface.ng, wi));
+  }
 };
 
 PathCounters& PathCounters::operator+=(const PathCounters& o) {
@@ -92,18 +95,16 @@ bool PathTracer::occluded(const Ray& ray) {
   return scene_.accel->occluded(ray);
 }
 
-// A point off the surface by more than the rounding noise of coordinates, on wi's side.
-Vec3 PathTracer::ray_origin(const SurfacePoint& surface, Vec3 wi) const {
-  const Vec3 p = surface.p;
-  const float largest = std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z)});
-  const float offset = std::max(largest * 0x1p-16f, scene_.ray_epsilon);
-  return p + surface.ng * std::copysign(offset, dot(surface.ng, wi));
-}
-
 float PathTracer::mixture_pdf_w(const Vertex& v, Vec3 wi, float bsdf_pdf_w) {
   if (v.guide_fraction == 0) return bsdf_pdf_w;
   const CycleScope guiding(timed_, counters_.timed_guiding);
   return lerp(v.guide_fraction, bsdf_pdf_w, guide_->pdf_w(v.at, wi));
+}
+
+// More than the rounding noise of o + t d and of the largest triangle's coordinates.
+float PathTracer::ray_offset(Vec3 p, float t) const {
+  const float largest = std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z), t});
+  return std::max(largest * 0x1p-18f, scene_.ray_epsilon);
 }
 
 Rgb PathTracer::walk(Ray ray, Sampler& sampler, bool learning) {
@@ -123,35 +124,34 @@ Rgb PathTracer::walk(Ray ray, Sampler& sampler, bool learning) {
       }
       return radiance;
     }
-    const SurfacePoint surface =
-        surface_at(scene_.scene.meshes[hit.mesh.value], hit.triangle, hit.barycentric);
-    const Material& material = scene_.scene.materials[surface.material.value];
+    const MeshShading& mesh = scene_.meshes[hit.mesh.value];
+    const SurfacePoint surface = scene_.surface_at(ray, hit);
     const Vec3 wo = -ray.d;
     const float cos_geometric = dot(wo, surface.ng);
 
     // 1b. Light that the surface emits.
-    if (material.emits() && (cos_geometric > 0 || material.emission_two_sided)) {
+    if (mesh.emits && (cos_geometric > 0 || mesh.material->emission_two_sided)) {
+      const Rgb emitted = mesh.material->emission;
       float mis = 1;
       if (!delta_ && settings_.nee) {
         mis = power_heuristic(pdf_w_, scene_.lights.pdf_w_triangle(hit.mesh, hit.triangle, hit.t,
                                                                    std::abs(cos_geometric)));
       }
-      radiance += throughput * material.emission * mis;
-      if (!events_.empty()) events_.back().emitted = luminance(material.emission);
+      radiance += throughput * emitted * mis;
+      if (!events_.empty()) events_.back().emitted = luminance(emitted);
     }
     if (depth >= settings_.max_depth) return radiance;
 
     // 2. What the surface is made of, and what the guide knows about it.
-    const Bsdf& bsdf = *scene_.bsdfs[surface.material.value];
     const bool shading_normal_usable = dot(wo, surface.ns) * cos_geometric > 0;
     const Frame frame(shading_normal_usable ? surface.ns : surface.ng);
     Vertex v{surface,
              frame,
-             wo,
              frame.to_local(wo),
-             bsdf,
-             bsdf.kind(),
-             scene_.shading_point(material, surface.uv),
+             *mesh.bsdf,
+             mesh.kind,
+             scene_.shading_point(mesh, surface.uv),
+             ray_offset(surface.p, hit.t),
              {},
              0};
     if (guide_ && v.kind != BsdfKind::kDelta) {
@@ -166,18 +166,19 @@ Rgb PathTracer::walk(Ray ray, Sampler& sampler, bool learning) {
     }
 
     // 3. Light straight from a light.
+    const Sampler::Pairs u = sampler.next_pairs();
     if (settings_.nee && v.kind != BsdfKind::kDelta && !scene_.lights.empty())
-      radiance += throughput * direct_light(v, sampler);
+      radiance += throughput * direct_light(v, u.a, u.c.x);
 
     // 4. Russian roulette by throughput.
     if (depth >= kRouletteFromDepth) {
       const float survive = std::min(0.95f, max_component(throughput));
-      if (!(sampler.next_1d() < survive)) return radiance;
+      if (!(u.d.x < survive)) return radiance;
       throughput *= 1 / survive;
     }
 
     // 5. The next direction.
-    const bool scattered = scatter(v, sampler);
+    const bool scattered = scatter(v, u.c.y, u.b);
     if (learning && v.kind != BsdfKind::kDelta && !delta_) {
       events_.back().wi = wi_;
       events_.back().pdf_w = pdf_w_;
@@ -185,19 +186,18 @@ Rgb PathTracer::walk(Ray ray, Sampler& sampler, bool learning) {
     }
     if (!scattered) return radiance;
     throughput *= weight_;
-    ray = {ray_origin(surface, wi_), wi_};
+    ray = {v.ray_origin(wi_), wi_};
   }
 }
 
-Rgb PathTracer::direct_light(const Vertex& v, Sampler& sampler) {
-  const Vec2 u = sampler.next_2d();
+Rgb PathTracer::direct_light(const Vertex& v, Vec2 u, float u_light) {
   LightSample light;
-  if (!scene_.lights.sample(v.surface.p, sampler.next_1d(), u, light)) return {};
+  if (!scene_.lights.sample(v.surface.p, u_light, u, light)) return {};
   const Vec3 wi_local = v.frame.to_local(light.wi);
   if (!v.sides_agree(light.wi, wi_local)) return {};
-  const BsdfEval eval = v.bsdf.eval(v.sp, v.wo_local, wi_local);
+  const BsdfEval eval = v.bsdf.eval(v.sp, v.wo, wi_local);
   if (eval.f_cos.is_black()) return {};
-  Ray ray{ray_origin(v.surface, light.wi), light.wi, light.distance};
+  Ray ray{v.ray_origin(light.wi), light.wi, light.distance};
   if (std::isfinite(light.distance)) ray.t_max *= 1 - 1e-4f;
   if (occluded(ray)) return {};
   const float mis = power_heuristic(light.pdf_w, mixture_pdf_w(v, light.wi, eval.pdf_w));
@@ -205,12 +205,9 @@ Rgb PathTracer::direct_light(const Vertex& v, Sampler& sampler) {
 }
 
 // Chooses wi_ with weight_, pdf_w_ and delta_. False: the path ends here.
-bool PathTracer::scatter(const Vertex& v, Sampler& sampler) {
-  float u_lobe = v.kind == BsdfKind::kDiffuse && v.guide_fraction == 1 ? 0 : sampler.next_1d();
-  const Vec2 u = sampler.next_2d();
+bool PathTracer::scatter(const Vertex& v, float u_lobe, Vec2 u) {
   delta_ = false;
   if (u_lobe < v.guide_fraction) {
-    Vec3 wi_local;
     float guide_pdf_w;
     {
       const CycleScope guiding(timed_, counters_.timed_guiding);
@@ -218,15 +215,15 @@ bool PathTracer::scatter(const Vertex& v, Sampler& sampler) {
       wi_ = s.wi;
       guide_pdf_w = s.pdf_w;
     }
-    wi_local = v.frame.to_local(wi_);
-    const BsdfEval eval = v.bsdf.eval(v.sp, v.wo_local, wi_local);
+    const Vec3 wi_local = v.frame.to_local(wi_);
+    const BsdfEval eval = v.bsdf.eval(v.sp, v.wo, wi_local);
     pdf_w_ = lerp(v.guide_fraction, eval.pdf_w, guide_pdf_w);
     if (eval.f_cos.is_black() || !v.sides_agree(wi_, wi_local)) return false;
     weight_ = eval.f_cos / pdf_w_;
     return true;
   }
   if (v.guide_fraction > 0) u_lobe = (u_lobe - v.guide_fraction) / (1 - v.guide_fraction);
-  const std::optional<BsdfSample> s = v.bsdf.sample(v.sp, v.wo_local, u_lobe, u);
+  const std::optional<BsdfSample> s = v.bsdf.sample(v.sp, v.wo, u_lobe, u);
   if (!s) {
     delta_ = true;  // nothing to learn from
     return false;

@@ -37,10 +37,10 @@ class PathTracer {
   Rgb walk(Ray ray, Sampler& sampler, bool learning);
   bool intersect(const Ray& ray, Hit& hit);
   bool occluded(const Ray& ray);
-  Rgb direct_light(const Vertex& v, Sampler& sampler);
-  bool scatter(const Vertex& v, Sampler& sampler);
+  Rgb direct_light(const Vertex& v, Vec2 u, float u_light);
+  bool scatter(const Vertex& v, float u_lobe, Vec2 u);
   float mixture_pdf_w(const Vertex& v, Vec3 wi, float bsdf_pdf_w);
-  Vec3 ray_origin(const SurfacePoint& surface, Vec3 wi) const;
+  float ray_offset(Vec3 p, float t) const;
 
   const PreparedScene& scene_;
   const RenderSettings& settings_;

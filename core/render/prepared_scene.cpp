@@ -9,6 +9,29 @@ namespace qray {
 
 namespace {
 
+// A few units in the last place of the largest coordinate: what a hit on the largest triangle can
+// be off by.
+float ray_epsilon(const Bounds3& bounds) {
+  float largest = 0;
+  for (int axis = 0; axis < 3; ++axis)
+    largest = std::max({largest, std::abs(bounds.lo[axis]), std::abs(bounds.hi[axis])});
+  return largest * 0x1p-21f;
+}
+
+MeshShading mesh_shading(const PreparedScene& prepared, const Mesh& mesh) {
+  const Material& material = prepared.scene.materials[mesh.material.value];
+  MeshShading m;
+  m.mesh = &mesh;
+  m.material = &material;
+  m.bsdf = prepared.bsdfs[mesh.material.value].get();
+  m.constant = {material.reflectance.value, material.roughness.value};
+  m.kind = m.bsdf->kind();
+  m.emits = material.emits();
+  m.textured = material.reflectance.texture.valid() || material.roughness.texture.valid();
+  m.interpolated = !mesh.normals.empty() || (m.textured && !mesh.uvs.empty());
+  return m;
+}
+
 Result<std::shared_ptr<PreparedScene>> prepare(LoadedScene loaded, int build_threads) {
   auto prepared = std::make_shared<PreparedScene>();
   prepared->scene = std::move(loaded.scene);
@@ -20,11 +43,7 @@ Result<std::shared_ptr<PreparedScene>> prepare(LoadedScene loaded, int build_thr
   }
   const Scene& scene = prepared->scene;
   prepared->bounds = scene.bounds();
-  prepared->ray_epsilon =
-      0x1p-21f *
-      max_component({std::max(std::abs(prepared->bounds.lo.x), std::abs(prepared->bounds.hi.x)),
-                     std::max(std::abs(prepared->bounds.lo.y), std::abs(prepared->bounds.hi.y)),
-                     std::max(std::abs(prepared->bounds.lo.z), std::abs(prepared->bounds.hi.z))});
+  prepared->ray_epsilon = ray_epsilon(prepared->bounds);
   Result<std::unique_ptr<EmbreeScene>> accel = EmbreeScene::build(scene, build_threads);
   if (!accel.ok()) return accel.error();
   prepared->accel = std::move(accel).value();
@@ -34,17 +53,20 @@ Result<std::shared_ptr<PreparedScene>> prepare(LoadedScene loaded, int build_thr
     if (!handle.ok()) return handle.error();
     prepared->texture_handles.push_back(handle.value());
   }
+  for (const Mesh& mesh : scene.meshes) prepared->meshes.push_back(mesh_shading(*prepared, mesh));
   prepared->lights.build(scene, prepared->bounds);
   return prepared;
 }
 
 }  // namespace
 
-ShadingPoint PreparedScene::shading_point(const Material& material, Vec2 uv) const {
-  ShadingPoint sp{material.reflectance.value, material.roughness.value};
+ShadingPoint PreparedScene::textured_point(const MeshShading& mesh, Vec2 uv) const {
+  ShadingPoint sp = mesh.constant;
   const auto lookup = [&](TextureId id) { return textures.lookup(texture_handles[id.value], uv); };
-  if (material.reflectance.texture.valid()) sp.reflectance *= lookup(material.reflectance.texture);
-  if (material.roughness.texture.valid()) sp.roughness *= lookup(material.roughness.texture).r;
+  const TextureId reflectance = mesh.material->reflectance.texture;
+  const TextureId roughness = mesh.material->roughness.texture;
+  if (reflectance.valid()) sp.reflectance *= lookup(reflectance);
+  if (roughness.valid()) sp.roughness *= lookup(roughness).r;
   return sp;
 }
 

@@ -10,8 +10,19 @@
 #include "core/bsdf/bsdf.h"
 #include "core/import/load_scene.h"
 #include "core/render/light_pick.h"
+#include "core/scene/surface.h"
 
 namespace qray {
+
+// What a hit needs to know of its mesh, side by side in memory.
+struct MeshShading {
+  const Mesh* mesh = nullptr;
+  const Material* material = nullptr;
+  const Bsdf* bsdf = nullptr;
+  ShadingPoint constant;  // the material's parameters where no texture changes them
+  BsdfKind kind = BsdfKind::kDiffuse;
+  bool emits = false, textured = false, interpolated = false;
+};
 
 struct PreparedScene {
   Scene scene;
@@ -26,8 +37,22 @@ struct PreparedScene {
   std::vector<int> texture_handles;  // by TextureId
   LightPick lights;
 
+  std::vector<MeshShading> meshes;  // by MeshId
+
+  SurfacePoint surface_at(const Ray& ray, const Hit& hit) const {
+    const Vec3 ng = normalize(hit.ng);
+    SurfacePoint surface{ray.o + ray.d * hit.t, ng, ng, {}};
+    const MeshShading& m = meshes[hit.mesh.value];
+    if (m.interpolated) interpolate_vertices(*m.mesh, hit.triangle, hit.barycentric, surface);
+    return surface;
+  }
   // The material's parameters at uv, textures looked up.
-  ShadingPoint shading_point(const Material& material, Vec2 uv) const;
+  ShadingPoint shading_point(const MeshShading& mesh, Vec2 uv) const {
+    return mesh.textured ? textured_point(mesh, uv) : mesh.constant;
+  }
+
+ private:
+  ShadingPoint textured_point(const MeshShading& mesh, Vec2 uv) const;
 };
 
 Result<std::shared_ptr<const PreparedScene>> prepare_scene(LoadedScene loaded, int build_threads);
