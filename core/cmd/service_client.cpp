@@ -5,6 +5,7 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
+#include <regex>
 
 #include "core/cmd/report.h"
 
@@ -78,16 +79,13 @@ ServiceClient::~ServiceClient() = default;
 Result<std::unique_ptr<ServiceClient>> ServiceClient::open(const std::string& url) {
   const Error bad{ErrorCode::kInvalid,
                   "expected a server such as http://127.0.0.1:8080, got '" + url + "'", "--server"};
-  if (!url.starts_with("http://") && !url.starts_with("https://")) return bad;
-  std::string base = url;
-  while (base.ends_with('/')) base.pop_back();
-  try {  // the library throws on a port that is no number
-    auto impl = std::make_unique<Impl>(base);
-    if (!impl->http.is_valid()) return bad;
-    return std::unique_ptr<ServiceClient>(new ServiceClient(std::move(impl)));
-  } catch (const std::exception&) {
-    return bad;
-  }
+  static const std::regex kForm(
+      R"((https?://([A-Za-z0-9.-]+|\[[0-9A-Fa-f:.]+\])(:[0-9]{1,5})?)/?)");
+  std::smatch match;
+  if (!std::regex_match(url, match, kForm)) return bad;
+  auto impl = std::make_unique<Impl>(match[1].str());
+  if (!impl->http.is_valid()) return bad;
+  return std::unique_ptr<ServiceClient>(new ServiceClient(std::move(impl)));
 }
 
 Result<proto::JobView> ServiceClient::submit(const proto::JobSubmission& submission) {

@@ -40,8 +40,7 @@ TEST_F(DiffCommand, ComparesWithTheReference) {
 
 TEST_F(DiffCommand, ReadsDisplayPicturesAsLight) {
   const Image grey = plain(0.25f);
-  const Outcome told =
-      qray_command({"diff", write("a.png", grey), write("b.exr", grey), "--json"});
+  const Outcome told = qray_command({"diff", write("a.png", grey), write("b.exr", grey), "--json"});
   ASSERT_EQ(told.code, cmd::kExitOk) << told.err;
   const nlohmann::json d = nlohmann::json::parse(told.out, nullptr, false);
   EXPECT_LT(d["max_abs"].get<double>(), 0.002);  // half a step of 8 bits
@@ -76,8 +75,8 @@ TEST(SceneCommand, TellsThePlaceOfAFault) {
   const ScratchFolder scratch;
   const std::string path = (scratch / "scene.json").string();
   const std::string text = R"({"materials": 5})";
-  ASSERT_TRUE(write_file_atomic(path, {reinterpret_cast<const uint8_t*>(text.data()), text.size()})
-                  .ok());
+  ASSERT_TRUE(
+      write_file_atomic(path, {reinterpret_cast<const uint8_t*>(text.data()), text.size()}).ok());
   const Outcome told = qray_command({"scene", "check", path});
   EXPECT_EQ(told.code, cmd::kExitBadInput);
   EXPECT_NE(told.err.find("scene.json"), std::string::npos) << told.err;

@@ -9,8 +9,8 @@ TEST(RenderOptions, ReadsASize) {
   const auto size = parse_size("640x480");
   ASSERT_TRUE(size.ok());
   EXPECT_EQ(size.value(), (std::pair{640, 480}));
-  for (const char* wrong : {"", "640", "640x", "x480", "640x480x2", "-1x5", "0x5", "64 x 48",
-                            "99999999999x1"})
+  for (const char* wrong :
+       {"", "640", "640x", "x480", "640x480x2", "-1x5", "0x5", "64 x 48", "99999999999x1"})
     EXPECT_FALSE(parse_size(wrong).ok()) << wrong;
 }
 

@@ -1,0 +1,103 @@
+#include "tests/bench/ray_recorder.h"
+
+#include <limits>
+
+#if __has_include(<embree4/rtcore.h>)
+#include <embree4/rtcore.h>
+#else
+#include <embree3/rtcore.h>
+#endif
+
+namespace {
+
+// The wrappers are C functions without a place for state.
+std::vector<qray::bench::RecordedRay>* recording = nullptr;
+RTCScene recorded_scene = nullptr;
+
+void record(RTCScene scene, const RTCRay& r, float t_max) {
+  recorded_scene = scene;
+  recording->push_back({{r.org_x, r.org_y, r.org_z}, {r.dir_x, r.dir_y, r.dir_z}, t_max});
+}
+
+RTCRay to_rtc(const qray::bench::RecordedRay& ray) {
+  RTCRay r;
+  r.org_x = ray.o.x;
+  r.org_y = ray.o.y;
+  r.org_z = ray.o.z;
+  r.tnear = 0;
+  r.dir_x = ray.d.x;
+  r.dir_y = ray.d.y;
+  r.dir_z = ray.d.z;
+  r.time = 0;
+  r.tfar = ray.t_max < 0 ? std::numeric_limits<float>::infinity() : ray.t_max;
+  r.mask = ~0u;
+  r.id = 0;
+  r.flags = 0;
+  return r;
+}
+
+}  // namespace
+
+extern "C" {
+#if RTC_VERSION_MAJOR >= 4
+void __real_rtcIntersect1(RTCScene, RTCRayHit*, RTCIntersectArguments*);
+void __real_rtcOccluded1(RTCScene, RTCRay*, RTCOccludedArguments*);
+void __wrap_rtcIntersect1(RTCScene scene, RTCRayHit* query, RTCIntersectArguments* arguments) {
+  if (recording) record(scene, query->ray, -1);
+  __real_rtcIntersect1(scene, query, arguments);
+}
+void __wrap_rtcOccluded1(RTCScene scene, RTCRay* ray, RTCOccludedArguments* arguments) {
+  if (recording) record(scene, *ray, ray->tfar);
+  __real_rtcOccluded1(scene, ray, arguments);
+}
+#else
+void __real_rtcIntersect1(RTCScene, RTCIntersectContext*, RTCRayHit*);
+void __real_rtcOccluded1(RTCScene, RTCIntersectContext*, RTCRay*);
+void __wrap_rtcIntersect1(RTCScene scene, RTCIntersectContext* context, RTCRayHit* query) {
+  if (recording) record(scene, query->ray, -1);
+  __real_rtcIntersect1(scene, context, query);
+}
+void __wrap_rtcOccluded1(RTCScene scene, RTCIntersectContext* context, RTCRay* ray) {
+  if (recording) record(scene, *ray, ray->tfar);
+  __real_rtcOccluded1(scene, context, ray);
+}
+#endif
+}
+
+namespace qray::bench {
+
+RayRecorder::RayRecorder(std::vector<RecordedRay>& rays) { recording = &rays; }
+RayRecorder::~RayRecorder() { recording = nullptr; }
+
+size_t replay(const std::vector<RecordedRay>& rays, size_t begin, size_t end) {
+  size_t hits = 0;
+#if RTC_VERSION_MAJOR < 4
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+#endif
+  for (size_t i = begin; i < end; ++i) {
+    if (rays[i].t_max < 0) {
+      RTCRayHit query;
+      query.ray = to_rtc(rays[i]);
+      query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+      query.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
+#if RTC_VERSION_MAJOR >= 4
+      __real_rtcIntersect1(recorded_scene, &query, nullptr);
+#else
+      __real_rtcIntersect1(recorded_scene, &context, &query);
+#endif
+      hits += query.hit.geomID != RTC_INVALID_GEOMETRY_ID;
+    } else {
+      RTCRay query = to_rtc(rays[i]);
+#if RTC_VERSION_MAJOR >= 4
+      __real_rtcOccluded1(recorded_scene, &query, nullptr);
+#else
+      __real_rtcOccluded1(recorded_scene, &context, &query);
+#endif
+      hits += query.tfar < 0;
+    }
+  }
+  return hits;
+}
+
+}  // namespace qray::bench
