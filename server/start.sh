@@ -54,7 +54,7 @@ cmake --build "$build" -j "$(nproc)" --target qray qrayd || fail "the build fail
 
 # Step 2: the server. It prints where it listens once it does.
 log="$(mktemp)"
-"$build/bin/qrayd" --port "$port" --data "$data" > >(tee "$log") 2>&1 &
+"$build/bin/qrayd" --port "$port" --data "$data" > "$log" &
 server_pid=$!
 url=""
 for _ in $(seq 300); do

@@ -113,7 +113,8 @@ void add_render(CLI::App& app, int& exit_code) {
   auto o = std::make_shared<Options>();
   CLI::App* sub = app.add_subcommand("render", "render a scene to a picture");
   add_render_options(*sub, o->render);
-  sub->add_option("--passes", o->passes, "replay: samples of each pass, such as 1,1,2,4")
+  sub->add_option("--passes", o->passes,
+                  "replay: samples of each pass, such as 1,1,2,4 (docs/stats.md)")
       ->delimiter(',');
   sub->add_option("--threads", o->threads, "default: one a processor")->check(CLI::Range(1, 1024));
   sub->add_option("--table-in", o->table_in, "start from this table");

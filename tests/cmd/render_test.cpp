@@ -69,10 +69,12 @@ TEST_F(RenderCommand, GivesTheSamePixelsForAnyNumberOfThreads) {
 
 TEST_F(RenderCommand, ReplaysPasses) {
   ASSERT_EQ(render({"--spp", "7", "--json", file("a.json"), "-o", file("a.exr")}).code, 0);
+  const nlohmann::json stats = read_json(file("a.json"));
   std::string passes;
-  for (int n : read_json(file("a.json"))["passes"].get<std::vector<int>>())
+  for (int n : stats["passes"].get<std::vector<int>>())
     passes += (passes.empty() ? "" : ",") + std::to_string(n);
-  const Outcome replayed = render({"--passes", passes, "-o", file("b.exr")});
+  const Outcome replayed = render({"--passes", passes, "--learning-samples",
+                                   stats["learning_samples"].dump(), "-o", file("b.exr")});
   ASSERT_EQ(replayed.code, 0) << replayed.err;
   EXPECT_EQ(pixels_of(file("a.exr")), pixels_of(file("b.exr")));
 }
