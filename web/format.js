@@ -3,9 +3,9 @@
 const kStateWords = {
   queued: 'Waiting',
   preparing: 'Loading the scene',
-  learning: 'Learning the light',
+  learning: 'Learning',
   rendering: 'Rendering',
-  finalizing: 'Writing the result',
+  finalizing: 'Finishing',
   succeeded: 'Done',
   canceling: 'Canceling',
   canceled: 'Canceled',
@@ -56,13 +56,16 @@ export function ago(iso, now_ms = Date.now()) {
   return new Date(iso).toLocaleDateString();
 }
 
+// Integers above 2^53 came through JSON with lost digits.
+export const exact = (n) => (Number.isSafeInteger(n) ? String(n) : `about ${n.toPrecision(5)}`);
+
 export const exposure = (ev) => `${ev > 0 ? '+' : ev < 0 ? '−' : ''}${Math.abs(ev).toFixed(1)} EV`;
 
 // "16 of 64 samples · 1.5 s"; what is not known is left out.
 export function progress_words(job) {
   const { samples, seconds: spent } = job.progress;
   const words = [];
-  if (job.request.samples > 0 && !job.request.seconds) {
+  if (job.request.samples) {
     words.push(`${count(samples)} of ${count(job.request.samples)} samples`);
   } else if (samples > 0) {
     words.push(`${count(samples)} samples`);

@@ -103,13 +103,10 @@ export class JobForm {
   }
 
   #show_errors(errors, summary = '') {
-    const rest = [];
-    let first = null;
-    for (const { pointer, detail } of errors) {
-      const name = this.#field_of(pointer);
-      if (this.#show_error(name, detail)) first ??= this.#form.elements[name];
-      else rest.push(`${pointer}: ${detail}`);
-    }
+    const rest = errors.filter(({ pointer, detail }) =>
+      !this.#show_error(this.#field_of(pointer), detail))
+      .map(({ pointer, detail }) => `${pointer}: ${detail}`);
+    const first = this.#form.querySelector('[aria-invalid]');
     const text = first ? rest.join(' ') : [summary, ...rest].join(' ');
     this.#form.querySelector('.form-error').textContent = text;
     (first ?? this.#form.querySelector('button[type=submit]')).focus();
@@ -121,8 +118,8 @@ export class JobForm {
     const control = this.#form.elements[name];
     if (!place || !control) return false;
     place.textContent = text;
-    control.toggleAttribute('aria-invalid', false);
     if (text) control.setAttribute('aria-invalid', 'true');
+    else control.removeAttribute('aria-invalid');
     return true;
   }
 

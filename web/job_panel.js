@@ -1,7 +1,7 @@
 // Everything about one selected job under its picture: state in words, progress, what it was asked,
 // which table it used and made, what it cost; cancel and downloads.
 import { ApiError, cancel_job, exr_url, png_url } from './api.js';
-import { big, bytes, can_cancel, count, has_ended, method_words, progress_words, seconds,
+import { big, bytes, can_cancel, count, exact, has_ended, method_words, progress_words, seconds,
   state_words } from './format.js';
 
 export class JobPanel {
@@ -70,15 +70,15 @@ export class JobPanel {
   #show_facts(job) {
     const { request } = job;
     const facts = [['Job', job.id], ['Method', this.#method(request)],
-      ['Size', `${request.width} × ${request.height}`],
-      ['Asked for', request.seconds ? seconds(request.seconds) : `${count(request.samples)} samples`],
-      ['Seed', String(request.seed)]];
+      ['Size', this.#size(request)], ['Asked for', this.#budget(request)],
+      ['Seed', exact(request.seed)]];
     if (request.method !== 'none') {
       facts.push(['Table used', this.#table_used(job)], ['Table made', this.#table_made(job)]);
     }
     const { stats } = job;
     if (stats?.rays_per_second) facts.push(['Speed', `${big(stats.rays_per_second)} rays/s`]);
     if (stats?.dropped_samples) facts.push(['Dropped samples', count(stats.dropped_samples)]);
+    for (const warning of job.warnings ?? []) facts.push(['Warning', warning]);
     const list = this.#part('facts');
     const key = JSON.stringify(facts.map(([name, value]) => [name, value.outerHTML ?? value]));
     if (list.dataset.key === key) return; // keep focus inside the list
@@ -92,6 +92,16 @@ export class JobPanel {
       row.append(term, detail);
       return row;
     }));
+  }
+
+  // Both stay unknown until the scene is loaded, where the request leaves them to it.
+  #size(request) {
+    if (!request.width || !request.height) return "the scene's own";
+    return `${request.width} × ${request.height}`;
+  }
+
+  #budget(request) {
+    return request.samples ? `${count(request.samples)} samples a pixel` : seconds(request.seconds);
   }
 
   #method(request) {

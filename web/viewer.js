@@ -4,6 +4,8 @@ import { exposure, has_ended, method_words, state_words } from './format.js';
 import { JobPanel } from './job_panel.js';
 import { Picture } from './picture.js';
 
+const kUnknownSize = { width: 4, height: 3 }; // the stage before the scene is loaded
+
 export class Viewer {
   #root;
   #store;
@@ -81,7 +83,8 @@ export class Viewer {
       picture.show(job?.id ?? null);
       panel.root.hidden = !job;
       panel.side = split ? ['Left', 'Right'][index] : '';
-      if (job) panel.update(job, picture.has_picture);
+      // Without WebGL2 no tiles are fetched; the server has a picture from the first sample on.
+      if (job) panel.update(job, picture.has_picture || job.progress.samples > 0);
       this.#label(index, split ? job : null);
     });
     this.#part('title').textContent = ordered.map((job) => job.request.scene)
@@ -94,13 +97,14 @@ export class Viewer {
 
   #show_stage(jobs) {
     const stage = this.#part('stage');
-    stage.style.setProperty('--w', this.pictures[0].width || jobs[0].request.width);
-    stage.style.setProperty('--h', this.pictures[0].height || jobs[0].request.height);
     const [picture] = this.pictures;
+    const size = picture.width ? picture : jobs[0].request;
+    stage.style.setProperty('--w', size.width || kUnknownSize.width);
+    stage.style.setProperty('--h', size.height || kUnknownSize.height);
     const waiting = picture.supported && !this.pictures.some((p) => p.has_picture);
     this.#part('waiting').hidden = !waiting;
-    this.#part('waiting').textContent = has_ended(jobs[0])
-      ? 'No picture was made.' : `${state_words(jobs[0].state)} …`;
+    this.#part('waiting').textContent = jobs.every(has_ended)
+      ? 'No picture was made.' : `${state_words(jobs.at(-1).state)} …`;
     this.#part('problem').hidden = !this.#problem;
     this.#part('problem').textContent = this.#problem;
   }
@@ -108,7 +112,9 @@ export class Viewer {
   #label(index, job) {
     const label = this.#part(['left-label', 'right-label'][index]);
     label.hidden = !job;
-    label.textContent = job ? method_words(job.request.method) : '';
+    if (!job) return;
+    const state = this.pictures[index].has_picture ? '' : ` · ${state_words(job.state)}`;
+    label.textContent = method_words(job.request.method) + state;
   }
 
   #list_others() {

@@ -1,0 +1,249 @@
+// What every browser test needs: the real server on a free port with a scratch data folder, a
+// fresh headless Chromium, and pages that fail the test when the page itself reports an error.
+import assert from 'node:assert/strict';
+import { spawn } from 'node:child_process';
+import { accessSync, constants, mkdirSync, mkdtempSync, rmSync } from 'node:fs';
+import { createRequire } from 'node:module';
+import { tmpdir } from 'node:os';
+import { delimiter, join } from 'node:path';
+import { setTimeout as sleep } from 'node:timers/promises';
+
+const kWaitMs = 60_000; // long enough for a sanitizer build on a busy machine
+
+function env(name) {
+  assert.ok(process.env[name], `${name} is not set: run these tests through ctest -L e2e`);
+  return process.env[name];
+}
+
+function find_chromium() {
+  if (process.env.CHROMIUM) return process.env.CHROMIUM;
+  for (const folder of env('PATH').split(delimiter)) {
+    const file = join(folder, 'chromium');
+    try {
+      accessSync(file, constants.X_OK);
+      return file;
+    } catch {
+      // not in this folder
+    }
+  }
+  throw new Error('chromium is not installed: apt-get install chromium');
+}
+
+// The modules are installed into the build folder, so they are looked up from there.
+function load_playwright() {
+  return createRequire(join(env('QRAY_E2E_DIR'), 'package.json'))('playwright-core');
+}
+
+export function scratch_folder() {
+  return mkdtempSync(join(tmpdir(), 'qray-e2e-'));
+}
+
+export class Server {
+  #process;
+  url;
+
+  // Resolves when the server printed where it listens.
+  static async start(data_folder, port = 0) {
+    const server = new Server();
+    const child = spawn(env('QRAYD'), ['--port', String(port), '--data', data_folder], {
+      stdio: ['ignore', 'pipe', 'pipe'],
+    });
+    server.#process = child;
+    let said = '';
+    server.url = await new Promise((resolve, reject) => {
+      const timer = setTimeout(() => reject(new Error(`qrayd is silent; it said: ${said}`)), kWaitMs);
+      const listen = (chunk) => {
+        said = (said + chunk).slice(-20_000);
+        const match = said.match(/qrayd listening on (http:\/\/127\.0\.0\.1:\d+)/);
+        if (!match) return;
+        clearTimeout(timer);
+        resolve(match[1]);
+      };
+      child.stdout.on('data', listen);
+      child.stderr.on('data', listen);
+      child.on('error', reject);
+      child.on('exit', (code) => reject(new Error(`qrayd ended with ${code}; it said: ${said}`)));
+    });
+    return server;
+  }
+
+  get port() {
+    return Number(new URL(this.url).port);
+  }
+
+  async stop() {
+    if (this.#process.exitCode !== null || this.#process.signalCode !== null) return;
+    const ended = new Promise((resolve) => this.#process.once('exit', resolve));
+    this.#process.kill('SIGTERM');
+    const timer = setTimeout(() => this.#process.kill('SIGKILL'), 10_000);
+    await ended;
+    clearTimeout(timer);
+  }
+
+  async get(path) {
+    const response = await fetch(this.url + path);
+    assert.equal(response.status, 200, `GET ${path}`);
+    return response;
+  }
+
+  async job(id) {
+    return (await this.get(`/v1/jobs/${id}`)).json();
+  }
+
+  async post(request) {
+    const response = await fetch(`${this.url}/v1/jobs`, {
+      method: 'POST',
+      headers: { 'content-type': 'application/json' },
+      body: JSON.stringify(request),
+    });
+    assert.equal(response.status, 202, await response.clone().text());
+    return (await response.json()).id;
+  }
+
+  async wait_until(id, done) {
+    const until = Date.now() + kWaitMs;
+    for (;;) {
+      const job = await this.job(id);
+      if (done(job)) return job;
+      assert.ok(Date.now() < until, `job ${id} stays ${job.state}`);
+      await sleep(50);
+    }
+  }
+}
+
+export class Browser {
+  #browser;
+  #errors = [];
+
+  static async start() {
+    const browser = new Browser();
+    browser.#browser = await load_playwright().chromium.launch({
+      executablePath: find_chromium(),
+      headless: true,
+      args: ['--no-sandbox', '--disable-gpu', '--use-angle=swiftshader',
+        '--enable-unsafe-swiftshader', '--disable-quic', '--no-first-run',
+        '--disable-background-networking', '--disable-component-update', '--disable-sync'],
+    });
+    return browser;
+  }
+
+  // A page of its own profile. Errors in it, and breaches of the content policy, are kept.
+  // `init` runs in it before its own scripts.
+  async page(url, { width = 1280, height = 900, init, ...options } = {}) {
+    const context = await this.#browser.newContext({ viewport: { width, height }, ...options });
+    if (init) await context.addInitScript(init);
+    const page = await context.newPage();
+    page.setDefaultTimeout(kWaitMs);
+    page.on('pageerror', (error) => this.#errors.push(error.stack));
+    page.on('console', (message) => {
+      // A refused request or a lost server is logged by the browser; tests ask for both.
+      const network = message.text().startsWith('Failed to load resource');
+      if (message.type() === 'error' && !network) this.#errors.push(message.text());
+    });
+    await page.goto(url);
+    await page.locator('#scene option').first().waitFor({ state: 'attached' });
+    return page;
+  }
+
+  // Nothing that a page reported since the last call.
+  expect_no_errors() {
+    assert.deepEqual(this.#errors.splice(0), []);
+  }
+
+  close() {
+    return this.#browser.close();
+  }
+}
+
+// {server, browser, close()} for one file of tests.
+export async function start_all() {
+  const folder = scratch_folder();
+  const server = await Server.start(folder);
+  let browser;
+  try {
+    browser = await Browser.start();
+  } catch (error) {
+    await server.stop(); // a child that stays would keep node waiting
+    throw error;
+  }
+  return {
+    server,
+    browser,
+    folder,
+    async close() {
+      await browser.close();
+      await server.stop();
+      rmSync(folder, { recursive: true, force: true });
+    },
+  };
+}
+
+// Fills the form and posts it; resolves to the ids now in the address.
+export async function post_by_form(page, fields) {
+  const before = page.url();
+  for (const [name, value] of Object.entries(fields)) {
+    const field = page.locator(`#job-form [name="${name}"]`);
+    if (typeof value === 'boolean') await field.setChecked(value);
+    else if (await field.evaluate((e) => e.tagName === 'SELECT')) await field.selectOption(value);
+    else await field.fill(String(value));
+  }
+  await page.locator('#job-form button[type=submit]').click();
+  await page.waitForFunction((url) => location.href !== url, before);
+  const shown = new URLSearchParams(new URL(page.url()).hash.slice(1));
+  return { job: shown.get('job'), with: shown.get('with') };
+}
+
+// What the page shows of its pictures, left and right.
+export const pictures = (page) => page.evaluate(async () => {
+  const { viewer } = await import('/app.js');
+  return viewer.pictures.map((picture) => ({
+    job: picture.job_id,
+    cursor: Number(picture.cursor),
+    tile_updates: picture.tile_updates,
+    width: picture.width,
+    height: picture.height,
+  }));
+});
+
+// The first picture snapshot at `index` that passes `good`.
+export async function wait_for_picture(page, index, good) {
+  const until = Date.now() + kWaitMs;
+  for (;;) {
+    const picture = (await pictures(page))[index];
+    if (good(picture)) return picture;
+    assert.ok(Date.now() < until, `waited in vain for picture ${index}; it stays ` +
+      JSON.stringify(picture));
+    await sleep(40);
+  }
+}
+
+// Until the picture at `index` has had more than `than` tiles, counting each version of a tile.
+export const wait_for_tiles = (page, index, than = 0) =>
+  wait_for_picture(page, index, (picture) => picture.tile_updates > than);
+
+export const canvas_pixels = async (page, index) => Uint8Array.from(await page.evaluate(
+  async (i) => Array.from((await import('/app.js')).viewer.pictures[i].read_pixels()), index));
+
+// RGBA bytes of a PNG, decoded by the browser without colour management.
+export const png_pixels = async (page, path) => Uint8Array.from(await page.evaluate(
+  async (url) => {
+    const blob = await (await fetch(url)).blob();
+    const bitmap = await createImageBitmap(blob,
+      { colorSpaceConversion: 'none', premultiplyAlpha: 'none' });
+    const context = new OffscreenCanvas(bitmap.width, bitmap.height).getContext('2d');
+    context.drawImage(bitmap, 0, 0);
+    return Array.from(context.getImageData(0, 0, bitmap.width, bitmap.height).data);
+  }, path));
+
+export async function screenshot(page, name) {
+  const folder = join(env('QRAY_E2E_DIR'), 'screenshots');
+  mkdirSync(folder, { recursive: true });
+  await page.screenshot({ path: join(folder, `${name}.png`), fullPage: true });
+}
+
+export const state_shown = (page, job_id) =>
+  page.locator(`.panel[data-job="${job_id}"] .panel-state-words`).textContent();
+
+export const wait_for_state = (page, job_id, words) =>
+  page.locator(`.panel[data-job="${job_id}"] .panel-state-words`)
+    .filter({ hasText: new RegExp(`^(${words})$`) }).waitFor();
