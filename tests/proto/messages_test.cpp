@@ -1,0 +1,97 @@
+#include "proto/messages.h"
+
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+namespace qray::proto {
+namespace {
+
+using Json = nlohmann::json;
+
+JobInfo queued_job() {
+  JobInfo job;
+  job.id = "j000001";
+  job.state = "queued";
+  job.request.scene = "cornell-box";
+  job.request.samples = 8;
+  job.created_ms = 1'767'225'600'007;
+  return job;
+}
+
+TEST(Messages, Time) {
+  EXPECT_EQ(time_to_text(0), "1970-01-01T00:00:00.000Z");
+  EXPECT_EQ(time_to_text(1'767'225'600'007), "2026-01-01T00:00:00.007Z");
+}
+
+TEST(Messages, QueuedJobHasNullsWhereNothingIsKnown) {
+  const Json json = Json::parse(job_to_json(queued_job()));
+  EXPECT_EQ(json["id"], "j000001");
+  EXPECT_EQ(json["created"], "2026-01-01T00:00:00.007Z");
+  for (const char* name : {"started", "ended", "error", "table_in", "table_out", "stats"}) {
+    ASSERT_TRUE(json.contains(name)) << name;
+    EXPECT_TRUE(json[name].is_null()) << name;
+  }
+  EXPECT_EQ(json["progress"], (Json{{"fraction", 0.0}, {"samples", 0}, {"seconds", 0.0}}));
+  EXPECT_EQ(json["biased"], false);
+  EXPECT_EQ(json["warnings"], Json::array());
+  EXPECT_EQ(json["request"]["samples"], 8);
+  EXPECT_FALSE(json["request"].contains("seconds"));
+}
+
+TEST(Messages, EndedJob) {
+  JobInfo job = queued_job();
+  job.state = "failed";
+  job.started_ms = 1000;
+  job.ended_ms = 2000;
+  job.progress = {0.5, 4, 1.25};
+  job.error = JobError{"expected 1..4, got 0", "scene.json:/materials/3/ior"};
+  job.table_in = "a";
+  job.stats_json = R"({"rays":5})";
+  job.biased = true;
+  job.warnings = {"one"};
+  const Json json = Json::parse(job_to_json(job));
+  EXPECT_EQ(json["ended"], "1970-01-01T00:00:02.000Z");
+  EXPECT_EQ(json["error"]["where"], "scene.json:/materials/3/ior");
+  EXPECT_EQ(json["stats"]["rays"], 5);
+  EXPECT_EQ(json["table_in"], "a");
+  EXPECT_TRUE(json["table_out"].is_null());
+  EXPECT_EQ(json["warnings"][0], "one");
+}
+
+TEST(Messages, BytesThatAreNotUtf8AreRepaired) {
+  JobInfo job = queued_job();
+  job.error = JobError{"bad \xff\xc3", "\xe2\x82"};
+  const Json json = Json::parse(job_to_json(job));
+  EXPECT_EQ(json["error"]["message"], "bad \xef\xbf\xbd\xef\xbf\xbd");
+}
+
+TEST(Messages, ListSaysWhenThereIsMore) {
+  const JobInfo jobs[] = {queued_job(), queued_job()};
+  const Json last = Json::parse(job_list_to_json(jobs, ""));
+  EXPECT_EQ(last["jobs"].size(), 2u);
+  EXPECT_FALSE(last.contains("next"));
+  EXPECT_EQ(Json::parse(job_list_to_json(jobs, "j000007"))["next"], "j000007");
+}
+
+TEST(Messages, TablesAndScenes) {
+  TableInfo table{"t", "room", "huang", {"p1", "p2"}, 0, 10, 20, 30, "j000001"};
+  const Json tables = Json::parse(table_list_to_json({&table, 1}));
+  EXPECT_EQ(tables["tables"][0]["parents"], (Json{"p1", "p2"}));
+  EXPECT_EQ(tables["tables"][0]["samples_seen"], 30);
+  const SceneInfo scenes[] = {{"a", 640, 480}, {"broken", {}, {}}};
+  const Json list = Json::parse(scene_list_to_json(scenes));
+  EXPECT_EQ(list["scenes"][0]["width"], 640);
+  EXPECT_TRUE(list["scenes"][1]["width"].is_null());
+}
+
+TEST(Messages, Problem) {
+  const Json json = Json::parse(problem_to_json({422, "Wrong", "", {{"/a", "expected b"}}}));
+  EXPECT_EQ(json["type"], "about:blank");
+  EXPECT_EQ(json["status"], 422);
+  EXPECT_EQ(json["errors"][0]["pointer"], "/a");
+  EXPECT_FALSE(json.contains("detail"));
+}
+
+}  // namespace
+}  // namespace qray::proto
