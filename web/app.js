@@ -78,10 +78,9 @@ store.addEventListener('change', ({ detail: job }) => {
 // Whatever fails here is asked again when the stream comes back.
 async function sync() {
   try {
-    form.show_scenes(await list_scenes());
-    await store.load();
     ask_for_selected();
     viewer.restart();
+    await Promise.all([store.load(), list_scenes().then((scenes) => form.show_scenes(scenes))]);
   } catch (error) {
     if (!(error instanceof ApiError)) throw error;
     by_id('connection').textContent = error.message;

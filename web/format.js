@@ -28,24 +28,26 @@ export function count(n) {
   return n.toLocaleString('en', { maximumFractionDigits: n < 10 ? 1 : 0 });
 }
 
+export const samples_words = (n) => (n === 1 ? '1 sample' : `${count(n)} samples`);
+
 export function big(n) {
   return n.toLocaleString('en', { notation: 'compact', maximumSignificantDigits: 3 });
 }
 
 export function bytes(n) {
-  if (n < 1024) return `${n} B`;
+  if (n < 1024) return `${n}\u00a0B`;
   const units = ['KiB', 'MiB', 'GiB'];
   const power = Math.min(units.length, Math.floor(Math.log2(n) / 10));
-  return `${(n / 1024 ** power).toFixed(1)} ${units[power - 1]}`;
+  return `${(n / 1024 ** power).toFixed(1)}\u00a0${units[power - 1]}`;
 }
 
 export function seconds(s) {
-  if (s < 60) return `${s.toFixed(1)} s`;
+  if (s < 60) return `${s.toFixed(1)}\u00a0s`;
   const whole = Math.round(s);
   const pad = (v) => String(v).padStart(2, '0');
   const minutes = Math.floor(whole / 60);
-  if (minutes < 60) return `${minutes}:${pad(whole % 60)} min`;
-  return `${Math.floor(minutes / 60)}:${pad(minutes % 60)} h`;
+  if (minutes < 60) return `${minutes}:${pad(whole % 60)}\u00a0min`;
+  return `${Math.floor(minutes / 60)}:${pad(minutes % 60)}\u00a0h`;
 }
 
 export function ago(iso, now_ms = Date.now()) {
@@ -66,9 +68,9 @@ export function progress_words(job) {
   const { samples, seconds: spent } = job.progress;
   const words = [];
   if (job.request.samples) {
-    words.push(`${count(samples)} of ${count(job.request.samples)} samples`);
+    words.push(`${count(samples)} of ${samples_words(job.request.samples)}`);
   } else if (samples > 0) {
-    words.push(`${count(samples)} samples`);
+    words.push(samples_words(samples));
   }
   if (job.request.seconds && !has_ended(job)) {
     words.push(`${seconds(spent)} of ${seconds(job.request.seconds)}`);

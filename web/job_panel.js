@@ -1,8 +1,8 @@
 // Everything about one selected job under its picture: state in words, progress, what it was asked,
 // which table it used and made, what it cost; cancel and downloads.
 import { ApiError, cancel_job, exr_url, png_url } from './api.js';
-import { big, bytes, can_cancel, count, exact, has_ended, method_words, progress_words, seconds,
-  state_words } from './format.js';
+import { big, bytes, can_cancel, count, exact, has_ended, method_words, progress_words,
+  samples_words, seconds, state_words } from './format.js';
 
 export class JobPanel {
   #root;
@@ -37,7 +37,7 @@ export class JobPanel {
     this.#job = job;
     this.#root.dataset.state = job.state;
     this.#root.dataset.job = job.id;
-    this.#set('title', job.request.scene);
+    this.#set('title', `${job.request.scene}, ${method_words(job.request.method)}`);
     this.#part('badge').hidden = this.#part('bias-note').hidden = !job.biased;
     this.#set('state-words', state_words(job.state));
     this.#set('numbers', progress_words(job));
@@ -101,7 +101,7 @@ export class JobPanel {
   }
 
   #budget(request) {
-    return request.samples ? `${count(request.samples)} samples a pixel` : seconds(request.seconds);
+    return request.samples ? `${samples_words(request.samples)} a pixel` : seconds(request.seconds);
   }
 
   #method(request) {

@@ -69,7 +69,7 @@ test('a lost server is noticed, and everything is right again when it is back', 
   const rows = await page.locator('#jobs li').count();
   await all.server.stop();
   await page.locator('#notice').waitFor();
-  all.server = await Server.start(all.folder, port);
+  all.server = await Server.start(all.folder, { port });
   await page.locator('#notice').waitFor({ state: 'hidden' });
   assert.equal(await page.locator('#connection').textContent(), 'Live');
   assert.equal(await page.locator('#jobs li').count(), rows);

@@ -10,6 +10,15 @@ import { setTimeout as sleep } from 'node:timers/promises';
 
 const kWaitMs = 60_000; // long enough for a sanitizer build on a busy machine
 
+// A file that hangs ends by itself before ctest kills it, so that no server stays behind.
+const kFileMs = 170_000;
+const running = new Set();
+process.on('exit', () => running.forEach((child) => child.kill('SIGKILL')));
+setTimeout(() => {
+  console.error(`not done after ${kFileMs} ms`);
+  process.exit(1);
+}, kFileMs).unref();
+
 function env(name) {
   assert.ok(process.env[name], `${name} is not set: run these tests through ctest -L e2e`);
   return process.env[name];
@@ -34,21 +43,19 @@ function load_playwright() {
   return createRequire(join(env('QRAY_E2E_DIR'), 'package.json'))('playwright-core');
 }
 
-export function scratch_folder() {
-  return mkdtempSync(join(tmpdir(), 'qray-e2e-'));
-}
-
 export class Server {
   #process;
   url;
 
   // Resolves when the server printed where it listens.
-  static async start(data_folder, port = 0) {
+  static async start(data_folder, { port = 0, scenes_folder = null } = {}) {
     const server = new Server();
-    const child = spawn(env('QRAYD'), ['--port', String(port), '--data', data_folder], {
-      stdio: ['ignore', 'pipe', 'pipe'],
-    });
+    const options = ['--port', String(port), '--data', data_folder];
+    if (scenes_folder) options.push('--scenes', scenes_folder);
+    const child = spawn(env('QRAYD'), options, { stdio: ['ignore', 'pipe', 'pipe'] });
     server.#process = child;
+    running.add(child);
+    child.once('exit', () => running.delete(child));
     let said = '';
     server.url = await new Promise((resolve, reject) => {
       const timer = setTimeout(() => reject(new Error(`qrayd is silent; it said: ${said}`)), kWaitMs);
@@ -156,9 +163,9 @@ export class Browser {
 }
 
 // {server, browser, close()} for one file of tests.
-export async function start_all() {
-  const folder = scratch_folder();
-  const server = await Server.start(folder);
+export async function start_all(options = {}) {
+  const folder = mkdtempSync(join(tmpdir(), 'qray-e2e-'));
+  const server = await Server.start(folder, options);
   let browser;
   try {
     browser = await Browser.start();
@@ -167,12 +174,12 @@ export async function start_all() {
     throw error;
   }
   return {
-    server,
+    server, // a test may put another in its place
     browser,
     folder,
     async close() {
       await browser.close();
-      await server.stop();
+      await this.server.stop();
       rmSync(folder, { recursive: true, force: true });
     },
   };

@@ -1,0 +1,62 @@
+// What the page says when a job fails, when it waits in the queue, and when there is no such job.
+import assert from 'node:assert/strict';
+import { cpSync, mkdirSync, mkdtempSync, rmSync, writeFileSync } from 'node:fs';
+import { tmpdir } from 'node:os';
+import { join } from 'node:path';
+import { after, afterEach, before, test } from 'node:test';
+import { fileURLToPath } from 'node:url';
+import { post_by_form, screenshot, start_all, wait_for_state, wait_for_tiles } from './support.mjs';
+
+const kScenes = fileURLToPath(new URL('../../scenes', import.meta.url));
+
+let scenes_folder;
+let all;
+let page;
+before(async () => {
+  scenes_folder = mkdtempSync(join(tmpdir(), 'qray-e2e-scenes-'));
+  cpSync(join(kScenes, 'cornell-box'), join(scenes_folder, 'cornell-box'), { recursive: true });
+  mkdirSync(join(scenes_folder, 'broken'));
+  writeFileSync(join(scenes_folder, 'broken', 'scene.json'), '{"materials": 7}');
+  all = await start_all({ scenes_folder });
+  page = await all.browser.page(all.server.url);
+});
+after(async () => {
+  await all?.close();
+  rmSync(scenes_folder, { recursive: true, force: true });
+});
+afterEach(() => all.browser.expect_no_errors());
+
+test('a job whose scene cannot be loaded fails with the message and the place', async () => {
+  const { job } = await post_by_form(page, { scene: 'broken', amount: 4 });
+  await wait_for_state(page, job, 'Failed');
+  const { error } = await all.server.job(job);
+  assert.match(error.where, /scene\.json/);
+  const panel = page.locator(`.panel[data-job="${job}"]`);
+  assert.equal(await panel.locator('.panel-error-message').textContent(), error.message);
+  assert.equal(await panel.locator('.panel-error-where').textContent(), error.where);
+  assert.equal(await panel.locator('.panel-png').isVisible(), false);
+  assert.equal(await page.locator('.view-waiting').textContent(), 'No picture was made.');
+  await screenshot(page, 'failed-1280');
+});
+
+test('a job behind another one waits, and can be canceled while it waits', async () => {
+  const first = await all.server.post({ scene: 'cornell-box', seconds: 60, width: 64, height: 64 });
+  const { job } = await post_by_form(page, { scene: 'cornell-box', amount: 4, width: 64,
+    height: 64 });
+  await wait_for_state(page, job, 'Waiting');
+  // Jobs posted elsewhere come into the list by themselves.
+  await page.locator(`#jobs [data-job="${first}"]`).waitFor();
+  await page.getByRole('button', { name: 'Cancel' }).click();
+  await wait_for_state(page, job, 'Canceled');
+  await page.locator(`#jobs [data-job="${first}"] a`).click();
+  await wait_for_tiles(page, 0);
+  await page.getByRole('button', { name: 'Cancel' }).click();
+  await wait_for_state(page, first, 'Canceled');
+});
+
+test('an address of a job that does not exist says so', async () => {
+  const other = await all.browser.page(`${all.server.url}/#job=j999999`);
+  await other.locator('.view-missing').filter({ hasText: 'There is no job j999999.' }).waitFor();
+  assert.equal(await other.locator('.stage').isVisible(), false);
+  await other.context().close();
+});
