@@ -5,13 +5,12 @@
 namespace qray {
 namespace {
 
-constexpr float kMaxLength = 1e6f;  // metres, as validate() allows
-constexpr float kMinLength = 1e-6f;
+constexpr float kMinLength = 1e-6f;  // metres
 
 constexpr std::string_view kShapes[] = {"positions", "file",     "quad", "box",
                                         "sphere",    "cylinder", "disk"};
 
-float positive(const JsonNode& node) { return node.number(kMinLength, kMaxLength); }
+float positive(const JsonNode& node) { return node.number(kMinLength, kMaxCoordinate); }
 
 Vec3 direction(const JsonNode& node) {
   const Vec3 v = node.vec3();
@@ -116,6 +115,20 @@ Transform read_matrix(const JsonNode& node) {
   return t;
 }
 
+Vec3 read_scale(const JsonNode& node) {
+  const auto factor = [](const JsonNode& n) {
+    const float v = n.number(-kMaxCoordinate, kMaxCoordinate);
+    if (std::abs(v) < kMinLength) n.fail_expected("a factor of 1e-6 or more in size");
+    return v;
+  };
+  if (node.is_number()) {
+    const float all = factor(node);
+    return {all, all, all};
+  }
+  if (!node.is_array() || node.size() != 3) node.fail_expected("a number or [x, y, z]");
+  return {factor(node.at(0)), factor(node.at(1)), factor(node.at(2))};
+}
+
 Transform read_transform(const JsonNode& node) {
   node.only({"matrix", "scale", "rotate", "translate"});
   if (const auto matrix = node.find("matrix")) {
@@ -124,14 +137,10 @@ Transform read_transform(const JsonNode& node) {
     return read_matrix(*matrix);
   }
   Transform t;
-  if (const auto scale = node.find("scale")) {
-    const Rgb factors = scale->number_or_rgb();
-    t = Transform::scaling({factors.r, factors.g, factors.b});
-  }
+  if (const auto scale = node.find("scale")) t = Transform::scaling(read_scale(*scale));
   if (const auto rotate = node.find("rotate")) {
     rotate->only({"axis", "deg"});
-    t = Transform::rotation(direction(rotate->get("axis")),
-                            rotate->get("deg").number(-36000, 36000))
+    t = Transform::rotation(direction(rotate->get("axis")), rotate->get("deg").number(-360, 360))
             .after(t);
   }
   if (const auto translate = node.find("translate"))
@@ -171,7 +180,7 @@ void apply_placement(const JsonNode& node, Mesh& mesh) {
   if (const auto placement = node.find("transform")) {
     const Transform transform = read_transform(*placement);
     const double determinant = transform.determinant();
-    if (!(std::abs(determinant) > 1e-18 && std::isfinite(determinant)))
+    if (!(std::abs(determinant) > 1e-20 && std::isfinite(determinant)))
       placement->fail("expected a map that keeps volume, this one is flat or not finite");
     transform.apply(mesh);
   }

@@ -194,14 +194,15 @@ JsonNode JsonNode::at(size_t index) const {
   return {std::get<JsonValue::Array>(value_->value)[index], place_ + "/" + std::to_string(index)};
 }
 
-std::vector<float> JsonNode::numbers(size_t count) const {
+std::vector<float> JsonNode::numbers(size_t count, float limit) const {
   if (!is_array() || size() != count)
     fail_expected("an array of " + std::to_string(count) + " numbers");
   std::vector<float> out(count);
   const auto& items = std::get<JsonValue::Array>(value_->value);
   for (size_t i = 0; i < count; ++i) {
     const double* v = std::get_if<double>(&items[i].value);
-    out[i] = v ? to_float(*v) : at(i).number();  // at() names the place, and costs a string
+    const bool good = v && std::abs(*v) <= static_cast<double>(limit);
+    out[i] = good ? to_float(*v) : at(i).number(-limit, limit);  // at() names the place
   }
   return out;
 }
@@ -210,14 +211,12 @@ Vec3 JsonNode::vec3() const {
   const std::vector<float> v = numbers(3);
   return {v[0], v[1], v[2]};
 }
-Rgb JsonNode::rgb() const {
-  const std::vector<float> v = numbers(3);
-  return {v[0], v[1], v[2]};
-}
+
 Rgb JsonNode::number_or_rgb() const {
   if (is_number()) return Rgb{number()};
   if (!is_array()) fail_expected("a number or [r, g, b]");
-  return rgb();
+  const std::vector<float> v = numbers(3, std::numeric_limits<float>::max());
+  return {v[0], v[1], v[2]};
 }
 
 const JsonValue::Object& JsonNode::object() const {

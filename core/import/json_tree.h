@@ -17,6 +17,7 @@
 namespace qray {
 
 constexpr int kMaxJsonDepth = 32;
+constexpr float kMaxCoordinate = 1e6f;  // metres, as validate() allows
 
 struct JsonMember;
 struct JsonValue {
@@ -47,17 +48,16 @@ class JsonNode {
   bool is_array() const { return std::holds_alternative<JsonValue::Array>(value_->value); }
 
   bool boolean() const;
-  float number() const;  // too large for a float: infinity, which validate() refuses
+  float number() const;  // too large for a float: infinity, which no range has
   float number(float lo, float hi) const;
   int integer(int lo, int hi) const;
   const std::string& string() const;
 
   size_t size() const;  // of an array
   JsonNode at(size_t index) const;
-  // Fails unless the array has exactly `count` numbers.
-  std::vector<float> numbers(size_t count) const;
+  // Fails unless the array has exactly `count` numbers, none over `limit` in size.
+  std::vector<float> numbers(size_t count, float limit = kMaxCoordinate) const;
   Vec3 vec3() const;
-  Rgb rgb() const;  // [r, g, b]
   Rgb number_or_rgb() const;
 
   // Members of an object; all fail when this is none.

@@ -1,5 +1,7 @@
 #include "core/import/mtl.h"
 
+#include <tiny_obj_loader.h>
+
 #include <algorithm>
 #include <map>
 

@@ -2,9 +2,11 @@
 // than refused; what is lost is a warning. Only obj.cpp includes this.
 #pragma once
 
-#include <tiny_obj_loader.h>
-
 #include "core/import/obj.h"
+
+namespace tinyobj {
+struct material_t;
+}
 
 namespace qray {
 
