@@ -75,7 +75,7 @@ class HttpServer::Impl final : public httplib::Server {
     set_keep_alive_max_count(limits.max_requests_per_connection);
     set_keep_alive_timeout(
         std::chrono::duration_cast<std::chrono::seconds>(limits.stream.idle).count());
-    set_default_headers({{"X-Content-Type-Options", "nosniff"}});
+    set_default_headers({{"X-Content-Type-Options", "nosniff"}, {"Accept-Ranges", "none"}});
     // Paths without a body are answered before the library's own routing; the others are let
     // through to have their body read, and only when a route knows them.
     set_pre_routing_handler([this](const httplib::Request& req, httplib::Response& res) {
@@ -118,11 +118,12 @@ class HttpServer::Impl final : public httplib::Server {
   }
 
   void stop() {
+    const int fd = svr_sock_.exchange(INVALID_SOCKET);
     if (acceptor_.joinable()) {
       acceptor_.request_stop();
+      ::shutdown(fd, SHUT_RDWR);  // wakes its poll
       acceptor_.join();
     }
-    const int fd = svr_sock_.exchange(INVALID_SOCKET);
     connections_.stop();
     if (fd != INVALID_SOCKET) ::close(fd);
   }
@@ -146,7 +147,7 @@ class HttpServer::Impl final : public httplib::Server {
   void accept_loop(int listener, std::stop_token stop) {
     while (!stop.stop_requested()) {
       pollfd p{listener, POLLIN, 0};
-      if (::poll(&p, 1, 100) <= 0) continue;
+      if (::poll(&p, 1, 1000) <= 0 || stop.stop_requested()) continue;
       const int fd = ::accept4(listener, nullptr, nullptr, SOCK_CLOEXEC);
       if (fd < 0) {
         if (errno == EMFILE || errno == ENFILE || errno == ENOBUFS || errno == ENOMEM) {

@@ -13,6 +13,8 @@ namespace {
 using std::chrono::milliseconds;
 using std::chrono::steady_clock;
 
+constexpr size_t kMaxLingerBytes = 8u << 20;
+
 void describe(const sockaddr_storage& address, socklen_t size, std::string& ip, int& port) {
   char host[NI_MAXHOST], service[NI_MAXSERV];
   if (getnameinfo(reinterpret_cast<const sockaddr*>(&address), size, host, sizeof host, service,
@@ -95,9 +97,11 @@ bool SocketStream::skip_rest() {
 void SocketStream::linger(milliseconds time) {
   ::shutdown(fd_, SHUT_WR);
   const Time deadline = steady_clock::now() + time;
+  size_t taken = 0;
   do {
+    taken += raw_.size();
     raw_.clear();
-  } while (receive(deadline) > 0);
+  } while (taken < kMaxLingerBytes && receive(deadline) > 0);
 }
 
 bool SocketStream::is_readable() const {

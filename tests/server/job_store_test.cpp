@@ -1,0 +1,221 @@
+#include "server/store/job_store.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/support/scratch.h"
+
+namespace qray::server {
+namespace {
+
+using std::chrono::milliseconds;
+using enum JobState;
+
+class JobStoreTest : public ::testing::Test {
+ protected:
+  void SetUp() override { open(); }
+  // As after a restart of the server.
+  void open() {
+    store_.reset();
+    events_ = std::make_unique<EventLog>();
+    db_.reset();
+    Result<std::unique_ptr<Database>> db = Database::open(scratch_ / "jobs.sqlite");
+    ASSERT_TRUE(db.ok()) << db.error().text();
+    db_ = std::move(db).value();
+    store_ = std::make_unique<JobStore>(*db_, *events_, [this] { return now_ms_; });
+    Result<std::vector<JobId>> recovered = store_->recover();
+    ASSERT_TRUE(recovered.ok()) << recovered.error().text();
+    recovered_ = std::move(recovered).value();
+  }
+  JobId insert() {
+    proto::JobRequest request;
+    request.scene = "box";
+    request.samples = 8;
+    Result<JobRecord> job = store_->insert(request);
+    EXPECT_TRUE(job.ok());
+    return job.value().id;
+  }
+  JobRecord get(JobId id) {
+    Result<JobRecord> job = store_->get(id);
+    EXPECT_TRUE(job.ok());
+    return job.value();
+  }
+  void move(JobId id, std::initializer_list<JobState> states) {
+    for (JobState to : states) {
+      const Result<JobRecord> moved = store_->move(id, to);
+      ASSERT_TRUE(moved.ok()) << moved.error().text();
+    }
+  }
+  std::vector<std::string> kinds_after(uint64_t cursor) {
+    std::vector<std::string> kinds;
+    for (const Event& e : events_->wait(cursor, "", milliseconds(0)).events)
+      kinds.push_back(e.kind);
+    return kinds;
+  }
+
+  qray::test::ScratchFolder scratch_;
+  int64_t now_ms_ = 1000;
+  std::unique_ptr<EventLog> events_;
+  std::unique_ptr<Database> db_;
+  std::unique_ptr<JobStore> store_;
+  std::vector<JobId> recovered_;
+};
+
+TEST_F(JobStoreTest, InsertAndGet) {
+  proto::JobRequest request;
+  request.scene = "box";
+  request.seconds = 0.1;
+  request.seed = UINT64_MAX;
+  request.camera.emplace().position = {0.1, 0.2, 0.3};
+  const Result<JobRecord> inserted = store_->insert(request);
+  ASSERT_TRUE(inserted.ok());
+  const JobRecord job = get(inserted.value().id);
+  EXPECT_EQ(job.request, request);
+  EXPECT_EQ(job.state, kQueued);
+  EXPECT_EQ(job.created_ms, 1000);
+  EXPECT_EQ(job.started_ms, std::nullopt);
+  EXPECT_EQ(kinds_after(0), std::vector<std::string>{"state"});
+  const Result<JobRecord> missing = store_->get({99});
+  ASSERT_FALSE(missing.ok());
+  EXPECT_EQ(missing.error().code, ErrorCode::kNotFound);
+}
+
+TEST_F(JobStoreTest, MovesWriteRecordAndEvents) {
+  const JobId id = insert();
+  now_ms_ = 2000;
+  move(id, {kPreparing});
+  EXPECT_EQ(get(id).started_ms, 2000);
+  EXPECT_EQ(get(id).attempts, 1);
+  move(id, {kRendering, kFinalizing});
+  now_ms_ = 3000;
+  JobStore::Change change;
+  change.events.push_back({0, id.text(), "table", "{}"});
+  change.edit = [](JobRecord& job) {
+    job.table_out = "t";
+    job.stats_json = "{}";
+    job.biased = true;
+    job.progress = {1, 8, 2.5};
+    job.warnings = {"one\nline", "two"};
+  };
+  ASSERT_TRUE(store_->move(id, kSucceeded, change).ok());
+  const JobRecord job = get(id);
+  EXPECT_EQ(job.state, kSucceeded);
+  EXPECT_EQ(job.ended_ms, 3000);
+  EXPECT_EQ(job.table_out, "t");
+  EXPECT_EQ(job.progress.seconds, 2.5);
+  EXPECT_TRUE(job.biased);
+  EXPECT_EQ(job.warnings, (std::vector<std::string>{"one line", "two"}));
+  EXPECT_EQ(kinds_after(0), (std::vector<std::string>{"state", "state", "state", "state", "table",
+                                                      "state", "done"}));
+}
+
+TEST_F(JobStoreTest, IllegalMovesChangeNothing) {
+  const JobId id = insert();
+  const uint64_t newest = events_->newest();
+  const Result<JobRecord> moved = store_->move(id, kSucceeded);
+  ASSERT_FALSE(moved.ok());
+  EXPECT_EQ(moved.error().code, ErrorCode::kConflict);
+  EXPECT_EQ(get(id).state, kQueued);
+  EXPECT_EQ(events_->newest(), newest);
+}
+
+TEST_F(JobStoreTest, AFailedWriteUndoesTheWholeMove) {
+  const JobId id = insert();
+  const uint64_t newest = events_->newest();
+  JobStore::Change change;
+  change.also = [](Database::Session&) { return Status(Error{ErrorCode::kIo, "full", ""}); };
+  EXPECT_FALSE(store_->move(id, kPreparing, change).ok());
+  EXPECT_EQ(get(id).state, kQueued);
+  EXPECT_EQ(events_->newest(), newest);
+  move(id, {kPreparing});  // and the store goes on
+}
+
+TEST_F(JobStoreTest, ListsNewestFirst) {
+  for (int i = 0; i < 5; ++i) insert();
+  const auto ids = [&](size_t limit, std::optional<JobId> before) {
+    std::vector<uint64_t> ids;
+    const Result<std::vector<JobRecord>> jobs = store_->list(limit, before);
+    for (const JobRecord& job : jobs.value()) ids.push_back(job.id.value);
+    return ids;
+  };
+  EXPECT_EQ(ids(3, {}), (std::vector<uint64_t>{5, 4, 3}));
+  EXPECT_EQ(ids(3, JobId{3}), (std::vector<uint64_t>{2, 1}));
+}
+
+TEST_F(JobStoreTest, RestartQueuesWhatWasOpen) {
+  const JobId queued = insert(), rendering = insert(), canceling = insert(), ended = insert();
+  move(rendering, {kPreparing, kLearning, kRendering});
+  move(canceling, {kPreparing, kCanceling});
+  move(ended, {kPreparing, kRendering, kFinalizing, kSucceeded});
+  open();
+  EXPECT_EQ(recovered_, (std::vector<JobId>{queued, rendering}));
+  EXPECT_EQ(get(rendering).state, kQueued);
+  EXPECT_EQ(get(canceling).state, kCanceled);
+  EXPECT_EQ(get(ended).state, kSucceeded);
+}
+
+TEST_F(JobStoreTest, AJobThatEndsTheServerThreeTimesFails) {
+  const JobId id = insert();
+  for (int attempt = 1; attempt <= kMaxAttempts; ++attempt) {
+    ASSERT_EQ(get(id).state, kQueued) << attempt;
+    move(id, {kPreparing, kRendering});
+    open();
+  }
+  EXPECT_TRUE(recovered_.empty());
+  EXPECT_EQ(get(id).state, kFailed);
+  EXPECT_TRUE(get(id).error.has_value());
+}
+
+TEST_F(JobStoreTest, EventIdsRiseAcrossRestartsAndReadersGoOn) {
+  const JobId id = insert();
+  const uint64_t seen = events_->newest();
+  move(id, {kCanceled});
+  ASSERT_TRUE(store_->publish_hint({0, id.text(), "progress", "{}"}).ok());
+  const uint64_t hint = events_->newest();
+  open();
+  EXPECT_GT(events_->newest(), hint);
+  EXPECT_EQ(kinds_after(seen), (std::vector<std::string>{"state", "done"}));
+  EXPECT_TRUE(kinds_after(hint).empty());
+  EXPECT_FALSE(events_->wait(hint, "", milliseconds(0)).reset);
+  insert();
+  EXPECT_EQ(kinds_after(hint), std::vector<std::string>{"state"});
+}
+
+TEST_F(JobStoreTest, OldEventsAreForgottenAtARestart) {
+  {
+    Database::Transaction transaction(*db_);
+    for (int id = 100; id < 2200; ++id) {
+      ASSERT_TRUE(Query(transaction.handle(), "INSERT INTO events VALUES(?,'j','state','{}')")
+                      .bind(id)
+                      .run()
+                      .ok());
+    }
+    ASSERT_TRUE(transaction.commit().ok());
+  }
+  insert();  // reserves ids, which start below
+  open();
+  EXPECT_TRUE(events_->wait(150, "", milliseconds(0)).reset);
+  EXPECT_FALSE(events_->wait(2100, "", milliseconds(0)).reset);
+}
+
+TEST_F(JobStoreTest, ANewerSchemaIsRefused) {
+  {
+    Database::Session session(*db_);
+    ASSERT_TRUE(session.exec("PRAGMA user_version=99").ok());
+  }
+  store_.reset();
+  db_.reset();
+  const Result<std::unique_ptr<Database>> db = Database::open(scratch_ / "jobs.sqlite");
+  ASSERT_FALSE(db.ok());
+  EXPECT_EQ(db.error().code, ErrorCode::kUnsupported);
+}
+
+TEST_F(JobStoreTest, AFileThatIsNoDatabaseIsRefused) {
+  const auto path = scratch_ / "not.sqlite";
+  std::FILE* file = std::fopen(path.c_str(), "w");
+  std::fputs(std::string(5000, 'x').c_str(), file);
+  std::fclose(file);
+  EXPECT_FALSE(Database::open(path).ok());
+}
+
+}  // namespace
+}  // namespace qray::server

@@ -1,0 +1,169 @@
+// A real Service on a scratch folder and port 0, a client, and raw connections, for tests.
+#pragma once
+
+#include <arpa/inet.h>
+#include <gtest/gtest.h>
+#include <httplib.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "server/service.h"
+#include "tests/support/scratch.h"
+
+namespace qray::server::test {
+
+using Json = nlohmann::json;
+
+inline void write_text(const std::filesystem::path& path, const std::string& text) {
+  std::filesystem::create_directories(path.parent_path());
+  std::ofstream(path) << text;
+}
+
+// An open box under a light: a scene of a few triangles, loaded in no time.
+inline constexpr const char* kBoxScene = R"({
+  "name": "box", "size": [48, 40],
+  "camera": {"position": [0, 1, 3], "target": [0, 1, 0], "up": [0, 1, 0], "vertical_fov_deg": 50},
+  "materials": [
+    {"name": "white", "type": "diffuse", "reflectance": [0.7, 0.7, 0.7]},
+    {"name": "light", "type": "diffuse", "reflectance": 0.5, "emission": [10, 9, 8]}],
+  "meshes": [
+    {"name": "floor", "material": "white",
+     "positions": [[-1, 0, 1], [1, 0, 1], [1, 0, -1], [-1, 0, -1]], "quads": [[0, 1, 2, 3]]},
+    {"name": "back", "material": "white",
+     "positions": [[-1, 0, -1], [1, 0, -1], [1, 2, -1], [-1, 2, -1]], "quads": [[0, 1, 2, 3]]},
+    {"name": "light", "material": "light",
+     "positions": [[-0.3, 1.9, 0.3], [-0.3, 1.9, -0.3], [0.3, 1.9, -0.3], [0.3, 1.9, 0.3]],
+     "quads": [[0, 1, 2, 3]]}]
+})";
+
+inline Config scratch_config(const std::filesystem::path& folder) {
+  write_text(folder / "scenes/box/scene.json", kBoxScene);
+  write_text(folder / "web/index.html", "<!doctype html><title>page</title>");
+  Config config;
+  config.port = 0;
+  config.data = folder / "data";
+  config.scenes = folder / "scenes";
+  config.web = folder / "web";
+  config.threads = 2;
+  return config;
+}
+
+inline HttpLimits quick_limits() {
+  HttpLimits limits;
+  limits.stream.head = std::chrono::milliseconds(500);
+  limits.stream.body = std::chrono::milliseconds(1000);
+  return limits;
+}
+
+class TestService {
+ public:
+  explicit TestService(const HttpLimits& limits = {}) : limits_(limits) {
+    config = scratch_config(scratch.path());
+  }
+
+  void start() {
+    Result<std::unique_ptr<Service>> started = Service::start(config, limits_);
+    ASSERT_TRUE(started.ok()) << started.error().text();
+    service = std::move(started).value();
+  }
+  void stop() { service.reset(); }
+
+  httplib::Client client() const {
+    httplib::Client c("127.0.0.1", service->port());
+    c.set_read_timeout(20);
+    return c;
+  }
+  // The answer's JSON; its status must be `status`.
+  Json get(const std::string& path, int status = 200) const {
+    return answer(client().Get(path), path, status);
+  }
+  Json post(const std::string& path, const std::string& body, int status) const {
+    return answer(client().Post(path, body, "application/json"), path + " " + body, status);
+  }
+  std::string submit(const Json& request) const {
+    return post("/v1/jobs", request.dump(), 202).value("id", "");
+  }
+  // Waits until the job is in one of the states, and returns it.
+  Json wait(const std::string& id, const std::vector<std::string>& states) const {
+    for (int i = 0; i < 4000; ++i) {
+      Json job = get("/v1/jobs/" + id);
+      for (const std::string& state : states) {
+        if (job["state"] == state) return job;
+      }
+      if (job["state"] == "failed") {
+        ADD_FAILURE() << job.dump();
+        return job;
+      }
+      std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    }
+    ADD_FAILURE() << id << " does not become " << states[0];
+    return {};
+  }
+  Json wait_end(const std::string& id) const {
+    return wait(id, {"succeeded", "canceled", "failed"});
+  }
+
+  qray::test::ScratchFolder scratch;
+  Config config;
+  std::unique_ptr<Service> service;
+
+ private:
+  static Json answer(const httplib::Result& result, const std::string& what, int status) {
+    if (!result) {
+      ADD_FAILURE() << what << ": no answer: " << httplib::to_string(result.error());
+      return {};
+    }
+    EXPECT_EQ(result->status, status) << what << ": " << result->body;
+    Json json = Json::parse(result->body, nullptr, false);
+    EXPECT_FALSE(json.is_discarded()) << what << ": " << result->body;
+    return json;
+  }
+  HttpLimits limits_;
+};
+
+// A connection without a client's manners.
+class RawConnection {
+ public:
+  explicit RawConnection(int port) : fd_(::socket(AF_INET, SOCK_STREAM, 0)) {
+    sockaddr_in address{};
+    address.sin_family = AF_INET;
+    address.sin_port = htons(static_cast<uint16_t>(port));
+    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    EXPECT_EQ(::connect(fd_, reinterpret_cast<sockaddr*>(&address), sizeof address), 0);
+    timeval timeout{15, 0};
+    ::setsockopt(fd_, SOL_SOCKET, SO_RCVTIMEO, &timeout, sizeof timeout);
+    ::setsockopt(fd_, SOL_SOCKET, SO_SNDTIMEO, &timeout, sizeof timeout);
+  }
+  ~RawConnection() { ::close(fd_); }
+  RawConnection(RawConnection&& other) noexcept : fd_(std::exchange(other.fd_, -1)) {}
+
+  // False when the other side does not take it any more.
+  bool send(std::string_view text) const {
+    while (!text.empty()) {
+      const ssize_t n = ::send(fd_, text.data(), text.size(), MSG_NOSIGNAL);
+      if (n <= 0) return false;
+      text.remove_prefix(static_cast<size_t>(n));
+    }
+    return true;
+  }
+  // Until `end` has come, or the connection is over.
+  std::string read_until(std::string_view end) const {
+    std::string text;
+    char block[4096];
+    while (end.empty() || text.find(end) == std::string::npos) {
+      const ssize_t n = ::recv(fd_, block, sizeof block, 0);
+      if (n <= 0) break;
+      text.append(block, static_cast<size_t>(n));
+    }
+    return text;
+  }
+  std::string read_all() const { return read_until(""); }
+
+ private:
+  int fd_;
+};
+
+}  // namespace qray::server::test
