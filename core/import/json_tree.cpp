@@ -143,7 +143,8 @@ JsonValue parse_json(const Bytes& text, const std::string& file) {
 }
 
 void JsonNode::fail(const std::string& message, ErrorCode code) const {
-  fail_import(code, message, place_);
+  // The root's place ends with the colon before its empty pointer.
+  fail_import(code, message, place_.ends_with(':') ? place_.substr(0, place_.size() - 1) : place_);
 }
 void JsonNode::fail_expected(const std::string& what) const {
   fail("expected " + what + ", got " + describe(*value_));

@@ -85,7 +85,8 @@ class LineChecker {
     for (int i = 0; i < 3; ++i) {
       const size_t end = std::min(rest.find('/'), rest.size());
       const std::string_view part = rest.substr(0, end);
-      if (!part.empty() || i != 1) index(part, counts_[i], kNames[i], token);
+      const bool may_be_empty = i == 1 && end < rest.size();  // v//vn
+      if (!part.empty() || !may_be_empty) index(part, counts_[i], kNames[i], token);
       if (end == rest.size()) return;
       rest.remove_prefix(end + 1);
     }

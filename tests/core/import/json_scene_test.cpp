@@ -1,0 +1,209 @@
+#include "core/import/json_scene.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/core/import/scene_text.h"
+
+namespace qray {
+namespace {
+
+const std::string kCamera =
+    R"("camera": {"position": [0, 1, 3], "target": [0, 1, 0], "vertical_fov_deg": 40})";
+const std::string kMaterials = R"("materials": [{"name": "a", "type": "diffuse"}])";
+const std::string kMeshes =
+    R"("meshes": [{"material": "a", "quad": {"origin": [0,0,0], "edge1": [0,0,1], "edge2": [1,0,0]}}])";
+
+std::string document(const std::string& camera, const std::string& materials,
+                     const std::string& meshes, const std::string& more = "") {
+  return "{" + camera + "," + materials + "," + meshes + (more.empty() ? "" : "," + more) + "}";
+}
+std::string with_materials(const std::string& list) {
+  return document(kCamera, "\"materials\": [" + list + "]", kMeshes);
+}
+std::string with_mesh(const std::string& mesh) {
+  return document(kCamera, kMaterials, "\"meshes\": [" + mesh + "]");
+}
+std::string with(const std::string& more) { return document(kCamera, kMaterials, kMeshes, more); }
+
+TEST(JsonScene, ReadsEveryFieldWhereItBelongs) {
+  const test::SceneFolder folder;
+  folder.write("t.png", "not opened here");
+  const auto loaded = folder.load(
+      "scene.json",
+      document(
+          R"("name": "n", "size": [64, 48], "max_depth": 7,
+         "camera": {"position": [1, 2, 3], "target": [0, 0, 0], "up": [0, 0, 1],
+                    "vertical_fov_deg": 33, "aperture_radius": 0.5, "focus_distance": 4})",
+          R"("textures": [{"name": "t", "path": "t.png", "srgb": false, "wrap": "clamp"}],
+         "materials": [
+           {"name": "d", "type": "diffuse", "reflectance": {"texture": "t", "scale": 0.5},
+            "emission": [1, 2, 3], "emission_two_sided": true},
+           {"name": "c", "type": "conductor", "metal": "silver", "roughness": 0.2, "specular": 0.9},
+           {"name": "e", "type": "conductor", "eta": [1, 2, 3], "k": 4},
+           {"name": "g", "type": "dielectric", "ior": 1.3},
+           {"name": "p", "type": "plastic", "reflectance": [0.1, 0.2, 0.3],
+            "roughness": {"texture": "t"}}])",
+          R"("environment": {"radiance": 2, "rotation_deg": 30},
+         "meshes": [{"name": "m", "material": "p",
+                     "positions": [[0,0,0],[1,0,0],[1,1,0],[0,1,0]], "quads": [[0,1,2,3]],
+                     "uvs": [[0,0],[1,0],[1,1],[0,1]],
+                     "normals": [[0,0,1],[0,0,1],[0,0,9],[0,0,1]]}])"));
+  ASSERT_TRUE(loaded.ok()) << loaded.error().text();
+  const Scene& s = loaded.value().scene;
+  EXPECT_EQ(s.name, "n");
+  EXPECT_EQ(s.width, 64);
+  EXPECT_EQ(s.height, 48);
+  EXPECT_EQ(s.max_depth, 7);
+  EXPECT_EQ(s.camera, (Camera{{1, 2, 3}, {0, 0, 0}, {0, 0, 1}, 33, 0.5f, 4}));
+  ASSERT_EQ(s.textures.size(), 1u);
+  EXPECT_EQ(s.textures[0].path, folder.path() / "t.png");
+  EXPECT_FALSE(s.textures[0].srgb);
+  EXPECT_EQ(s.textures[0].wrap, TextureWrap::kClamp);
+  ASSERT_EQ(s.materials.size(), 5u);
+  EXPECT_EQ(s.materials[0].reflectance, (ColorParam{Rgb{0.5f}, TextureId(0)}));
+  EXPECT_EQ(s.materials[0].emission, (Rgb{1, 2, 3}));
+  EXPECT_TRUE(s.materials[0].emission_two_sided);
+  EXPECT_EQ(s.materials[1].kind, MaterialKind::kConductor);
+  EXPECT_LT(max_component(s.materials[1].eta), 0.1f);  // silver
+  EXPECT_EQ(s.materials[1].roughness.value, 0.2f);
+  EXPECT_EQ(s.materials[1].specular, Rgb{0.9f});
+  EXPECT_EQ(s.materials[2].eta, (Rgb{1, 2, 3}));
+  EXPECT_EQ(s.materials[2].k, Rgb{4});
+  EXPECT_EQ(s.materials[3].kind, MaterialKind::kDielectric);
+  EXPECT_EQ(s.materials[3].ior, 1.3f);
+  EXPECT_EQ(s.materials[4].kind, MaterialKind::kPlastic);
+  EXPECT_EQ(s.materials[4].roughness, (FloatParam{1, TextureId(0)}));
+  EXPECT_EQ(s.environment.radiance, Rgb{2});
+  EXPECT_EQ(s.environment.rotation_deg, 30);
+  ASSERT_EQ(s.meshes.size(), 1u);
+  EXPECT_EQ(s.meshes[0].name, "m");
+  EXPECT_EQ(s.meshes[0].material, MaterialId(4));
+  EXPECT_EQ(s.meshes[0].triangles, (std::vector<std::array<uint32_t, 3>>{{0, 1, 2}, {0, 2, 3}}));
+  EXPECT_EQ(s.meshes[0].normals[2], (Vec3{0, 0, 1}));
+  EXPECT_EQ(s.meshes[0].uvs[2], (Vec2{1, 1}));
+}
+
+TEST(JsonScene, NamesThePlaceOfEveryFault) {
+  const struct {
+    std::string text;
+    const char* error;
+  } cases[] = {
+      {with(R"("colour": 1)"), "scene.json:/colour: unknown field, expected one of: "},
+      {document(R"("camera": {"target": [0,0,0], "vertical_fov_deg": 40})", kMaterials, kMeshes),
+       "scene.json:/camera: \"position\" is missing"},
+      {document(R"("camera": {"position": [0,0,0,1], "target": [0,0,0], "vertical_fov_deg": 40})",
+                kMaterials, kMeshes),
+       "scene.json:/camera/position: expected an array of 3 numbers, got an array of 4"},
+      {document(R"("camera": {"position": [0,0,3], "target": [0,0,0], "vertical_fov_deg": 0})",
+                kMaterials, kMeshes),
+       "scene.json:/camera/vertical_fov_deg: expected more than 0 and less than 180, got 0"},
+      {with(R"("size": [512, 0.5])"), "scene.json:/size/1: expected an integer, 1..8192, got 0.5"},
+      {with(R"("max_depth": "8")"),
+       "scene.json:/max_depth: expected an integer, 1..256, got \"8\""},
+      {with_materials(R"({"name": "a", "type": "diffuse"}, {"name": "a", "type": "diffuse"})"),
+       "scene.json:/materials/1/name: \"a\" is taken"},
+      {with_materials(R"({"name": "a", "type": "velvet"})"),
+       "scene.json:/materials/0/type: expected one of diffuse, conductor, dielectric, plastic, got "
+       "\"velvet\""},
+      {with_materials(R"({"name": "a", "type": "diffuse"}, {"name": "b", "type": "dielectric",
+                         "ior": 0})"),
+       "scene.json:/materials/1/ior: expected 1..4, got 0"},
+      {with_materials(R"({"name": "a", "type": "diffuse", "ior": 1.5})"),
+       "scene.json:/materials/0/ior: unknown field"},
+      {with_materials(R"({"name": "a", "type": "diffuse", "reflectance": {"texture": "t"}})"),
+       "scene.json:/materials/0/reflectance/texture: expected the name of a texture, got \"t\""},
+      {with_materials(R"({"name": "a", "type": "conductor", "metal": "tin"})"),
+       "scene.json:/materials/0/metal: expected one of aluminium, copper, gold, silver, got "
+       "\"tin\""},
+      {with_materials(R"({"name": "a", "type": "conductor", "metal": "gold", "k": 1})"),
+       "scene.json:/materials/0/k: expected either \"metal\" or \"eta\" and \"k\""},
+      {with(R"("textures": [{"name": "t", "path": "gone.png"}])"),
+       "scene.json:/textures/0/path: no such file: \"gone.png\""},
+      {with(R"("environment": {"image": "gone.exr"})"),
+       "scene.json:/environment/image: no such file"},
+      {with(R"("environment": {"image": "sky.png"})"),
+       "scene.json:/environment/image: expected an .exr or .hdr file, got \"sky.png\""},
+      {with_mesh(R"({"material": "b", "quad": {"origin": [0,0,0], "edge1": [0,0,1],
+                     "edge2": [1,0,0]}})"),
+       "scene.json:/meshes/0/material: expected the name of a material, got \"b\""},
+      {with_mesh(R"({"material": "a"})"), "scene.json:/meshes/0: expected one of \"positions\""},
+      {with_mesh(R"({"material": "a", "box": {"min": [0,0,0], "max": [1,1,1]}, "file": "x.obj"})"),
+       "scene.json:/meshes/0/box: expected one shape a mesh"},
+      {with_mesh(R"({"material": "a", "box": {"min": [0,0,0], "max": [1,0,1]}})"),
+       "scene.json:/meshes/0/box/max: expected more than \"min\""},
+      {with_mesh(R"({"material": "a", "positions": [[0,0,0],[1,0,0],[0,1,0]],
+                     "triangles": [[0,1,3]]})"),
+       "scene.json:/meshes/0/triangles/0/2: expected an integer, 0..2, got 3"},
+      {with_mesh(R"({"material": "a", "positions": [[0,0,0],[1,0],[0,1,0]],
+                     "triangles": [[0,1,2]]})"),
+       "scene.json:/meshes/0/positions/1: expected an array of 3 numbers, got an array of 2"},
+      {with_mesh(R"({"material": "a", "positions": [[0,0,0],[1,0,0],[0,1,0]],
+                     "triangles": [[0,1,2]], "uvs": [[0,0]]})"),
+       "scene.json:/meshes/0/uvs: expected 3, one a position, got 1"},
+      {with_mesh(R"({"material": "a", "sphere": {"center": [0,0,0], "radius": 0}})"),
+       "scene.json:/meshes/0/sphere/radius: expected 1e-06..1e+06, got 0"},
+      {with_mesh(R"({"material": "a", "box": {"min": [0,0,0], "max": [1,1,1]},
+                     "transform": {"scale": [1, 0, 1]}})"),
+       "scene.json:/meshes/0/transform/scale/1: expected a factor of 1e-6 or more in size, got 0"},
+      {with_mesh(R"({"material": "a", "box": {"min": [0,0,0], "max": [1,1,1]},
+                     "transform": {"matrix": [1,0,0,0, 2,0,0,0, 0,0,1,0, 0,0,0,1]}})"),
+       "scene.json:/meshes/0/transform: expected a map that keeps volume"},
+      {with_mesh(R"({"file": "gone.obj"})"),
+       "scene.json:/meshes/0/file: no such file: \"gone.obj\""},
+  };
+  const test::SceneFolder folder;
+  for (const auto& c : cases) {
+    const std::string failure = folder.failure("scene.json", c.text);
+    EXPECT_EQ(failure.substr(0, std::string_view(c.error).size()), c.error) << c.text;
+  }
+}
+
+TEST(JsonScene, AFileOfSeveralMeshesKeepsItsPlaceInErrors) {
+  const test::SceneFolder folder;
+  folder.write("two.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\ng a\nf 1 2 3\ng b\nf 3 2 1\n");
+  const std::string far = R"({"material": "a", "box": {"min": [0,0,0], "max": [1,1,1]},
+                              "transform": {"scale": 1e6, "translate": [1,0,0]}})";
+  EXPECT_EQ(folder.failure("scene.json", with_mesh(R"({"file": "two.obj"}, )" + far)).substr(0, 35),
+            "scene.json:/meshes/1/positions/2: e");
+}
+
+TEST(JsonScene, FilesBringTheirMaterialsUnlessOneIsGiven) {
+  const test::SceneFolder folder;
+  folder.write("m.mtl", "newmtl red\nKd 1 0 0\nnewmtl lamp\nKe 5 5 5\n");
+  folder.write("m.obj",
+               "mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl red\nf 1 2 3\nusemtl lamp\n"
+               "f 1 3 2\n");
+  const auto own = folder.load("scene.json", with_mesh(R"({"name": "n", "file": "m.obj"})"));
+  ASSERT_TRUE(own.ok()) << own.error().text();
+  const Scene& s = own.value().scene;
+  ASSERT_EQ(s.meshes.size(), 2u);
+  EXPECT_EQ(s.materials[s.meshes[0].material.value].reflectance.value, (Rgb{1, 0, 0}));
+  EXPECT_TRUE(s.materials[s.meshes[1].material.value].emits());
+  const auto given =
+      folder.load("scene.json", with_mesh(R"({"material": "a", "file": "m.obj", "flip": true})"));
+  ASSERT_TRUE(given.ok()) << given.error().text();
+  EXPECT_EQ(given.value().scene.materials.size(), 1u);
+  EXPECT_EQ(given.value().scene.meshes[0].material, MaterialId(0));
+  EXPECT_EQ(test::front(given.value().scene.meshes[0], 0), (Vec3{0, 0, -1}));
+}
+
+TEST(JsonScene, MirroringKeepsTheFrontAndFlipTurnsIt) {
+  const std::string quad = R"("quad": {"origin": [0,0,0], "edge1": [1,0,0], "edge2": [0,1,0]})";
+  const struct {
+    std::string more;
+    Vec3 front;
+  } cases[] = {{"", {0, 0, 1}},
+               {R"(, "transform": {"scale": [-1, 1, 1]})", {0, 0, 1}},
+               {R"(, "transform": {"scale": [1, 1, -1]})", {0, 0, -1}},
+               {R"(, "flip": true)", {0, 0, -1}}};
+  const test::SceneFolder folder;
+  for (const auto& c : cases) {
+    const auto loaded =
+        folder.load("scene.json", with_mesh(R"({"material": "a", )" + quad + c.more + "}"));
+    ASSERT_TRUE(loaded.ok()) << loaded.error().text();
+    EXPECT_EQ(test::front(loaded.value().scene.meshes[0], 0), c.front) << c.more;
+  }
+}
+
+}  // namespace
+}  // namespace qray

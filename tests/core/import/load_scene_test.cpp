@@ -1,0 +1,146 @@
+#include "core/import/load_scene.h"
+
+#include <gtest/gtest.h>
+
+#include "core/import/fit_camera.h"
+#include "core/import/primitives.h"
+#include "core/import/resolve_scene.h"
+#include "tests/core/import/scene_text.h"
+
+namespace qray {
+namespace {
+
+const std::filesystem::path kScenes = std::filesystem::path(QRAY_SOURCE_DIR) / "scenes";
+
+TEST(LoadScene, IncludedScenesLoadCleanly) {
+  for (const char* name : {"ajar-door", "cornell-box", "furnace", "glass-caustic", "lamp-room",
+                           "many-lights", "thesis-room"}) {
+    const auto path = resolve_scene_path(name, kScenes);
+    ASSERT_TRUE(path.ok()) << path.error().text();
+    const auto loaded = load_scene(path.value());
+    ASSERT_TRUE(loaded.ok()) << loaded.error().text();
+    EXPECT_TRUE(loaded.value().warnings.empty()) << name << ": " << loaded.value().warnings[0];
+    EXPECT_EQ(loaded.value().dropped_triangles, 0u) << name;
+    EXPECT_TRUE(std::filesystem::exists(path.value().parent_path() / "SOURCE.md")) << name;
+  }
+}
+
+TEST(LoadScene, ManyLightsHasTwoHundredLampsFacingDown) {
+  const auto loaded = load_scene(kScenes / "many-lights" / "scene.json");
+  ASSERT_TRUE(loaded.ok()) << loaded.error().text();
+  const Scene& s = loaded.value().scene;
+  size_t triangles = 0;
+  for (const Mesh& mesh : s.meshes) {
+    if (!s.materials[mesh.material.value].emits()) continue;
+    triangles += mesh.triangles.size();
+    for (size_t i = 0; i < mesh.triangles.size(); ++i) EXPECT_LT(test::front(mesh, i).y, -0.999f);
+  }
+  EXPECT_EQ(triangles, 400u);
+}
+
+TEST(LoadScene, ErrorsNameTheFile) {
+  const test::SceneFolder folder;
+  EXPECT_EQ(folder.failure("a.txt", "x"), "a.txt: expected a .json, .obj or .ply file");
+  EXPECT_EQ(folder.failure("a.json", "[\n}").substr(0, 9), "a.json:2:");
+  const auto missing = load_scene(folder.path() / "gone.json");
+  ASSERT_FALSE(missing.ok());
+  EXPECT_EQ(missing.error().code, ErrorCode::kNotFound);
+  EXPECT_NE(missing.error().text().find("gone.json"), std::string::npos);
+  EXPECT_FALSE(load_scene(folder.path() / "").ok());
+}
+
+TEST(LoadScene, LimitsHoldForEveryFormat) {
+  const test::SceneFolder folder;
+  const SceneLimits limits{.max_triangles = 1};
+  const auto json = folder.write("a.json", R"({"camera": {"position": [0,0,3], "target": [0,0,0],
+    "vertical_fov_deg": 40}, "materials": [{"name": "a", "type": "diffuse"}], "meshes": [
+    {"material": "a", "box": {"min": [0,0,0], "max": [1,1,1]}}]})");
+  const auto obj = folder.write("a.obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n");
+  const auto ply = folder.write("a.ply",
+                                "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\n"
+                                "property float y\nproperty float z\nelement face 1\nproperty list "
+                                "uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n"
+                                "4 0 1 2 3\n");
+  for (const auto& path : {json, obj, ply}) {
+    EXPECT_TRUE(load_scene(path).ok()) << path;
+    const auto loaded = load_scene(path, limits);
+    ASSERT_FALSE(loaded.ok()) << path;
+    EXPECT_EQ(loaded.error().code, ErrorCode::kTooLarge) << loaded.error().text();
+  }
+}
+
+TEST(LoadScene, ASceneWithoutLightIsAWarning) {
+  const test::SceneFolder folder;
+  const auto loaded = folder.load("a.json", R"({"camera": {"position": [0,0,3],
+    "target": [0,0,0], "vertical_fov_deg": 40}, "materials": [{"name": "a", "type": "diffuse"}],
+    "meshes": [{"material": "a", "box": {"min": [0,0,0], "max": [1,1,1]}}]})");
+  ASSERT_TRUE(loaded.ok()) << loaded.error().text();
+  EXPECT_EQ(loaded.value().warnings, std::vector<std::string>{"a.json: nothing emits light"});
+}
+
+// Is every corner of the bounding box in the picture?
+bool sees_all(const Scene& scene, const Camera& camera) {
+  const Bounds3 box = scene.bounds();
+  const Vec3 forward = normalize(camera.target - camera.position);
+  const Vec3 right = normalize(cross(forward, camera.up)), up = cross(right, forward);
+  const float half = std::tan(camera.vertical_fov_deg * kPi / 360);
+  for (int corner = 0; corner < 8; ++corner) {
+    const Vec3 p{corner & 1 ? box.hi.x : box.lo.x, corner & 2 ? box.hi.y : box.lo.y,
+                 corner & 4 ? box.hi.z : box.lo.z};
+    const Vec3 d = p - camera.position;
+    const float depth = dot(d, forward);
+    if (!(depth > 0 && std::abs(dot(d, right)) <= half * depth &&
+          std::abs(dot(d, up)) <= half * depth))
+      return false;
+  }
+  return true;
+}
+
+TEST(FitCamera, ChoosesByTheKindOfScene) {
+  Scene object;
+  object.meshes = {make_sphere({10, -3, 4}, 2, 2)};
+  EXPECT_TRUE(sees_all(object, fit_camera(object)));
+
+  Scene open_box, room;
+  Mesh mesh = make_box({-1, 0, -1}, {1, 2, 1});
+  room.meshes = {mesh};
+  std::erase_if(mesh.triangles, [&mesh](const auto& t) {
+    return mesh.positions[t[0]].z > 0 && mesh.positions[t[1]].z > 0 && mesh.positions[t[2]].z > 0;
+  });
+  ASSERT_EQ(mesh.triangles.size(), 10u);
+  open_box.meshes = {mesh};
+  const Camera outside = fit_camera(open_box);
+  EXPECT_GT(outside.position.z, 1);
+  EXPECT_TRUE(sees_all(open_box, outside));
+  const Camera inside = fit_camera(room);
+  EXPECT_GT(inside.position.z, 0.5f);
+  EXPECT_LT(inside.position.z, 1);
+}
+
+TEST(ResolveScene, FindsNamesFoldersAndFiles) {
+  const auto file = kScenes / "cornell-box" / "scene.json";
+  for (const std::string& given :
+       {std::string("cornell-box"), file.string(), file.parent_path().string()}) {
+    const auto path = resolve_scene_path(given, kScenes);
+    ASSERT_TRUE(path.ok()) << path.error().text();
+    EXPECT_TRUE(std::filesystem::equivalent(path.value(), file)) << given;
+  }
+  EXPECT_EQ(resolve_scene_path("no-such-scene", kScenes).error().code, ErrorCode::kNotFound);
+  EXPECT_FALSE(resolve_scene_path("/no/such/file.json", kScenes).ok());
+}
+
+TEST(ResolveScene, NamesFromOutsideAreNeverPaths) {
+  for (const char* name : {"", ".", "..", "../scenes/furnace", "furnace/", "Furnace",
+                           "furnace.json", "/etc", "furnace\n", "fur nace", "a%2e"}) {
+    const auto path = resolve_scene_name(name, kScenes);
+    ASSERT_FALSE(path.ok()) << name;
+    EXPECT_EQ(path.error().code, ErrorCode::kInvalid) << name;
+  }
+  EXPECT_FALSE(is_scene_name(std::string(65, 'a')));
+  EXPECT_FALSE(is_scene_name(std::string_view("a\0b", 3)));
+  EXPECT_TRUE(resolve_scene_name("furnace", kScenes).ok());
+  EXPECT_EQ(resolve_scene_name("nothing", kScenes).error().code, ErrorCode::kNotFound);
+}
+
+}  // namespace
+}  // namespace qray

@@ -1,0 +1,185 @@
+#include "core/import/obj.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/core/import/scene_text.h"
+
+namespace qray {
+namespace {
+
+const std::string kTriangle = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
+
+TEST(Obj, NamesTheLineOfEveryFault) {
+  const struct {
+    std::string text;
+    const char* error;
+  } cases[] = {
+      {"v 0 0\n", "a.obj:1: expected 3 numbers, got 2"},
+      {"v 0 0 0\nv 1 zero 0\n", "a.obj:2: expected a number, got \"zero\""},
+      {"v 0 0 nan\n", "a.obj:1: expected a number, got \"nan\""},
+      {"v 0 0 1e99\n", "a.obj:1: expected a number, got \"1e99\""},
+      {"# nothing\nvn 0 1\n", "a.obj:2: expected 3 numbers, got 2"},
+      {kTriangle + "f 1 2\n", "a.obj:4: expected at least 3 corners, got 2"},
+      {kTriangle + "f 1 2 4\n",
+       "a.obj:4: expected the index of one of the 3 positions so far, got 4"},
+      {kTriangle + "f 1 2 -4\n",
+       "a.obj:4: expected the index of one of the 3 positions so far, got -4"},
+      {kTriangle + "f 0 1 2\n",
+       "a.obj:4: expected the index of one of the 3 positions so far, got 0"},
+      {kTriangle + "f 1/1 2/1 3/1\n",
+       "a.obj:4: expected the index of one of the 0 texture coordinates so far, got 1"},
+      {kTriangle + "f 1//1 2//1 3//1\n",
+       "a.obj:4: expected the index of one of the 0 normals so far, got 1"},
+      {kTriangle + "\r\nf 1 2 x\r\n", "a.obj:5: expected a corner like 1/2/3, got \"x\""},
+      {kTriangle + "f 1 2 3/\n", "a.obj:4: expected a corner like 1/2/3, got \"3/\""},
+      {kTriangle + "f 1 2 3/1/1/1\n",
+       "a.obj:4: expected the index of one of the 0 texture coordinates so far, got 1"},
+      {kTriangle + "f 1 2 99999999999999999999\n", "a.obj:4: expected a corner like 1/2/3"},
+      {kTriangle, "a.obj: expected at least one face"},
+      {"", "a.obj: expected at least one face"},
+  };
+  const test::SceneFolder folder;
+  for (const auto& c : cases) {
+    const std::string failure = folder.failure("a.obj", c.text);
+    EXPECT_EQ(failure.substr(0, std::string_view(c.error).size()), c.error) << c.text;
+  }
+}
+
+TEST(Obj, AHugePolygonIsRefused) {
+  std::string text = kTriangle + "f";
+  for (int i = 0; i < 2000; ++i) text += " 1 2 3";
+  const test::SceneFolder folder;
+  EXPECT_EQ(folder.failure("a.obj", text), "a.obj:4: expected at most 1024 corners, got 6000");
+}
+
+TEST(Obj, TriangulatesPolygonsAndSharesCorners) {
+  const test::SceneFolder folder;
+  const ObjContents contents =
+      read_obj(folder.write("a.obj",
+                            "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n"
+                            "vn 0 0 2\nf -4/1/1 -3/2/1 -2/3/1 -1/4/1\n"),
+               {});
+  ASSERT_EQ(contents.meshes.size(), 1u);
+  const Mesh& mesh = contents.meshes[0];
+  EXPECT_EQ(mesh.triangles.size(), 2u);
+  EXPECT_EQ(mesh.positions.size(), 4u);
+  for (size_t i = 0; i < 2; ++i) EXPECT_EQ(test::front(mesh, i), (Vec3{0, 0, 1}));
+  for (const Vec3 n : mesh.normals) EXPECT_EQ(n, (Vec3{0, 0, 1}));
+  for (size_t i = 0; i < 4; ++i)
+    EXPECT_EQ((Vec2{mesh.positions[i].x, mesh.positions[i].y}), mesh.uvs[i]);
+}
+
+TEST(Obj, AMeshWithoutAllItsNormalsIsFlat) {
+  const test::SceneFolder folder;
+  const ObjContents missing =
+      read_obj(folder.write("a.obj", kTriangle + "vn 0 0 1\nf 1//1 2//1 3\n"), {});
+  EXPECT_TRUE(missing.meshes[0].normals.empty());
+  const ObjContents zero =
+      read_obj(folder.write("a.obj", kTriangle + "vn 0 0 0\nf 1//1 2//1 3//1\n"), {});
+  EXPECT_TRUE(zero.meshes[0].normals.empty());
+}
+
+TEST(Obj, ConvertsMaterials) {
+  const test::SceneFolder folder;
+  folder.write("wood.png", "not opened here");
+  folder.write("m.mtl", R"(newmtl diffuse
+Kd 0.1 0.2 0.3
+newmtl shiny
+Kd 0.5 0.5 0.5
+Ks 0.04 0.02 0.01
+Ns 198
+Ni 1.5
+illum 2
+newmtl mirror
+Kd 0 0 0
+Ks 0.9 0.8 0.7
+illum 5
+newmtl glass
+Ni 1.7
+illum 7
+newmtl faint
+d 0.2
+Ni 1.0
+newmtl lamp
+Ke 17 12 4
+newmtl wood
+Kd 0 0 0
+map_Kd wood.png
+newmtl bright
+Kd 1.5 0.5 0.5
+map_Kd gone.png
+)");
+  std::string text = "mtllib m.mtl\n" + kTriangle;
+  for (const char* name :
+       {"diffuse", "shiny", "mirror", "glass", "faint", "lamp", "wood", "bright"})
+    text += std::string("usemtl ") + name + "\nf 1 2 3\n";
+  const auto loaded = folder.load("a.obj", text);
+  ASSERT_TRUE(loaded.ok()) << loaded.error().text();
+  const Scene& s = loaded.value().scene;
+  ASSERT_EQ(s.meshes.size(), 8u);
+  const auto material = [&s](size_t i) -> const Material& {
+    return s.materials[s.meshes[i].material.value];
+  };
+  EXPECT_EQ(material(0).kind, MaterialKind::kDiffuse);
+  EXPECT_EQ(material(0).reflectance.value, (Rgb{0.1f, 0.2f, 0.3f}));
+  EXPECT_EQ(material(1).kind, MaterialKind::kPlastic);
+  EXPECT_NEAR(material(1).specular.r, 1, 1e-5f);  // 0.04 is what glass of 1.5 reflects
+  EXPECT_NEAR(material(1).specular.g, 0.5f, 1e-5f);
+  EXPECT_NEAR(sqr(sqr(material(1).roughness.value)), 0.01f, 1e-5f);  // alpha^2 = 2 / (Ns + 2)
+  EXPECT_EQ(material(2).kind, MaterialKind::kConductor);
+  EXPECT_EQ(material(2).specular, (Rgb{0.9f, 0.8f, 0.7f}));
+  EXPECT_EQ(material(2).roughness.value, 0);
+  EXPECT_EQ(material(3).kind, MaterialKind::kDielectric);
+  EXPECT_EQ(material(3).ior, 1.7f);
+  EXPECT_EQ(material(4).kind, MaterialKind::kDielectric);
+  EXPECT_EQ(material(4).ior, 1.5f);
+  EXPECT_EQ(material(5).emission, (Rgb{17, 12, 4}));
+  EXPECT_EQ(material(6).reflectance, (ColorParam{Rgb{1}, TextureId(0)}));
+  EXPECT_EQ(s.textures[0].path, folder.path() / "wood.png");
+  EXPECT_EQ(material(7).reflectance, (ColorParam{{1, 0.5f, 0.5f}, {}}));
+  ASSERT_EQ(loaded.value().warnings.size(), 2u);
+  EXPECT_NE(loaded.value().warnings[0].find("\"bright\": Kd"), std::string::npos);
+  EXPECT_NE(loaded.value().warnings[1].find("gone.png"), std::string::npos);
+}
+
+TEST(Obj, AMissingLibraryIsAWarningAndGrey) {
+  const test::SceneFolder folder;
+  const auto loaded = folder.load("a.obj", "mtllib gone.mtl\n" + kTriangle + "usemtl x\nf 1 2 3\n");
+  ASSERT_TRUE(loaded.ok()) << loaded.error().text();
+  ASSERT_FALSE(loaded.value().warnings.empty());
+  EXPECT_EQ(loaded.value().warnings[0].substr(0, 9), "gone.mtl:");
+  EXPECT_EQ(loaded.value().scene.meshes[0].material, MaterialId(0));
+}
+
+TEST(Obj, PublicDomainCornellBoxesLoad) {
+  const std::filesystem::path folder = std::filesystem::path(QRAY_TESTDATA_DIR) / "obj-cornell-dev";
+  if (!std::filesystem::is_directory(folder))
+    GTEST_SKIP() << "no test data: " << folder << " is not there";
+  const struct {
+    const char* name;
+    size_t triangles;
+  } cases[] = {{"CornellBox-Original.obj", 36},
+               {"CornellBox-Mirror.obj", 36},
+               {"CornellBox-Sphere.obj", 2188},
+               {"CornellBox-Empty-RG.obj", 12}};
+  for (const auto& c : cases) {
+    const auto loaded = load_scene(folder / c.name);
+    ASSERT_TRUE(loaded.ok()) << loaded.error().text();
+    const Scene& s = loaded.value().scene;
+    EXPECT_EQ(s.triangle_count(), c.triangles) << c.name;
+    EXPECT_FALSE(s.environment.present()) << c.name;
+    int lamps = 0;
+    for (const Mesh& mesh : s.meshes) {
+      if (!s.materials[mesh.material.value].emits()) continue;
+      ++lamps;
+      EXPECT_LT(test::front(mesh, 0).y, -0.99f) << c.name;  // shines down
+    }
+    EXPECT_EQ(lamps, 1) << c.name;
+    // Open at +z: seen from outside, along the axis.
+    EXPECT_GT(s.camera.position.z, s.bounds().hi.z + 1) << c.name;
+    EXPECT_NEAR(s.camera.position.x, s.bounds().center().x, 1e-4f) << c.name;
+  }
+}
+
+}  // namespace
+}  // namespace qray

@@ -1,0 +1,136 @@
+#include "core/scene/validate.h"
+
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <limits>
+
+namespace qray {
+namespace {
+
+constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+constexpr float kInf = std::numeric_limits<float>::infinity();
+
+Scene good_scene() {
+  Scene scene;
+  scene.materials.resize(2);
+  scene.textures.resize(1);
+  for (int i = 0; i < 2; ++i) {
+    Mesh mesh;
+    mesh.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+    mesh.normals = {{0, 0, 1}, {0, 0, 1}, {0, 0, 1}};
+    mesh.uvs = {{0, 0}, {1, 0}, {0, 1}};
+    mesh.triangles = {{0, 1, 2}};
+    mesh.material = MaterialId(0);
+    scene.meshes.push_back(mesh);
+  }
+  return scene;
+}
+
+TEST(Validate, GoodScenePasses) {
+  Scene scene = good_scene();
+  const auto report = validate(scene);
+  ASSERT_TRUE(report.ok()) << report.error().text();
+  EXPECT_EQ(report.value().dropped_triangles, 0u);
+}
+
+TEST(Validate, NamesThePlaceOfEveryFault) {
+  const struct {
+    const char* where;
+    std::function<void(Scene&)> spoil;
+  } cases[] = {
+      {"/size/0", [](Scene& s) { s.width = 0; }},
+      {"/size/1", [](Scene& s) { s.height = 8193; }},
+      {"/size", [](Scene& s) { s.width = s.height = 8192; }},
+      {"/max_depth", [](Scene& s) { s.max_depth = 0; }},
+      {"/max_depth", [](Scene& s) { s.max_depth = 257; }},
+      {"/camera/position", [](Scene& s) { s.camera.position.y = kNan; }},
+      {"/camera/target", [](Scene& s) { s.camera.target = s.camera.position; }},
+      {"/camera/up", [](Scene& s) { s.camera.up = s.camera.target - s.camera.position; }},
+      {"/camera/up",
+       [](Scene& s) {
+         s.camera.up = {0, 0, 0};
+       }},
+      {"/camera/vertical_fov_deg", [](Scene& s) { s.camera.vertical_fov_deg = 180; }},
+      {"/camera/vertical_fov_deg", [](Scene& s) { s.camera.vertical_fov_deg = kNan; }},
+      {"/camera/aperture_radius", [](Scene& s) { s.camera.aperture_radius = -1; }},
+      {"/camera/focus_distance", [](Scene& s) { s.camera.focus_distance = kInf; }},
+      {"/environment/radiance", [](Scene& s) { s.environment.radiance.g = -1; }},
+      {"/environment/rotation_deg", [](Scene& s) { s.environment.rotation_deg = kNan; }},
+      {"/environment/image", [](Scene& s) { s.environment.image = Image(2, 2, 1); }},
+      {"/environment/image",
+       [](Scene& s) {
+         s.environment.image = Image(2, 2, 3);
+         s.environment.image.at(1, 1, 2) = kInf;
+       }},
+      {"/materials/1/reflectance", [](Scene& s) { s.materials[1].reflectance.value.b = 1.5f; }},
+      {"/materials/1/reflectance", [](Scene& s) { s.materials[1].reflectance.texture.value = 1; }},
+      {"/materials/0/roughness", [](Scene& s) { s.materials[0].roughness.value = -0.1f; }},
+      {"/materials/0/roughness", [](Scene& s) { s.materials[0].roughness.texture.value = 7; }},
+      {"/materials/0/eta", [](Scene& s) { s.materials[0].eta.r = kNan; }},
+      {"/materials/0/k", [](Scene& s) { s.materials[0].k.r = 21; }},
+      {"/materials/0/ior", [](Scene& s) { s.materials[0].ior = 0; }},
+      {"/materials/0/specular", [](Scene& s) { s.materials[0].specular.r = 2; }},
+      {"/materials/0/emission", [](Scene& s) { s.materials[0].emission.r = kInf; }},
+      {"/meshes/1/material", [](Scene& s) { s.meshes[1].material = MaterialId(2); }},
+      {"/meshes/1/material", [](Scene& s) { s.meshes[1].material = {}; }},
+      {"/meshes/1/normals", [](Scene& s) { s.meshes[1].normals.pop_back(); }},
+      {"/meshes/1/uvs", [](Scene& s) { s.meshes[1].uvs.resize(4); }},
+      {"/meshes/0/positions/2", [](Scene& s) { s.meshes[0].positions[2].z = kNan; }},
+      {"/meshes/0/positions/1", [](Scene& s) { s.meshes[0].positions[1].x = 2e6f; }},
+      {"/meshes/0/normals/1",
+       [](Scene& s) {
+         s.meshes[0].normals[1] = {0, 0, 2};
+       }},
+      {"/meshes/0/normals/0",
+       [](Scene& s) {
+         s.meshes[0].normals[0] = {0, 0, 0};
+       }},
+      {"/meshes/0/uvs/0", [](Scene& s) { s.meshes[0].uvs[0].y = kInf; }},
+      {"/meshes/1/triangles/0", [](Scene& s) { s.meshes[1].triangles[0][1] = 3; }},
+      {"/meshes", [](Scene& s) { s.meshes.clear(); }},
+  };
+  for (const auto& c : cases) {
+    Scene scene = good_scene();
+    c.spoil(scene);
+    const auto report = validate(scene);
+    ASSERT_FALSE(report.ok()) << c.where;
+    EXPECT_EQ(report.error().where, c.where) << report.error().text();
+  }
+}
+
+TEST(Validate, SaysWhatWasExpectedAndWhatCame) {
+  Scene scene = good_scene();
+  scene.materials[1].ior = 0;
+  EXPECT_EQ(validate(scene).error().text(), "/materials/1/ior: expected 1..4, got 0");
+}
+
+TEST(Validate, RefusesWhatIsOverItsLimits) {
+  const struct {
+    const char* where;
+    SceneLimits limits;
+  } cases[] = {{"/meshes", {.max_triangles = 1}},
+               {"/materials", {.max_materials = 1}},
+               {"/size/0", {.max_dimension_px = 511}},
+               {"/size", {.max_pixels = 512 * 512 - 1}}};
+  for (const auto& c : cases) {
+    Scene scene = good_scene();
+    const auto report = validate(scene, c.limits);
+    ASSERT_FALSE(report.ok()) << c.where;
+    EXPECT_EQ(report.error().where, c.where);
+  }
+}
+
+TEST(Validate, DropsTrianglesWithoutAreaAndEmptyMeshes) {
+  Scene scene = good_scene();
+  scene.meshes[0].triangles = {{0, 0, 1}, {0, 1, 2}, {1, 1, 1}};
+  scene.meshes[1].triangles = {{2, 1, 2}};
+  const auto report = validate(scene);
+  ASSERT_TRUE(report.ok()) << report.error().text();
+  EXPECT_EQ(report.value().dropped_triangles, 3u);
+  ASSERT_EQ(scene.meshes.size(), 1u);
+  EXPECT_EQ(scene.meshes[0].triangles, (std::vector<std::array<uint32_t, 3>>{{0, 1, 2}}));
+}
+
+}  // namespace
+}  // namespace qray
