@@ -111,7 +111,8 @@ export class JobPanel {
   #table_used(job) {
     if (job.table_in) return this.#table_words(job.table_in);
     if (job.request.table === 'none') return 'none, as asked';
-    return ['queued', 'preparing'].includes(job.state) ? 'not chosen yet' : 'none fits: started cold';
+    if (['queued', 'preparing'].includes(job.state)) return 'not chosen yet';
+    return has_ended(job) && job.progress.samples === 0 ? 'none' : 'none fits: started cold';
   }
 
   #table_made(job) {

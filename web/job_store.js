@@ -8,7 +8,7 @@ export class JobStore extends EventTarget {
   #tables = new Map();
   #missing = new Set();
   #asking = new Map(); // id -> whether to ask once more after the answer
-  #next = null;
+  #next; // where older jobs go on; undefined before the first answer, null after the last
 
   get(id) {
     return this.#jobs.get(id) ?? null;
@@ -21,7 +21,7 @@ export class JobStore extends EventTarget {
     return this.#tables.get(id) ?? null;
   }
   get has_older() {
-    return this.#next !== null;
+    return Boolean(this.#next);
   }
   newest_first() {
     return [...this.#jobs.values()].sort(
@@ -32,16 +32,15 @@ export class JobStore extends EventTarget {
   // Everything anew; older pages that were asked for before stay as they are.
   async load() {
     const answer = await list_jobs();
-    answer.jobs.forEach((job) => this.#jobs.set(job.id, job));
-    if (this.#next === null) this.#next = answer.next ?? null;
-    this.#missing.clear();
+    this.#keep(answer.jobs);
+    if (this.#next === undefined) this.#next = answer.next ?? null;
     this.#changed(null);
     await this.load_tables();
   }
 
   async load_older() {
     const answer = await list_jobs(this.#next);
-    answer.jobs.forEach((job) => this.#jobs.set(job.id, job));
+    this.#keep(answer.jobs);
     this.#next = answer.next ?? null;
     this.#changed(null);
   }
@@ -52,8 +51,7 @@ export class JobStore extends EventTarget {
   }
 
   put(job) {
-    this.#jobs.set(job.id, job);
-    this.#missing.delete(job.id);
+    this.#keep([job]);
     this.#changed(job);
   }
 
@@ -87,6 +85,13 @@ export class JobStore extends EventTarget {
     if (['queued', 'preparing'].includes(job.state)) this.refresh(id);
     this.#changed(job);
     return undefined;
+  }
+
+  #keep(jobs) {
+    for (const job of jobs) {
+      this.#jobs.set(job.id, job);
+      this.#missing.delete(job.id);
+    }
   }
 
   #changed(job) {

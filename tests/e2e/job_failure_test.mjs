@@ -1,29 +1,26 @@
-// What the page says when a job fails, when it waits in the queue, and when there is no such job.
+// What the page says when a job fails, when it waits in the queue, when there is no such job, and
+// when there are more jobs than one answer lists.
 import assert from 'node:assert/strict';
-import { cpSync, mkdirSync, mkdtempSync, rmSync, writeFileSync } from 'node:fs';
-import { tmpdir } from 'node:os';
+import { cpSync, mkdirSync, writeFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { after, afterEach, before, test } from 'node:test';
 import { fileURLToPath } from 'node:url';
-import { post_by_form, screenshot, start_all, wait_for_state, wait_for_tiles } from './support.mjs';
+import { post_by_form, scratch_folder, screenshot, start_all, wait_for_state,
+  wait_for_tiles } from './support.mjs';
 
 const kScenes = fileURLToPath(new URL('../../scenes', import.meta.url));
 
-let scenes_folder;
 let all;
 let page;
 before(async () => {
-  scenes_folder = mkdtempSync(join(tmpdir(), 'qray-e2e-scenes-'));
+  const scenes_folder = scratch_folder();
   cpSync(join(kScenes, 'cornell-box'), join(scenes_folder, 'cornell-box'), { recursive: true });
   mkdirSync(join(scenes_folder, 'broken'));
   writeFileSync(join(scenes_folder, 'broken', 'scene.json'), '{"materials": 7}');
   all = await start_all({ scenes_folder });
   page = await all.browser.page(all.server.url);
 });
-after(async () => {
-  await all?.close();
-  rmSync(scenes_folder, { recursive: true, force: true });
-});
+after(() => all?.close());
 afterEach(() => all.browser.expect_no_errors());
 
 test('a job whose scene cannot be loaded fails with the message and the place', async () => {
@@ -58,5 +55,20 @@ test('an address of a job that does not exist says so', async () => {
   const other = await all.browser.page(`${all.server.url}/#job=j999999`);
   await other.locator('.view-missing').filter({ hasText: 'There is no job j999999.' }).waitFor();
   assert.equal(await other.locator('.stage').isVisible(), false);
+  await other.context().close();
+});
+
+test('older jobs are listed when asked for', async () => {
+  for (let seed = 1; seed <= 52; ++seed) {
+    await all.server.post({ scene: 'cornell-box', samples: 1, width: 8, height: 8, seed });
+  }
+  const other = await all.browser.page(all.server.url);
+  await other.locator('#jobs li').first().waitFor();
+  assert.equal(await other.locator('#jobs li').count(), 50);
+  await other.getByRole('button', { name: 'Show older jobs' }).click();
+  await other.locator('#jobs [data-job="j000001"]').waitFor();
+  assert.equal(await other.locator('#older').isVisible(), false);
+  const ids = await other.locator('#jobs li').evaluateAll((rows) => rows.map((r) => r.dataset.job));
+  assert.deepEqual(ids, [...ids].sort().reverse());
   await other.context().close();
 });

@@ -13,7 +13,11 @@ const kWaitMs = 60_000; // long enough for a sanitizer build on a busy machine
 // A file that hangs ends by itself before ctest kills it, so that no server stays behind.
 const kFileMs = 170_000;
 const running = new Set();
-process.on('exit', () => running.forEach((child) => child.kill('SIGKILL')));
+const folders = [];
+process.on('exit', () => {
+  running.forEach((child) => child.kill('SIGKILL'));
+  folders.forEach((folder) => rmSync(folder, { recursive: true, force: true }));
+});
 setTimeout(() => {
   console.error(`not done after ${kFileMs} ms`);
   process.exit(1);
@@ -41,6 +45,13 @@ function find_chromium() {
 // The modules are installed into the build folder, so they are looked up from there.
 function load_playwright() {
   return createRequire(join(env('QRAY_E2E_DIR'), 'package.json'))('playwright-core');
+}
+
+// Removed when the file of tests ends.
+export function scratch_folder() {
+  const folder = mkdtempSync(join(tmpdir(), 'qray-e2e-'));
+  folders.push(folder);
+  return folder;
 }
 
 export class Server {
@@ -164,7 +175,7 @@ export class Browser {
 
 // {server, browser, close()} for one file of tests.
 export async function start_all(options = {}) {
-  const folder = mkdtempSync(join(tmpdir(), 'qray-e2e-'));
+  const folder = scratch_folder();
   const server = await Server.start(folder, options);
   let browser;
   try {
@@ -180,7 +191,6 @@ export async function start_all(options = {}) {
     async close() {
       await browser.close();
       await this.server.stop();
-      rmSync(folder, { recursive: true, force: true });
     },
   };
 }
