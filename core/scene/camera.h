@@ -10,9 +10,9 @@ struct Camera {
   Vec3 position{0, 0, 0};
   Vec3 target{0, 0, -1};
   Vec3 up{0, 1, 0};
-  float vertical_fov_deg = 45;   // (0, 180)
-  float aperture_radius = 0;     // metres; 0 = pinhole
-  float focus_distance = 0;      // metres along the view axis; 0 = the target's distance
+  float vertical_fov_deg = 45;  // (0, 180)
+  float aperture_radius = 0;    // metres; 0 = pinhole
+  float focus_distance = 0;     // metres along the view axis; 0 = the target's distance
 
   bool operator==(const Camera&) const = default;
 };
@@ -27,8 +27,7 @@ class CameraRays {
     const Vec3 right = normalize(cross(forward_, camera.up));
     const Vec3 up = cross(right, forward_);
     const float half_height = std::tan(camera.vertical_fov_deg * (kPi / 360));
-    const float half_width =
-        half_height * static_cast<float>(width) / static_cast<float>(height);
+    const float half_width = half_height * static_cast<float>(width) / static_cast<float>(height);
     lens_x_ = right;
     lens_y_ = up;
     corner_ = forward_ - right * half_width + up * half_height;

@@ -30,8 +30,8 @@ struct Material {
   FloatParam roughness{};                 // 0 = smooth, 1 = roughest; GGX alpha = roughness^2
   Rgb eta{0.2f, 0.92f, 1.1f};             // conductor: complex index of refraction eta + i k
   Rgb k{3.9f, 2.45f, 2.14f};
-  float ior = 1.5f;                       // dielectric, plastic: inside over outside
-  Rgb specular{1.0f};                     // conductor, dielectric, plastic: scales the coat
+  float ior = 1.5f;    // dielectric, plastic: inside over outside
+  Rgb specular{1.0f};  // conductor, dielectric, plastic: scales the coat
   // Radiance leaving the front (W sr^-1 m^-2 per channel), the side the geometric normal points to.
   Rgb emission{};
   bool emission_two_sided = false;

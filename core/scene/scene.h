@@ -20,8 +20,8 @@ namespace qray {
 struct Mesh {
   std::string name;
   std::vector<Vec3> positions;
-  std::vector<Vec3> normals;  // per vertex, unit; empty: flat
-  std::vector<Vec2> uvs;      // per vertex; empty: (0, 0)
+  std::vector<Vec3> normals;                       // per vertex, unit; empty: flat
+  std::vector<Vec2> uvs;                           // per vertex; empty: (0, 0)
   std::vector<std::array<uint32_t, 3>> triangles;  // counter-clockwise seen from the front
   MaterialId material;
 };
@@ -35,8 +35,8 @@ struct Texture {
 // Light from infinitely far. The image is latitude-longitude: its top row is +y, its centre is -z
 // turned by `rotation_deg` about +y (counter-clockwise seen from above).
 struct Environment {
-  Rgb radiance;   // constant, or the image's factor
-  Image image;    // 3 channels, linear; empty: constant
+  Rgb radiance;  // constant, or the image's factor
+  Image image;   // 3 channels, linear; empty: constant
   std::filesystem::path image_path;
   float rotation_deg = 0;
 

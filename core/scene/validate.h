@@ -10,7 +10,7 @@ namespace qray {
 struct SceneLimits {
   size_t max_triangles = 5'000'000;
   size_t max_materials = 65'536;
-  int max_dimension_px = 8192;        // either side
+  int max_dimension_px = 8192;  // either side
   int64_t max_pixels = 4096LL * 4096;
 };
 
@@ -18,7 +18,8 @@ struct ValidateReport {
   size_t dropped_triangles = 0;  // zero area
 };
 
-// Errors name the place as a pointer into the scene file: "/materials/3/ior", "/meshes/0/positions/7".
+// Errors name the place as a pointer into the scene file: "/materials/3/ior",
+// "/meshes/0/positions/7".
 Result<ValidateReport> validate(Scene& scene, const SceneLimits& limits = {});
 
 // pre: 0 < fov < 180, position != target, up not along the view, numbers finite.

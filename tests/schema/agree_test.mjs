@@ -60,6 +60,12 @@ test('the loader sees what a schema cannot', () => {
   }
 });
 
+test('the schema passes the example of the format\'s page', () => {
+  const page = readFileSync(join(source, 'docs/scene_format.md'), 'utf8');
+  const example = JSON.parse(page.match(/```json\n([^]*?)```/)[1]);
+  assert.ok(validate(example), schemaError());
+});
+
 // What the loader may refuse though the schema passes: names, indices, counts, files, geometry.
 const beyondSchema = [
   /expected the name of a (material|texture)/, /is taken, expected a name of its own/,

@@ -11,7 +11,8 @@ const std::string kCamera =
     R"("camera": {"position": [0, 1, 3], "target": [0, 1, 0], "vertical_fov_deg": 40})";
 const std::string kMaterials = R"("materials": [{"name": "a", "type": "diffuse"}])";
 const std::string kMeshes =
-    R"("meshes": [{"material": "a", "quad": {"origin": [0,0,0], "edge1": [0,0,1], "edge2": [1,0,0]}}])";
+    R"("meshes": [{"material": "a",
+                   "quad": {"origin": [0,0,0], "edge1": [0,0,1], "edge2": [1,0,0]}}])";
 
 std::string document(const std::string& camera, const std::string& materials,
                      const std::string& meshes, const std::string& more = "") {
