@@ -4,16 +4,16 @@ namespace qray {
 namespace {
 
 // Complex indices of refraction at 630, 550 and 460 nm, interpolated in published measurements:
-// copper, silver and gold by Johnson and Christy 1972, aluminium by Smith et al. in Palik 1985.
+// copper, gold and silver of Johnson and Christy 1972, aluminium of Hagemann et al. 1974.
 struct Metal {
   const char* name;
   Rgb eta, k;
 };
 constexpr Metal kMetals[] = {
-    {"aluminium", {1.35f, 0.958f, 0.644f}, {7.58f, 6.69f, 5.59f}},
-    {"copper", {0.274f, 1.01f, 1.24f}, {3.38f, 2.58f, 2.43f}},
-    {"gold", {0.183f, 0.423f, 1.35f}, {3.43f, 2.47f, 1.89f}},
-    {"silver", {0.0568f, 0.0595f, 0.0445f}, {4.25f, 3.59f, 2.75f}},
+    {"aluminium", {1.356f, 0.998f, 0.674f}, {7.38f, 6.508f, 5.515f}},
+    {"copper", {0.275f, 1.007f, 1.244f}, {3.373f, 2.582f, 2.435f}},
+    {"gold", {0.188f, 0.424f, 1.349f}, {3.403f, 2.472f, 1.885f}},
+    {"silver", {0.0569f, 0.0596f, 0.0444f}, {4.254f, 3.597f, 2.751f}},
 };
 
 TextureId texture_id(const JsonNode& name, const TextureNames& textures) {
