@@ -48,7 +48,7 @@ bool pump(const EventLog& log, Reader& reader, httplib::DataSink& sink) {
   if (text.empty() && steady_clock::now() - reader.last_write >= kHeartbeat) {
     text = proto::sse_comment("still here");
   }
-  return text.empty() || send(sink, reader, text);
+  return text.empty() ? sink.is_writable() : send(sink, reader, text);
 }
 
 // Where to go on; an id that is no number is none of ours, and so leads to `reset`.

@@ -48,13 +48,12 @@ void JobRun::run(const std::function<bool()>& stopping) {
     done = Error{ErrorCode::kIo, "internal error; the server's log has more", ""};
   }
   if (!done.ok()) end(done.error(), stopping());
-  context_.show(nullptr);
 }
 
 Status JobRun::prepare() {
   Result<std::shared_ptr<const PreparedScene>> scene =
       context_.stores.scenes.prepare(job_.request.scene);
-  if (!scene.ok()) return scene.error();
+  if (!scene.ok()) return context_.stores.scenes.without_folder(scene.error());
   scene_ = std::move(scene).value();
   warnings_ = scene_->warnings;
   settings_ = settings_of(job_.request, scene_->scene);
@@ -131,6 +130,7 @@ Status JobRun::finish(Rendered rendered) {
       !s.ok()) {
     return s;
   }
+  context_.show(nullptr);  // who sees the job ended finds the finished picture, not the forming one
   const std::optional<TableFile>& table = rendered.result.table;
   const bool keep_table = table && job_.request.table != "none";
   JobStore::Change change;
@@ -180,6 +180,7 @@ void JobRun::end(const Error& error, bool stopping) {
     to = JobState::kQueued;
   }
   if (to != JobState::kQueued) keep_partial_picture();
+  context_.show(nullptr);
   change.edit = [&](JobRecord& job) {
     if (live_) job.progress = live_->progress();
     job.warnings = warnings_;

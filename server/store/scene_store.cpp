@@ -88,4 +88,12 @@ Result<std::shared_ptr<const PreparedScene>> SceneStore::prepare(const std::stri
   return made.value();
 }
 
+Error SceneStore::without_folder(Error error) const {
+  const std::string folder = (folder_ / "").string();
+  for (std::string* text : {&error.message, &error.where}) {
+    for (size_t at; (at = text->find(folder)) != std::string::npos;) text->erase(at, folder.size());
+  }
+  return error;
+}
+
 }  // namespace qray::server

@@ -24,6 +24,8 @@ class SceneStore {
   std::optional<std::pair<int, int>> size(const std::string& name);
   // kNotFound, or what is wrong in the scene, with file and place.
   Result<std::shared_ptr<const PreparedScene>> prepare(const std::string& name);
+  // The error as a client may see it: files are named from the scenes folder on.
+  Error without_folder(Error error) const;
 
  private:
   using Stamp = std::filesystem::file_time_type;

@@ -173,7 +173,7 @@ TEST_F(HttpServerTest, SilentConnectionsAndStreamsDoNotStarveOthers) {
     streams.emplace_back(port_);
     streams.back().send("GET /stream HTTP/1.1\r\nHost: x\r\n\r\n");
   }
-  for (const RawConnection& s : streams) {
+  for (RawConnection& s : streams) {
     EXPECT_NE(s.read_until(": x").find("200"), std::string::npos);
   }
   for (int i = 0; i < 64; ++i) expect_alive();

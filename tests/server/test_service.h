@@ -138,7 +138,8 @@ class RawConnection {
     ::setsockopt(fd_, SOL_SOCKET, SO_SNDTIMEO, &timeout, sizeof timeout);
   }
   ~RawConnection() { ::close(fd_); }
-  RawConnection(RawConnection&& other) noexcept : fd_(std::exchange(other.fd_, -1)) {}
+  RawConnection(RawConnection&& other) noexcept
+      : fd_(std::exchange(other.fd_, -1)), rest_(std::move(other.rest_)) {}
 
   // False when the other side does not take it any more.
   bool send(std::string_view text) const {
@@ -149,21 +150,24 @@ class RawConnection {
     }
     return true;
   }
-  // Until `end` has come, or the connection is over.
-  std::string read_until(std::string_view end) const {
-    std::string text;
+  // Up to and with `end`, or until the connection is over; what came after it is for the next call.
+  std::string read_until(std::string_view end) {
     char block[4096];
-    while (end.empty() || text.find(end) == std::string::npos) {
+    size_t at;
+    while ((at = end.empty() ? std::string::npos : rest_.find(end)) == std::string::npos) {
       const ssize_t n = ::recv(fd_, block, sizeof block, 0);
-      if (n <= 0) break;
-      text.append(block, static_cast<size_t>(n));
+      if (n <= 0) return std::exchange(rest_, "");
+      rest_.append(block, static_cast<size_t>(n));
     }
+    std::string text = rest_.substr(0, at + end.size());
+    rest_.erase(0, text.size());
     return text;
   }
-  std::string read_all() const { return read_until(""); }
+  std::string read_all() { return read_until(""); }
 
  private:
   int fd_;
+  std::string rest_;
 };
 
 }  // namespace qray::server::test
