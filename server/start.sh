@@ -65,7 +65,10 @@ for _ in $(seq 300); do
 done
 rm -f "$log"
 if [ -z "$url" ]; then
-  kill -0 "$server_pid" 2> /dev/null || { server_pid=""; fail "qrayd ended: see its message above"; }
+  if ! kill -0 "$server_pid" 2> /dev/null; then
+    server_pid=""
+    fail "qrayd ended: see its message above"
+  fi
   fail "qrayd does not say where it listens after 30 s"
 fi
 

@@ -16,8 +16,8 @@ const median = values => values.sort((a, b) => a - b)[values.length >> 1];
 function local_turn(seed) {
   const stats = join(scratch, 'stats.json');
   const start = performance.now();
-  execFileSync(join(build, 'bin/qray'), ['render', scene, '-q', '--method', method, '--spp', samples,
-    '--seed', seed, '--json', stats, '-o', join(scratch, 'out.exr')]);
+  execFileSync(join(build, 'bin/qray'), ['render', scene, '-q', '--method', method, '--spp',
+    samples, '--seed', seed, '--json', stats, '-o', join(scratch, 'out.exr')]);
   return { render: JSON.parse(readFileSync(stats)).seconds,
     whole: (performance.now() - start) / 1000 };
 }
@@ -54,7 +54,8 @@ try {
   for (const part of ['render', 'whole']) {
     const a = median(local.map(t => t[part])), b = median(remote.map(t => t[part]));
     const ratio = median(local.map((t, i) => remote[i][part] / t[part]));
-    console.log(`${part}: qray ${a.toFixed(3)} s, qrayd ${b.toFixed(3)} s, ratio ${ratio.toFixed(3)}`);
+    const text = `qray ${a.toFixed(3)} s, qrayd ${b.toFixed(3)} s, ratio ${ratio.toFixed(3)}`;
+    console.log(`${part}: ${text}`);
   }
 } finally {
   server.removeAllListeners('exit');
