@@ -28,7 +28,7 @@ class Reader {
       scene.width = size->at(0).integer(1, limits_.max_dimension_px);
       scene.height = size->at(1).integer(1, limits_.max_dimension_px);
     }
-    if (const auto depth = root.find("max_depth")) scene.max_depth = depth->integer(1, 256);
+    if (const auto depth = root.find("max_depth")) scene.max_depth = depth->integer(1, 128);
     read_camera(root.get("camera"));
     if (const auto textures = root.find("textures")) read_textures(*textures);
     read_materials(root.get("materials"));

@@ -8,7 +8,7 @@ namespace {
 constexpr float kMaxCoordinate = 1e6f;  // metres: a float still resolves 6 cm there
 constexpr float kMaxRadiance = 1e9f;    // the sun's disk: about 2e7
 constexpr float kMaxIndex = 20;         // of eta and k, real metals stay below 12
-constexpr int kMaxDepth = 256;
+constexpr int kMaxDepth = 128;
 
 std::string show(float v) {
   char text[32];

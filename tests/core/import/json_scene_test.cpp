@@ -100,7 +100,7 @@ TEST(JsonScene, NamesThePlaceOfEveryFault) {
        "scene.json:/camera/vertical_fov_deg: expected more than 0 and less than 180, got 0"},
       {with(R"("size": [512, 0.5])"), "scene.json:/size/1: expected an integer, 1..8192, got 0.5"},
       {with(R"("max_depth": "8")"),
-       "scene.json:/max_depth: expected an integer, 1..256, got \"8\""},
+       "scene.json:/max_depth: expected an integer, 1..128, got \"8\""},
       {with_materials(R"({"name": "a", "type": "diffuse"}, {"name": "a", "type": "diffuse"})"),
        "scene.json:/materials/1/name: \"a\" is taken"},
       {with_materials(R"({"name": "a", "type": "velvet"})"),

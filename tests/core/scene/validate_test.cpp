@@ -43,7 +43,7 @@ TEST(Validate, NamesThePlaceOfEveryFault) {
       {"/size/1", [](Scene& s) { s.height = 8193; }},
       {"/size", [](Scene& s) { s.width = s.height = 8192; }},
       {"/max_depth", [](Scene& s) { s.max_depth = 0; }},
-      {"/max_depth", [](Scene& s) { s.max_depth = 257; }},
+      {"/max_depth", [](Scene& s) { s.max_depth = 129; }},
       {"/camera/position", [](Scene& s) { s.camera.position.y = kNan; }},
       {"/camera/target", [](Scene& s) { s.camera.target = s.camera.position; }},
       {"/camera/up", [](Scene& s) { s.camera.up = s.camera.target - s.camera.position; }},
