@@ -3,10 +3,10 @@
 
 #include <gtest/gtest.h>
 
+#include <fstream>
 #include <string>
 #include <string_view>
 
-#include "core/base/file.h"
 #include "core/import/load_scene.h"
 #include "tests/support/scratch.h"
 
@@ -15,8 +15,9 @@ namespace qray::test {
 class SceneFolder {
  public:
   std::filesystem::path write(const std::string& name, std::string_view text) const {
-    const Bytes bytes(text.begin(), text.end());
-    EXPECT_TRUE(write_file_atomic(folder_ / name, bytes).ok());
+    std::ofstream out(folder_ / name, std::ios::binary);
+    out << text;
+    EXPECT_TRUE(out.flush().good());
     return folder_ / name;
   }
   Result<LoadedScene> load(const std::string& name, std::string_view text) const {
