@@ -52,10 +52,10 @@ Json request_json(const JobRequest& r) {
   out["seed"] = r.seed;
   out["table"] = r.table;
   put("max_depth", r.max_depth);
-  out["learning_samples"] = r.learning_samples;
-  out["alpha"] = r.alpha;
-  out["gamma"] = r.gamma;
-  out["grid"] = r.grid;
+  put("learning_samples", r.learning_samples);
+  put("alpha", r.alpha);
+  put("gamma", r.gamma);
+  put("grid", r.grid);
   if (r.camera) out["camera"] = camera_json(*r.camera);
   return out;
 }

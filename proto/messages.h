@@ -41,11 +41,11 @@ struct JobRequest {
   std::optional<int> samples;     // a pixel
   std::optional<double> seconds;  // of rendering; exactly one of the two after parsing
   uint64_t seed = 1;
-  std::string table = "auto";    // "auto", "none" or a table's id
-  std::optional<int> max_depth;  // absent: the scene's own
-  int learning_samples = 16;
-  double alpha = 0.2, gamma = 0.8;
-  int grid = 24;
+  std::string table = "auto";           // "auto", "none" or a table's id
+  std::optional<int> max_depth;         // absent: the scene's own
+  std::optional<int> learning_samples;  // absent: the method's own, as the next three
+  std::optional<double> alpha, gamma;
+  std::optional<int> grid;
   std::optional<CameraRequest> camera;
   bool operator==(const JobRequest&) const = default;
 };

@@ -6,6 +6,7 @@
 
 #include "core/base/file.h"
 #include "core/guide/surface_grid.h"
+#include "server/jobs/job_settings.h"
 #include "server/query.h"
 #include "server/reply.h"
 #include "server/tile_stream.h"
@@ -113,6 +114,7 @@ void JobHandlers::create(const Request& req, Response& res) {
   }
   proto::JobRequest request = std::get<proto::JobRequest>(std::move(parsed));
   if (const auto problem = check_references(request)) return reply_problem(res, *problem);
+  fill_defaults(request);
   Result<JobRecord> job = runner_.submit(request);
   if (!job.ok()) return reply_error(res, job.error());
   res.set_header("Location", "/v1/jobs/" + job.value().id.text());

@@ -1,5 +1,7 @@
 #include "server/jobs/job_settings.h"
 
+#include <charconv>
+
 namespace qray::server {
 namespace {
 
@@ -20,7 +22,27 @@ Camera camera_of(const proto::CameraRequest& request, Camera camera) {
   return camera;
 }
 
+// As text of the fewest digits that read back as the same float: 0.2, not 0.20000000298.
+double short_double(float v) {
+  char text[32];
+  const auto [end, error] = std::to_chars(text, text + sizeof text, v);
+  double out = 0;
+  std::from_chars(text, end, out);
+  return out;
+}
+
 }  // namespace
+
+void fill_defaults(proto::JobRequest& request) {
+  const RenderSettings defaults;
+  const auto fill = [](auto& member, auto value) {
+    if (!member) member = value;
+  };
+  fill(request.learning_samples, defaults.learning_samples);
+  fill(request.alpha, short_double(defaults.huang.alpha));
+  fill(request.gamma, short_double(defaults.huang.gamma));
+  fill(request.grid, defaults.huang.grid);
+}
 
 RenderSettings settings_of(const proto::JobRequest& request, const Scene& scene) {
   RenderSettings settings;
@@ -32,10 +54,10 @@ RenderSettings settings_of(const proto::JobRequest& request, const Scene& scene)
   settings.seconds = request.seconds.value_or(0);
   settings.seed = request.seed;
   settings.max_depth = request.max_depth.value_or(scene.max_depth);
-  settings.learning_samples = request.learning_samples;
-  settings.huang.alpha = static_cast<float>(request.alpha);
-  settings.huang.gamma = static_cast<float>(request.gamma);
-  settings.huang.grid = request.grid;
+  settings.learning_samples = request.learning_samples.value_or(settings.learning_samples);
+  if (request.alpha) settings.huang.alpha = static_cast<float>(*request.alpha);
+  if (request.gamma) settings.huang.gamma = static_cast<float>(*request.gamma);
+  settings.huang.grid = request.grid.value_or(settings.huang.grid);
   if (request.camera) settings.camera = camera_of(*request.camera, scene.camera);
   return settings;
 }

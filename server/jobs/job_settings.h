@@ -7,6 +7,8 @@
 
 namespace qray::server {
 
+// Fills what the request leaves to the renderer: numbers that need no scene.
+void fill_defaults(proto::JobRequest& request);
 // Fills what the request leaves to the scene: size, depth, camera members.
 RenderSettings settings_of(const proto::JobRequest& request, const Scene& scene);
 

@@ -23,6 +23,18 @@ TEST(JobSettings, TheSceneFillsWhatIsLeftOut) {
   EXPECT_EQ(s.camera, std::nullopt);
 }
 
+TEST(JobSettings, DefaultsAreTheRenderersAndReadShort) {
+  proto::JobRequest request;
+  request.grid = 7;
+  fill_defaults(request);
+  EXPECT_EQ(request.grid, 7);
+  ASSERT_TRUE(request.alpha && request.gamma && request.learning_samples);
+  EXPECT_EQ(static_cast<float>(*request.alpha), HuangParams{}.alpha);
+  EXPECT_EQ(static_cast<float>(*request.gamma), HuangParams{}.gamma);
+  EXPECT_EQ(request.learning_samples, RenderSettings{}.learning_samples);
+  EXPECT_EQ(proto::job_request_to_json(request).find("000000"), std::string::npos);
+}
+
 TEST(JobSettings, TheRequestGoesFirst) {
   Scene scene;
   scene.camera.position = {1, 2, 3};

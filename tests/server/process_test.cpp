@@ -1,0 +1,155 @@
+// The qrayd program itself: what it prints, how it ends, and what a sudden end leaves.
+#include <fcntl.h>
+#include <gtest/gtest.h>
+#include <httplib.h>
+#include <spawn.h>
+#include <sys/wait.h>
+
+#include <csignal>
+
+#include "tests/server/test_service.h"
+
+extern char** environ;
+
+namespace qray::server {
+namespace {
+
+using test::Json;
+
+// A qrayd child process on a scratch folder.
+class Process {
+ public:
+  explicit Process(const Config& config) {
+    int out[2];
+    EXPECT_EQ(::pipe(out), 0);
+    posix_spawn_file_actions_t actions;
+    posix_spawn_file_actions_init(&actions);
+    posix_spawn_file_actions_adddup2(&actions, out[1], STDOUT_FILENO);
+    posix_spawn_file_actions_addopen(&actions, STDERR_FILENO, "/dev/null", O_WRONLY, 0);
+    posix_spawn_file_actions_addclose(&actions, out[0]);
+    posix_spawn_file_actions_addclose(&actions, out[1]);
+    std::string program = QRAY_BIN_DIR "/qrayd";
+    std::string args[] = {program,       "--port", "0",        "--data",    config.data, "--scenes",
+                          config.scenes, "--web",  config.web, "--threads", "1"};
+    std::vector<char*> argv;
+    for (std::string& arg : args) argv.push_back(arg.data());
+    argv.push_back(nullptr);
+    EXPECT_EQ(::posix_spawn(&pid_, program.c_str(), &actions, nullptr, argv.data(), environ), 0);
+    posix_spawn_file_actions_destroy(&actions);
+    ::close(out[1]);
+    char block[256];
+    for (ssize_t n; printed_.find('\n') == std::string::npos &&
+                    (n = ::read(out[0], block, sizeof block)) > 0;) {
+      printed_.append(block, static_cast<size_t>(n));
+    }
+    ::close(out[0]);
+    const size_t colon = printed_.rfind(':');
+    if (colon != std::string::npos) port_ = std::atoi(printed_.c_str() + colon + 1);
+  }
+  ~Process() {
+    if (pid_ > 0) end(SIGKILL);
+  }
+
+  // The exit status as waitpid gives it.
+  int end(int signal) {
+    ::kill(pid_, signal);
+    return wait();
+  }
+  int wait() {
+    int status = 0;
+    ::waitpid(std::exchange(pid_, 0), &status, 0);
+    return status;
+  }
+  const std::string& printed() const { return printed_; }
+  int port() const { return port_; }
+  Json get(const std::string& path) const {
+    const auto answer = httplib::Client("127.0.0.1", port_).Get(path);
+    EXPECT_TRUE(answer) << path;
+    return answer ? Json::parse(answer->body) : Json::object();
+  }
+  std::string submit(const Json& request) const {
+    const auto answer =
+        httplib::Client("127.0.0.1", port_).Post("/v1/jobs", request.dump(), "application/json");
+    EXPECT_TRUE(answer && answer->status == 202);
+    return answer ? Json::parse(answer->body).value("id", "") : "";
+  }
+  Json wait_state(const std::string& id, const std::string& state) const {
+    Json job;
+    for (int i = 0; i < 4000; ++i) {
+      job = get("/v1/jobs/" + id);
+      if (job["state"] == state) return job;
+      std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    }
+    ADD_FAILURE() << job.dump() << " does not become " << state;
+    return job;
+  }
+
+ private:
+  pid_t pid_ = 0;
+  std::string printed_;
+  int port_ = 0;
+};
+
+class ProcessTest : public ::testing::Test {
+ protected:
+  qray::test::ScratchFolder scratch_;
+  Config config_ = test::scratch_config(scratch_.path());
+  Json job(int samples) const {
+    return {{"scene", "box"}, {"width", 32}, {"height", 32}, {"samples", samples}, {"seed", 4}};
+  }
+};
+
+TEST_F(ProcessTest, SaysWhereItListensAndEndsOrderly) {
+  Process server(config_);
+  EXPECT_EQ(server.printed(),
+            "qrayd listening on http://127.0.0.1:" + std::to_string(server.port()) + "\n");
+  EXPECT_EQ(server.get("/healthz")["status"], "ok");
+  const std::string id = server.submit(job(1'000'000));
+  server.wait_state(id, "rendering");
+  test::RawConnection stream(server.port());
+  stream.send("GET /v1/events HTTP/1.1\r\nHost: x\r\n\r\n");
+  stream.read_until(": qray");
+  const auto begin = std::chrono::steady_clock::now();
+  const int status = server.end(SIGTERM);
+  EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(2));
+  EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0) << status;
+}
+
+TEST_F(ProcessTest, AKilledServersJobsRunAgainWithTheSameBits) {
+  const auto tiles = [](const Process& server, const std::string& id) {
+    return httplib::Client("127.0.0.1", server.port()).Get("/v1/jobs/" + id + "/tiles")->body;
+  };
+  std::string id, queued;
+  {
+    Process server(config_);
+    id = server.submit(job(800));
+    queued = server.submit(job(800));
+    server.wait_state(id, "rendering");
+    const int status = server.end(SIGKILL);
+    EXPECT_TRUE(WIFSIGNALED(status));
+  }
+  Process server(config_);
+  server.wait_state(id, "succeeded");
+  const Json second = server.wait_state(queued, "succeeded");
+  EXPECT_TRUE(second["table_in"].is_string());
+  const std::string again = server.submit([&] {
+    Json request = job(800);
+    request["table"] = "none";
+    return request;
+  }());
+  server.wait_state(again, "succeeded");
+  EXPECT_TRUE(tiles(server, id) == tiles(server, again));
+  EXPECT_FALSE(tiles(server, queued) == tiles(server, again));  // it started from a table
+}
+
+TEST_F(ProcessTest, ASecondServerOnTheFolderExitsWithAnError) {
+  Process first(config_);
+  Process second(config_);
+  EXPECT_EQ(second.printed(), "");
+  const int status = second.wait();
+  EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 1) << status;
+  EXPECT_EQ(first.get("/healthz")["status"], "ok");
+}
+
+}  // namespace
+}  // namespace qray::server
