@@ -19,9 +19,7 @@ std::string sse_event(uint64_t id, std::string_view kind, std::string_view data)
   return out;
 }
 
-std::string sse_comment(std::string_view text) {
-  return ": " + std::string(text) + "\n\n";
-}
+std::string sse_comment(std::string_view text) { return ": " + std::string(text) + "\n\n"; }
 
 std::string state_event(std::string_view job, std::string_view state,
                         const std::optional<JobError>& error) {
