@@ -30,8 +30,8 @@ struct CdfPick {
 };
 CdfPick pick(std::span<const float> cdf, float u) {
   const auto above = std::upper_bound(cdf.begin(), cdf.end(), u);
-  const int cell = std::clamp(static_cast<int>(above - cdf.begin()) - 1, 0,
-                              static_cast<int>(cdf.size()) - 2);
+  const int cell =
+      std::clamp(static_cast<int>(above - cdf.begin()) - 1, 0, static_cast<int>(cdf.size()) - 2);
   const float lo = cdf[static_cast<size_t>(cell)], hi = cdf[static_cast<size_t>(cell) + 1];
   const float offset = hi > lo ? (u - lo) / (hi - lo) : 0.5f;
   return {cell, std::clamp(offset, 0.0f, kOneMinusEpsilon)};
@@ -41,6 +41,7 @@ CdfPick pick(std::span<const float> cdf, float u) {
 
 AliasTable::AliasTable(std::span<const float> weights) : bins_(weights.size()) {
   const size_t n = weights.size();
+  QRAY_CHECK(n > 0);
   double sum = 0;
   for (float w : weights) sum += w;
   std::vector<double> scaled(n);
@@ -63,16 +64,6 @@ AliasTable::AliasTable(std::span<const float> weights) : bins_(weights.size()) {
       under.push_back(large);
     }
   }
-}
-
-AliasTable::Pick AliasTable::sample(float u) const {
-  QRAY_CHECK(!bins_.empty());
-  const float scaled = u * static_cast<float>(bins_.size());
-  const uint32_t slot = std::min(static_cast<uint32_t>(scaled),
-                                 static_cast<uint32_t>(bins_.size() - 1));
-  const Bin& bin = bins_[slot];
-  const uint32_t index = scaled - static_cast<float>(slot) < bin.keep ? slot : bin.alias;
-  return {index, bins_[index].probability};
 }
 
 PiecewiseConstant2D::PiecewiseConstant2D(std::span<const float> weights, int width, int height)

@@ -2,6 +2,7 @@
 // Immutable after construction; any thread.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -14,13 +15,20 @@ namespace qray {
 class AliasTable {
  public:
   AliasTable() = default;
-  explicit AliasTable(std::span<const float> weights);  // finite, >= 0; all zero: uniform
+  explicit AliasTable(std::span<const float> weights);  // not empty; finite, >= 0; all 0: uniform
 
   struct Pick {
     uint32_t index = 0;
     float probability = 0;
   };
-  Pick sample(float u) const;
+  Pick sample(float u) const {
+    const float scaled = u * static_cast<float>(bins_.size());
+    const uint32_t slot =
+        std::min(static_cast<uint32_t>(scaled), static_cast<uint32_t>(bins_.size() - 1));
+    const Bin& bin = bins_[slot];
+    const uint32_t index = scaled - static_cast<float>(slot) < bin.keep ? slot : bin.alias;
+    return {index, bins_[index].probability};
+  }
   float probability(uint32_t index) const { return bins_[index].probability; }
   size_t size() const { return bins_.size(); }
 

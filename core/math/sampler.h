@@ -32,13 +32,10 @@ class Sampler {
     const U32x4 seed{static_cast<uint32_t>(h0), static_cast<uint32_t>(h0 >> 32),
                      static_cast<uint32_t>(h1), static_cast<uint32_t>(h1 >> 32)};
     const U32x4 index = reverse_bits(laine_karras(U32x4{} + reversed_index_, seed));
-    const U32x4 x = reverse_bits(laine_karras(index, first_seed(seed))) >> 8;
-    const U32x4 y = reverse_bits(laine_karras(pascal(index), second_seed(seed))) >> 8;
-    const auto pair = [&](int i) {
-      return Vec2{static_cast<float>(static_cast<int>(x[i])) * 0x1p-24f,
-                  static_cast<float>(static_cast<int>(y[i])) * 0x1p-24f};
-    };
-    return {pair(0), pair(1), pair(2), pair(3)};
+    const U32x4 x = reverse_bits(laine_karras(index, first_seed(seed)));
+    const U32x4 y = reverse_bits(laine_karras(pascal(index), second_seed(seed)));
+    const F32x4 fx = to_unit_floats(x), fy = to_unit_floats(y);
+    return {{fx[0], fy[0]}, {fx[1], fy[1]}, {fx[2], fy[2]}, {fx[3], fy[3]}};
   }
 
   // One pair of dimensions.
@@ -51,22 +48,30 @@ class Sampler {
 
  private:
   typedef uint32_t U32x4 __attribute__((vector_size(16)));
+  typedef int32_t I32x4 __attribute__((vector_size(16)));
   typedef uint8_t U8x16 __attribute__((vector_size(16)));
+  typedef float F32x4 __attribute__((vector_size(16)));
 
-  static U32x4 byte_swap(U32x4 v) {
-    constexpr U8x16 kOrder{3, 2, 1, 0, 7, 6, 5, 4, 11, 10, 9, 8, 15, 14, 13, 12};
-    return (U32x4)__builtin_shuffle((U8x16)v, kOrder);
+  static F32x4 to_unit_floats(U32x4 v) {
+    return __builtin_convertvector((I32x4)(v >> 8), F32x4) * 0x1p-24f;
   }
-  static uint32_t byte_swap(uint32_t v) { return __builtin_bswap32(v); }
-
-  // The following hold for one number and for four.
-  template <class U>
-  static U reverse_bits(U v) {
-    v = byte_swap(v);
+  static uint32_t reverse_bits(uint32_t v) {
+    v = __builtin_bswap32(v);
     v = (v & 0x0f0f0f0fu) << 4 | (v >> 4 & 0x0f0f0f0fu);
     v = (v & 0x33333333u) << 2 | (v >> 2 & 0x33333333u);
     return (v & 0x55555555u) << 1 | (v >> 1 & 0x55555555u);
   }
+  // Each nibble is looked up reversed, then the bytes of each number change places.
+  static U32x4 reverse_bits(U32x4 v) {
+    constexpr U8x16 kNibble{0, 8, 4, 12, 2, 10, 6, 14, 1, 9, 5, 13, 3, 11, 7, 15};
+    constexpr U8x16 kOrder{3, 2, 1, 0, 7, 6, 5, 4, 11, 10, 9, 8, 15, 14, 13, 12};
+    const U8x16 low = (U8x16)(v & 0x0f0f0f0fu), high = (U8x16)(v >> 4 & 0x0f0f0f0fu);
+    const U32x4 turned =
+        (U32x4)__builtin_shuffle(kNibble, low) << 4 | (U32x4)__builtin_shuffle(kNibble, high);
+    return (U32x4)__builtin_shuffle((U8x16)turned, kOrder);
+  }
+
+  // The following hold for one number and for four.
   // Owen scrambling of a bit-reversed number: every bit is flipped by a hash of the bits below.
   template <class U>
   static U laine_karras(U v, U seed) {

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "core/base/cycle_clock.h"
+#include "core/bsdf/diffuse.h"
 #include "core/math/frame.h"
 #include "core/scene/surface.h"
 
@@ -48,6 +49,14 @@ struct PathTracer::Vertex {
   GuidePoint at;
   float guide_fraction;
 
+  // Lambert surfaces are called directly, which the compiler can inline.
+  BsdfEval eval(Vec3 wi) const {
+    return kind == BsdfKind::kDiffuse ? Diffuse::eval_at(sp, wo, wi) : bsdf.eval(sp, wo, wi);
+  }
+  std::optional<BsdfSample> sample(float u_lobe, Vec2 u) const {
+    return kind == BsdfKind::kDiffuse ? Diffuse::sample_at(sp, wo, u)
+                                      : bsdf.sample(sp, wo, u_lobe, u);
+  }
   // Both normals must agree on which side a direction lies, or light leaks through the surface.
   bool sides_agree(Vec3 wi, Vec3 wi_local) const { return dot(wi, surface.ng) * wi_local.z > 0; }
   Vec3 ray_origin(Vec3 wi) const {
@@ -83,34 +92,87 @@ Rgb PathTracer::radiance(const Ray& ray, Sampler& sampler, GuideDelta* learn) {
   return {};
 }
 
-bool PathTracer::intersect(const Ray& ray, Hit& hit) {
+inline bool PathTracer::intersect(const Ray& ray, Hit& hit) {
   ++counters_.rays;
   const CycleScope scope(timed_, counters_.timed_tracing);
   return scene_.accel->intersect(ray, hit);
 }
 
-bool PathTracer::occluded(const Ray& ray) {
+inline bool PathTracer::occluded(const Ray& ray) {
   ++counters_.rays;
   const CycleScope scope(timed_, counters_.timed_tracing);
   return scene_.accel->occluded(ray);
 }
 
-float PathTracer::mixture_pdf_w(const Vertex& v, Vec3 wi, float bsdf_pdf_w) {
+inline float PathTracer::mixture_pdf_w(const Vertex& v, Vec3 wi, float bsdf_pdf_w) {
   if (v.guide_fraction == 0) return bsdf_pdf_w;
   const CycleScope guiding(timed_, counters_.timed_guiding);
   return lerp(v.guide_fraction, bsdf_pdf_w, guide_->pdf_w(v.at, wi));
 }
 
 // More than the rounding noise of o + t d and of the largest triangle's coordinates.
-float PathTracer::ray_offset(Vec3 p, float t) const {
+inline float PathTracer::ray_offset(Vec3 p, float t) const {
   const float largest = std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z), t});
   return std::max(largest * 0x1p-18f, scene_.ray_epsilon);
+}
+
+// Light from a point of a light, should nothing be in between; black: none.
+inline PathTracer::Connection PathTracer::connect(const Vertex& v, Vec2 u, float u_light) {
+  LightSample light;
+  if (!scene_.lights.sample(v.surface.p, u_light, u, light)) return {};
+  const Vec3 wi_local = v.frame.to_local(light.wi);
+  if (!v.sides_agree(light.wi, wi_local)) return {};
+  const BsdfEval eval = v.eval(wi_local);
+  if (eval.f_cos.is_black()) return {};
+  const float ratio = mixture_pdf_w(v, light.wi, eval.pdf_w) / light.pdf_w;
+  const float mis_over_pdf = 1 / (light.pdf_w * (1 + ratio * ratio));  // the power heuristic
+  return {eval.f_cos * light.radiance * mis_over_pdf,
+          {v.ray_origin(light.wi), light.wi, light.distance * (1 - 1e-4f)}};
+}
+
+// Chooses wi_ with weight_, pdf_w_ and delta_. False: the path ends here.
+inline bool PathTracer::scatter(const Vertex& v, float u_lobe, Vec2 u) {
+  delta_ = false;
+  if (u_lobe < v.guide_fraction) {
+    float guide_pdf_w;
+    {
+      const CycleScope guiding(timed_, counters_.timed_guiding);
+      const GuideSample s = guide_->sample(v.at, u);
+      wi_ = s.wi;
+      guide_pdf_w = s.pdf_w;
+    }
+    const Vec3 wi_local = v.frame.to_local(wi_);
+    const BsdfEval eval = v.eval(wi_local);
+    pdf_w_ = lerp(v.guide_fraction, eval.pdf_w, guide_pdf_w);
+    if (eval.f_cos.is_black() || !v.sides_agree(wi_, wi_local)) return false;
+    weight_ = eval.f_cos / pdf_w_;
+    return true;
+  }
+  if (v.guide_fraction > 0) u_lobe = (u_lobe - v.guide_fraction) / (1 - v.guide_fraction);
+  const std::optional<BsdfSample> s = v.sample(u_lobe, u);
+  if (!s) {
+    delta_ = true;  // nothing to learn from
+    return false;
+  }
+  wi_ = v.frame.to_world(s->wi);
+  delta_ = s->delta;
+  weight_ = s->weight;
+  pdf_w_ = s->pdf_w;
+  if (delta_) {
+    weight_ *= 1 / (1 - v.guide_fraction);
+  } else if (v.guide_fraction > 0) {
+    pdf_w_ = mixture_pdf_w(v, wi_, s->pdf_w);
+    weight_ *= s->pdf_w / pdf_w_;
+  }
+  return v.sides_agree(wi_, s->wi) && !weight_.is_black();
 }
 
 Rgb PathTracer::walk(Ray ray, Sampler& sampler, bool learning) {
   Rgb radiance, throughput{1.0f};
   delta_ = true;  // nee cannot make the camera's ray
   for (int depth = 1;; ++depth) {
+    // Drawn before the ray is traced: the processor then does both at once.
+    const Sampler::Pairs u = sampler.next_pairs();
     Hit hit;
     if (!intersect(ray, hit)) {
       // 1a. The environment, weighted against nee having drawn this direction.
@@ -165,80 +227,36 @@ Rgb PathTracer::walk(Ray ray, Sampler& sampler, bool learning) {
       }
     }
 
-    // 3. Light straight from a light.
-    const Sampler::Pairs u = sampler.next_pairs();
+    // 3. Light straight from a light: its ray is traced last, when the next direction is known too,
+    // so that the processor works on both at once.
+    Connection connection;
     if (settings_.nee && v.kind != BsdfKind::kDelta && !scene_.lights.empty())
-      radiance += throughput * direct_light(v, u.a, u.c.x);
+      connection = connect(v, u.a, u.c.x);
+    const Rgb arriving = throughput;
 
-    // 4. Russian roulette by throughput.
+    // 4. Russian roulette by throughput, and the next direction.
+    bool goes_on = true;
     if (depth >= kRouletteFromDepth) {
       const float survive = std::min(0.95f, max_component(throughput));
-      if (!(u.d.x < survive)) return radiance;
+      goes_on = u.d.x < survive;
       throughput *= 1 / survive;
     }
-
-    // 5. The next direction.
-    const bool scattered = scatter(v, u.c.y, u.b);
-    if (learning && v.kind != BsdfKind::kDelta && !delta_) {
-      events_.back().wi = wi_;
-      events_.back().pdf_w = pdf_w_;
-      events_.back().guidable = true;
+    if (goes_on) {
+      goes_on = scatter(v, u.c.y, u.b);
+      if (learning && v.kind != BsdfKind::kDelta && !delta_) {
+        events_.back().wi = wi_;
+        events_.back().pdf_w = pdf_w_;
+        events_.back().guidable = true;
+      }
     }
-    if (!scattered) return radiance;
+
+    // 5. The light's ray, and on.
+    if (!connection.light.is_black() && !occluded(connection.ray))
+      radiance += arriving * connection.light;
+    if (!goes_on) return radiance;
     throughput *= weight_;
     ray = {v.ray_origin(wi_), wi_};
   }
-}
-
-Rgb PathTracer::direct_light(const Vertex& v, Vec2 u, float u_light) {
-  LightSample light;
-  if (!scene_.lights.sample(v.surface.p, u_light, u, light)) return {};
-  const Vec3 wi_local = v.frame.to_local(light.wi);
-  if (!v.sides_agree(light.wi, wi_local)) return {};
-  const BsdfEval eval = v.bsdf.eval(v.sp, v.wo, wi_local);
-  if (eval.f_cos.is_black()) return {};
-  Ray ray{v.ray_origin(light.wi), light.wi, light.distance};
-  if (std::isfinite(light.distance)) ray.t_max *= 1 - 1e-4f;
-  if (occluded(ray)) return {};
-  const float mis = power_heuristic(light.pdf_w, mixture_pdf_w(v, light.wi, eval.pdf_w));
-  return eval.f_cos * light.radiance * (mis / light.pdf_w);
-}
-
-// Chooses wi_ with weight_, pdf_w_ and delta_. False: the path ends here.
-bool PathTracer::scatter(const Vertex& v, float u_lobe, Vec2 u) {
-  delta_ = false;
-  if (u_lobe < v.guide_fraction) {
-    float guide_pdf_w;
-    {
-      const CycleScope guiding(timed_, counters_.timed_guiding);
-      const GuideSample s = guide_->sample(v.at, u);
-      wi_ = s.wi;
-      guide_pdf_w = s.pdf_w;
-    }
-    const Vec3 wi_local = v.frame.to_local(wi_);
-    const BsdfEval eval = v.bsdf.eval(v.sp, v.wo, wi_local);
-    pdf_w_ = lerp(v.guide_fraction, eval.pdf_w, guide_pdf_w);
-    if (eval.f_cos.is_black() || !v.sides_agree(wi_, wi_local)) return false;
-    weight_ = eval.f_cos / pdf_w_;
-    return true;
-  }
-  if (v.guide_fraction > 0) u_lobe = (u_lobe - v.guide_fraction) / (1 - v.guide_fraction);
-  const std::optional<BsdfSample> s = v.bsdf.sample(v.sp, v.wo, u_lobe, u);
-  if (!s) {
-    delta_ = true;  // nothing to learn from
-    return false;
-  }
-  wi_ = v.frame.to_world(s->wi);
-  delta_ = s->delta;
-  weight_ = s->weight;
-  pdf_w_ = s->pdf_w;
-  if (delta_) {
-    weight_ *= 1 / (1 - v.guide_fraction);
-  } else if (v.guide_fraction > 0) {
-    pdf_w_ = mixture_pdf_w(v, wi_, s->pdf_w);
-    weight_ *= s->pdf_w / pdf_w_;
-  }
-  return v.sides_agree(wi_, s->wi) && !weight_.is_black();
 }
 
 }  // namespace qray

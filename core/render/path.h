@@ -34,10 +34,14 @@ class PathTracer {
 
  private:
   struct Vertex;
+  struct Connection {
+    Rgb light;  // weighted, if the ray is free
+    Ray ray;
+  };
   Rgb walk(Ray ray, Sampler& sampler, bool learning);
   bool intersect(const Ray& ray, Hit& hit);
   bool occluded(const Ray& ray);
-  Rgb direct_light(const Vertex& v, Vec2 u, float u_light);
+  Connection connect(const Vertex& v, Vec2 u, float u_light);
   bool scatter(const Vertex& v, float u_lobe, Vec2 u);
   float mixture_pdf_w(const Vertex& v, Vec3 wi, float bsdf_pdf_w);
   float ray_offset(Vec3 p, float t) const;
