@@ -25,7 +25,8 @@ export class JobList {
     jobs.forEach((job, index) => {
       const row = this.#row(job.id);
       this.#fill(row, job);
-      if (this.#list.children[index] !== row) this.#list.insertBefore(row, this.#list.children[index]);
+      const present = this.#list.children[index];
+      if (present !== row) this.#list.insertBefore(row, present);
     });
   }
 

@@ -105,7 +105,8 @@ export class JobPanel {
   }
 
   #method(request) {
-    return `${method_words(request.method)}, ${request.nee ? 'with' : 'without'} direct light sampling`;
+    const nee = request.nee ? 'with' : 'without';
+    return `${method_words(request.method)}, ${nee} direct light sampling`;
   }
 
   #table_used(job) {

@@ -39,7 +39,8 @@ export function parse_tiles(buffer) {
   let at = kHeaderBytes;
   for (let i = 0; i < count; ++i) {
     expect(at + kTileHeaderBytes <= view.byteLength, `tile ${i}: header cut short`);
-    const [x, y, w, h, samples, crc] = [0, 4, 8, 12, 16, 20].map((o) => view.getUint32(at + o, true));
+    const field = (offset) => view.getUint32(at + offset, true);
+    const [x, y, w, h, samples, crc] = [0, 4, 8, 12, 16, 20].map(field);
     at += kTileHeaderBytes;
     expect(w >= 1 && h >= 1 && w <= kMaxTilePx && h <= kMaxTilePx, `tile ${i}: size ${w} x ${h}`);
     expect(x + w <= answer.width && y + h <= answer.height, `tile ${i}: outside the picture`);

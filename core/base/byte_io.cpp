@@ -26,12 +26,8 @@ uint32_t crc32c(std::span<const uint8_t> bytes, uint32_t seed) {
   return ~c;
 }
 
-void ByteWriter::f32(float v) {
-  u32(std::bit_cast<uint32_t>(v));
-}
-void ByteWriter::f64(double v) {
-  u64(std::bit_cast<uint64_t>(v));
-}
+void ByteWriter::f32(float v) { u32(std::bit_cast<uint32_t>(v)); }
+void ByteWriter::f64(double v) { u64(std::bit_cast<uint64_t>(v)); }
 
 void ByteWriter::string(std::string_view v) {
   u32(static_cast<uint32_t>(v.size()));
@@ -49,12 +45,8 @@ uint64_t ByteReader::get(size_t count) {
   return v;
 }
 
-float ByteReader::f32() {
-  return std::bit_cast<float>(u32());
-}
-double ByteReader::f64() {
-  return std::bit_cast<double>(u64());
-}
+float ByteReader::f32() { return std::bit_cast<float>(u32()); }
+double ByteReader::f64() { return std::bit_cast<double>(u64()); }
 
 std::span<const uint8_t> ByteReader::bytes(size_t count) {
   if (!ok_ || remaining() < count) {

@@ -56,8 +56,6 @@ class Ggx {
 };
 
 // The mirror image of w about h.
-inline Vec3 reflect(Vec3 w, Vec3 h) {
-  return h * (2 * dot(w, h)) - w;
-}
+inline Vec3 reflect(Vec3 w, Vec3 h) { return h * (2 * dot(w, h)) - w; }
 
 }  // namespace qray

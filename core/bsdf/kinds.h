@@ -13,8 +13,6 @@ std::unique_ptr<Bsdf> make_dielectric(const Material& material);
 std::unique_ptr<Bsdf> make_plastic(const Material& material);
 
 // A texture only scales the constant, so this is true or false of the whole surface.
-inline bool is_smooth(const Material& material) {
-  return material.roughness.value <= 0;
-}
+inline bool is_smooth(const Material& material) { return material.roughness.value <= 0; }
 
 }  // namespace qray

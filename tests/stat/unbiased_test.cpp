@@ -96,8 +96,8 @@ TEST_P(Unbiased, HuangHasTheMeanOfNone) {
 
 TEST_P(Unbiased, HuangAsPublishedIsBrighter) {
   const auto scene = included_scene(GetParam());
-  const Means none = means_of(*scene, "none", 16, false);
-  const Means published = means_of(*scene, "huang-published", 16, false, learned(*scene, false));
+  const Means none = means_of(*scene, "none", 64, false);
+  const Means published = means_of(*scene, "huang-published", 64, false, learned(*scene, false));
   const double ratio = published.whole.mean() / none.whole.mean();
   RecordProperty("brightness_over_truth", std::to_string(ratio));
   std::printf("%s: huang-published is %.2f times as bright as the truth\n", GetParam(), ratio);
