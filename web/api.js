@@ -21,7 +21,8 @@ async function call(path, options = {}) {
   if (response.ok) return response;
   // A proxy between page and server may answer something else than problem+json.
   const problem = await response.json().catch(() => ({}));
-  throw new ApiError(response.status, problem.detail || problem.title || `HTTP ${response.status}`, {
+  const message = problem.detail || problem.title || `HTTP ${response.status}`;
+  throw new ApiError(response.status, message, {
     errors: Array.isArray(problem.errors) ? problem.errors : [],
     retry_after_s: Number(response.headers.get('retry-after')) || null,
   });

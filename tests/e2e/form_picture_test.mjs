@@ -87,7 +87,8 @@ test('a refused value is answered at its field', async () => {
     headers: { 'content-type': 'application/json' },
     body: '{"scene":"cornell-box","samples":0,"width":0}' });
   assert.equal(refused.status, 422);
-  const detail = Object.fromEntries((await refused.json()).errors.map((e) => [e.pointer, e.detail]));
+  const { errors } = await refused.json();
+  const detail = Object.fromEntries(errors.map((e) => [e.pointer, e.detail]));
   assert.equal(await page.locator('#amount-error').textContent(), detail['/samples']);
   assert.equal(await page.locator('#width-error').textContent(), detail['/width']);
   assert.equal(await page.locator('#height-error').textContent(), '');

@@ -69,7 +69,8 @@ export class Server {
     child.once('exit', () => running.delete(child));
     let said = '';
     server.url = await new Promise((resolve, reject) => {
-      const timer = setTimeout(() => reject(new Error(`qrayd is silent; it said: ${said}`)), kWaitMs);
+      const silent = () => reject(new Error(`qrayd is silent; it said: ${said}`));
+      const timer = setTimeout(silent, kWaitMs);
       const listen = (chunk) => {
         said = (said + chunk).slice(-20_000);
         const match = said.match(/qrayd listening on (http:\/\/127\.0\.0\.1:\d+)/);
