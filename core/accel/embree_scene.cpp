@@ -6,6 +6,7 @@
 #include <embree3/rtcore.h>
 #endif
 
+#include <cstddef>
 #include <cstring>
 #include <string>
 
@@ -108,16 +109,22 @@ bool EmbreeScene::intersect(const Ray& ray, Hit& hit) const {
   return true;
 }
 
-bool EmbreeScene::occluded(const Ray& ray) const {
-  RTCRay query = to_rtc(ray);
+void EmbreeScene::occluded(std::span<OcclusionRay> rays) const {
+  static_assert(sizeof(OcclusionRay) == sizeof(RTCRay) &&
+                alignof(OcclusionRay) == alignof(RTCRay) &&
+                offsetof(OcclusionRay, d) == offsetof(RTCRay, dir_x) &&
+                offsetof(OcclusionRay, t_max) == offsetof(RTCRay, tfar) &&
+                offsetof(OcclusionRay, flags) == offsetof(RTCRay, flags));
+  RTCRay* first = reinterpret_cast<RTCRay*>(rays.data());
 #if RTC_VERSION_MAJOR >= 4
-  rtcOccluded1(static_cast<RTCScene>(scene_), &query, nullptr);
+  for (RTCRay* ray = first; ray != first + rays.size(); ++ray)
+    rtcOccluded1(static_cast<RTCScene>(scene_), ray, nullptr);
 #else
   RTCIntersectContext context;
   rtcInitIntersectContext(&context);
-  rtcOccluded1(static_cast<RTCScene>(scene_), &context, &query);
+  rtcOccluded1M(static_cast<RTCScene>(scene_), &context, first, static_cast<unsigned>(rays.size()),
+                sizeof(RTCRay));
 #endif
-  return query.tfar < 0;
 }
 
 }  // namespace qray

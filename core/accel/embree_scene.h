@@ -3,6 +3,7 @@
 #pragma once
 
 #include <memory>
+#include <span>
 
 #include "core/base/result.h"
 #include "core/math/ray.h"
@@ -18,6 +19,20 @@ struct Hit {
   uint32_t triangle = 0;
 };
 
+// An occlusion query that waits to be answered with others. Laid out as Embree's RTCRay.
+struct alignas(16) OcclusionRay {
+  OcclusionRay() = default;
+  explicit OcclusionRay(const Ray& ray) : o(ray.o), d(ray.d), t_max(ray.t_max) {}
+  bool occluded() const { return t_max < 0; }  // once answered
+
+  Vec3 o;
+  float t_min = 0;
+  Vec3 d;
+  float time = 0;
+  float t_max = 0;
+  uint32_t mask = ~0u, id = 0, flags = 0;
+};
+
 class EmbreeScene {
  public:
   // Copies the scene's triangles. `build_threads` build the tree; fails when memory runs out.
@@ -27,7 +42,8 @@ class EmbreeScene {
   EmbreeScene& operator=(const EmbreeScene&) = delete;
 
   bool intersect(const Ray& ray, Hit& hit) const;  // nearest hit in (0, t_max)
-  bool occluded(const Ray& ray) const;             // any hit in (0, t_max)
+  // Any hit in (0, t_max)? Embree 3 answers a thousand in 2/3 of the time of one by one.
+  void occluded(std::span<OcclusionRay> rays) const;
 
  private:
   struct Impl;

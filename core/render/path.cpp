@@ -12,6 +12,7 @@ namespace {
 
 constexpr uint64_t kTimedEvery = 64;
 constexpr int kRouletteFromDepth = 5;
+constexpr size_t kRaysAtOnce = 1024;
 
 // Adds the cycles of a scope to `total` when `on`.
 class CycleScope {
@@ -78,18 +79,21 @@ PathTracer::PathTracer(const PreparedScene& scene, const RenderSettings& setting
                        const Guide* guide)
     : scene_(scene), settings_(settings), guide_(guide) {}
 
-Rgb PathTracer::radiance(const Ray& ray, Sampler& sampler, GuideDelta* learn) {
+void PathTracer::sample(const Ray& ray, Sampler& sampler, GuideDelta* learn, Rgb& pixel) {
   timed_ = counters_.paths++ % kTimedEvery == 0;
   const CycleScope scope(timed_, counters_.timed_total);
   events_.clear();
-  const Rgb radiance = walk(ray, sampler, learn != nullptr);
+  const Rgb radiance = walk(ray, sampler, learn != nullptr, pixel);
   if (learn) {
     const CycleScope guiding(timed_, counters_.timed_guiding);
     guide_->record(events_, *learn);
   }
-  if (is_finite(radiance)) return radiance;
-  ++counters_.dropped_samples;
-  return {};
+  if (is_finite(radiance)) {
+    pixel += radiance;
+  } else {
+    ++counters_.dropped_samples;
+  }
+  if (waiting_.size() >= kRaysAtOnce) flush();
 }
 
 inline bool PathTracer::intersect(const Ray& ray, Hit& hit) {
@@ -98,10 +102,17 @@ inline bool PathTracer::intersect(const Ray& ray, Hit& hit) {
   return scene_.accel->intersect(ray, hit);
 }
 
-inline bool PathTracer::occluded(const Ray& ray) {
-  ++counters_.rays;
-  const CycleScope scope(timed_, counters_.timed_tracing);
-  return scene_.accel->occluded(ray);
+void PathTracer::flush() {
+  if (waiting_.empty()) return;
+  const uint64_t start = cycle_count();
+  scene_.accel->occluded(waiting_rays_);
+  const uint64_t cycles = (cycle_count() - start) / kTimedEvery;  // as paths are timed: one in many
+  counters_.timed_tracing += cycles;
+  counters_.timed_total += cycles;
+  counters_.rays += waiting_rays_.size();
+  for (size_t i = 0; i < waiting_.size(); ++i)
+    if (!waiting_rays_[i].occluded()) *waiting_[i].pixel += waiting_[i].light;
+  discard();
 }
 
 inline float PathTracer::mixture_pdf_w(const Vertex& v, Vec3 wi, float bsdf_pdf_w) {
@@ -167,7 +178,7 @@ inline bool PathTracer::scatter(const Vertex& v, float u_lobe, Vec2 u) {
   return v.sides_agree(wi_, s->wi) && !weight_.is_black();
 }
 
-Rgb PathTracer::walk(Ray ray, Sampler& sampler, bool learning) {
+Rgb PathTracer::walk(Ray ray, Sampler& sampler, bool learning, Rgb& pixel) {
   Rgb radiance, throughput{1.0f};
   delta_ = true;  // nee cannot make the camera's ray
   for (int depth = 1;; ++depth) {
@@ -227,33 +238,32 @@ Rgb PathTracer::walk(Ray ray, Sampler& sampler, bool learning) {
       }
     }
 
-    // 3. Light straight from a light: its ray is traced last, when the next direction is known too,
-    // so that the processor works on both at once.
-    Connection connection;
-    if (settings_.nee && v.kind != BsdfKind::kDelta && !scene_.lights.empty())
-      connection = connect(v, u.a, u.c.x);
-    const Rgb arriving = throughput;
-
-    // 4. Russian roulette by throughput, and the next direction.
-    bool goes_on = true;
-    if (depth >= kRouletteFromDepth) {
-      const float survive = std::min(0.95f, max_component(throughput));
-      goes_on = u.d.x < survive;
-      throughput *= 1 / survive;
-    }
-    if (goes_on) {
-      goes_on = scatter(v, u.c.y, u.b);
-      if (learning && v.kind != BsdfKind::kDelta && !delta_) {
-        events_.back().wi = wi_;
-        events_.back().pdf_w = pdf_w_;
-        events_.back().guidable = true;
+    // 3. Light straight from a light. Its ray waits to be traced with others.
+    if (settings_.nee && v.kind != BsdfKind::kDelta && !scene_.lights.empty()) {
+      const Connection connection = connect(v, u.a, u.c.x);
+      if (!connection.light.is_black()) {
+        const Rgb light = throughput * connection.light;
+        if (!is_finite(light)) return light;
+        waiting_.push_back({light, &pixel});
+        waiting_rays_.emplace_back(connection.ray);
       }
     }
 
-    // 5. The light's ray, and on.
-    if (!connection.light.is_black() && !occluded(connection.ray))
-      radiance += arriving * connection.light;
-    if (!goes_on) return radiance;
+    // 4. Russian roulette by throughput.
+    if (depth >= kRouletteFromDepth) {
+      const float survive = std::min(0.95f, max_component(throughput));
+      if (!(u.d.x < survive)) return radiance;
+      throughput *= 1 / survive;
+    }
+
+    // 5. The next direction.
+    const bool scattered = scatter(v, u.c.y, u.b);
+    if (learning && v.kind != BsdfKind::kDelta && !delta_) {
+      events_.back().wi = wi_;
+      events_.back().pdf_w = pdf_w_;
+      events_.back().guidable = true;
+    }
+    if (!scattered) return radiance;
     throughput *= weight_;
     ray = {v.ray_origin(wi_), wi_};
   }

@@ -26,9 +26,13 @@ class PathTracer {
   // All three outlive this. `guide` may be null.
   PathTracer(const PreparedScene& scene, const RenderSettings& settings, const Guide* guide);
 
-  // Radiance arriving at the ray's origin along it; black and counted if it is not finite. When
-  // `learn` is given, the path's scattering events are recorded there.
-  Rgb radiance(const Ray& ray, Sampler& sampler, GuideDelta* learn);
+  // Adds the radiance arriving at the ray's origin along it to `pixel`, some of it only at flush():
+  // rays to lights are traced many at once. `pixel` must live until then. A sample that is not
+  // finite adds nothing and is counted. When `learn` is given, the path's scattering events are
+  // recorded there.
+  void sample(const Ray& ray, Sampler& sampler, GuideDelta* learn, Rgb& pixel);
+  void flush();
+  void discard() { waiting_.clear(), waiting_rays_.clear(); }  // instead of flush()
 
   const PathCounters& counters() const { return counters_; }
 
@@ -38,9 +42,8 @@ class PathTracer {
     Rgb light;  // weighted, if the ray is free
     Ray ray;
   };
-  Rgb walk(Ray ray, Sampler& sampler, bool learning);
+  Rgb walk(Ray ray, Sampler& sampler, bool learning, Rgb& pixel);
   bool intersect(const Ray& ray, Hit& hit);
-  bool occluded(const Ray& ray);
   Connection connect(const Vertex& v, Vec2 u, float u_light);
   bool scatter(const Vertex& v, float u_lobe, Vec2 u);
   float mixture_pdf_w(const Vertex& v, Vec3 wi, float bsdf_pdf_w);
@@ -58,6 +61,14 @@ class PathTracer {
   float pdf_w_ = 0;  // of the whole mixture
   bool delta_ = true;
   std::vector<GuideVertex> events_;
+
+  // Light that arrives if its ray is free, and where it belongs.
+  struct Waiting {
+    Rgb light;
+    Rgb* pixel;
+  };
+  std::vector<Waiting> waiting_;
+  std::vector<OcclusionRay> waiting_rays_;  // parallel to waiting_
 };
 
 }  // namespace qray

@@ -168,7 +168,10 @@ class Renderer {
     size_t pixel = 0;
     for (int y = rect.y; y < rect.y + rect.height; ++y) {
       for (int x = rect.x; x < rect.x + rect.width; ++x, ++pixel) {
-        if (stop_.stop_requested()) return false;
+        if (stop_.stop_requested()) {
+          worker.tracer.discard();
+          return false;
+        }
         for (int s = 0; s < samples; ++s) {
           sampler.start(static_cast<uint32_t>(x), static_cast<uint32_t>(y),
                         static_cast<uint32_t>(done_) + static_cast<uint32_t>(s));
@@ -176,10 +179,11 @@ class Renderer {
           const Vec2 lens = camera_.has_lens() ? sampler.next_2d() : Vec2{};
           const Ray ray = camera_.ray(
               {static_cast<float>(x) + in_pixel.x, static_cast<float>(y) + in_pixel.y}, lens);
-          worker.sums[pixel] += worker.tracer.radiance(ray, sampler, delta.get());
+          worker.tracer.sample(ray, sampler, delta.get(), worker.sums[pixel]);
         }
       }
     }
+    worker.tracer.flush();
     film_.add(index, worker.sums, static_cast<uint32_t>(samples));
     if (delta) updates_.finish(static_cast<size_t>(index), std::move(delta));
     return true;

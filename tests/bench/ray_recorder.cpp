@@ -53,6 +53,7 @@ void __wrap_rtcOccluded1(RTCScene scene, RTCRay* ray, RTCOccludedArguments* argu
 #else
 void __real_rtcIntersect1(RTCScene, RTCIntersectContext*, RTCRayHit*);
 void __real_rtcOccluded1(RTCScene, RTCIntersectContext*, RTCRay*);
+void __real_rtcOccluded1M(RTCScene, RTCIntersectContext*, RTCRay*, unsigned, size_t);
 void __wrap_rtcIntersect1(RTCScene scene, RTCIntersectContext* context, RTCRayHit* query) {
   if (recording) record(scene, query->ray, -1);
   __real_rtcIntersect1(scene, context, query);
@@ -60,6 +61,12 @@ void __wrap_rtcIntersect1(RTCScene scene, RTCIntersectContext* context, RTCRayHi
 void __wrap_rtcOccluded1(RTCScene scene, RTCIntersectContext* context, RTCRay* ray) {
   if (recording) record(scene, *ray, ray->tfar);
   __real_rtcOccluded1(scene, context, ray);
+}
+void __wrap_rtcOccluded1M(RTCScene scene, RTCIntersectContext* context, RTCRay* rays,
+                          unsigned count, size_t stride) {
+  if (recording)
+    for (unsigned i = 0; i < count; ++i) record(scene, rays[i], rays[i].tfar);
+  __real_rtcOccluded1M(scene, context, rays, count, stride);
 }
 #endif
 }
