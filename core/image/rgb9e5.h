@@ -3,6 +3,7 @@
 // NaN become 0.
 #pragma once
 
+#include <bit>
 #include <cstdint>
 
 #include "core/math/vec.h"
@@ -15,8 +16,9 @@ inline uint32_t pack_rgb9e5(Rgb c) {
   const float r = clean(c.r), g = clean(c.g), b = clean(c.b);
   const float top = std::max(r, std::max(g, b));
   if (top < 0x1p-25f) return 0;
-  int exponent = std::max(-16, std::ilogb(top)) + 16;
-  float scale = std::ldexp(1.0f, 24 - exponent);
+  const int log2_top = static_cast<int>(std::bit_cast<uint32_t>(top) >> 23) - 127;  // floor
+  int exponent = std::max(-16, log2_top) + 16;
+  float scale = std::bit_cast<float>(static_cast<uint32_t>(127 + 24 - exponent) << 23);
   if (static_cast<int>(top * scale + 0.5f) == 512) {
     ++exponent;
     scale *= 0.5f;

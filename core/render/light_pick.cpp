@@ -92,21 +92,7 @@ void LightPick::build(const Scene& scene, const Bounds3& bounds) {
     environment_probability_ = picker_.probability(static_cast<uint32_t>(triangles_.size()));
 }
 
-bool LightPick::sample(Vec3 p, float u_light, Vec2 u, LightSample& out) const {
-  const AliasTable::Pick pick = picker_.sample(u_light);
-  if (pick.index < triangles_.size()) {
-    const EmittingTriangle& t = triangles_[pick.index];
-    const Vec2 b = square_to_triangle(u);
-    const Vec3 to_light = t.p0 + t.e1 * b.x + t.e2 * b.y - p;
-    const float distance2 = dot(to_light, to_light);
-    out.distance = std::sqrt(distance2);
-    out.wi = to_light / out.distance;
-    const float cos_light = -dot(out.wi, t.n);
-    if (!(t.two_sided ? cos_light != 0 : cos_light > 0) || !(distance2 > 0)) return false;
-    out.radiance = t.emission;
-    out.pdf_w = t.pick_probability * distance2 / (std::abs(cos_light) * t.area);
-    return true;
-  }
+bool LightPick::sample_environment(Vec2 u, LightSample& out) const {
   if (environment_.image.empty()) {
     out.wi = square_to_uniform_sphere(u);
   } else {

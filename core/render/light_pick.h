@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/math/distribution.h"
+#include "core/math/warp.h"
 #include "core/scene/scene.h"
 
 namespace qray {
@@ -24,7 +25,11 @@ class LightPick {
   size_t light_count() const { return triangles_.size() + (environment_.present() ? 1 : 0); }
 
   // False: this choice of light sends nothing to p (it faces away).
-  bool sample(Vec3 p, float u_light, Vec2 u, LightSample& out) const;
+  bool sample(Vec3 p, float u_light, Vec2 u, LightSample& out) const {
+    const AliasTable::Pick pick = picker_.sample(u_light);
+    return pick.index < triangles_.size() ? sample_triangle(triangles_[pick.index], p, u, out)
+                                          : sample_environment(u, out);
+  }
   // Density with which sample() makes the direction that hits an emitting triangle, or escapes.
   float pdf_w_triangle(MeshId mesh, uint32_t triangle, float distance, float abs_cos_light) const;
   float pdf_w_environment(Vec3 wi) const;
@@ -40,6 +45,19 @@ class LightPick {
     bool two_sided = false;
     float pick_probability = 0;
   };
+  static bool sample_triangle(const EmittingTriangle& t, Vec3 p, Vec2 u, LightSample& out) {
+    const Vec2 b = square_to_triangle(u);
+    const Vec3 to_light = t.p0 + t.e1 * b.x + t.e2 * b.y - p;
+    const float distance2 = dot(to_light, to_light);
+    out.distance = std::sqrt(distance2);
+    out.wi = to_light / out.distance;
+    const float cos_light = -dot(out.wi, t.n);
+    if (!(t.two_sided ? cos_light != 0 : cos_light > 0) || !(distance2 > 0)) return false;
+    out.radiance = t.emission;
+    out.pdf_w = t.pick_probability * distance2 / (std::abs(cos_light) * t.area);
+    return true;
+  }
+  bool sample_environment(Vec2 u, LightSample& out) const;
   Vec2 environment_uv(Vec3 wi) const;
 
   std::vector<EmittingTriangle> triangles_;

@@ -43,7 +43,7 @@ double replay_seconds(const std::vector<RecordedRay>& rays, TaskPool& pool) {
 // An iteration renders and replays once. Counters are millions of rays a second, medians of the
 // iterations, and their ratio (the house's aim: at least 0.60).
 void PathTracerAgainstBareRays(benchmark::State& state) {
-  constexpr int kWidth = 256, kSamples = 4;
+  constexpr int kWidth = 512, kSamples = 2;
   const int threads = static_cast<int>(state.range(0));
   const auto prepared =
       load_and_prepare_scene(QRAY_SOURCE_DIR "/scenes/cornell-box/scene.json", threads);
