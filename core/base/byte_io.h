@@ -33,10 +33,7 @@ class ByteWriter {
 
  private:
   void put(uint64_t v, int count) {
-    const size_t at = bytes_.size();
-    bytes_.resize(at + static_cast<size_t>(count));  // once, not byte by byte: pictures go this way
-    for (int i = 0; i < count; ++i)
-      bytes_[at + static_cast<size_t>(i)] = static_cast<uint8_t>(v >> (8 * i));
+    for (int i = 0; i < count; ++i) bytes_.push_back(static_cast<uint8_t>(v >> (8 * i)));
   }
   Bytes bytes_;
 };
