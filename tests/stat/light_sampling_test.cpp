@@ -1,0 +1,148 @@
+// Lights are picked with the density that is told, and next event estimation changes the noise of a
+// picture, not its mean, whatever the light and the surface.
+#include <gtest/gtest.h>
+
+#include "core/job/run_job.h"
+#include "tests/support/chi2.h"
+#include "tests/support/stats.h"
+#include "tests/support/test_scenes.h"
+
+namespace qray {
+namespace {
+
+// A dim sky with a small bright sun, some rows dark.
+Image sky() {
+  Image image(32, 16, 3);
+  test::Random random(3);
+  for (int y = 0; y < 8; ++y)
+    for (int x = 0; x < 32; ++x) image.set_rgb(x, y, Rgb{0.2f + 0.3f * random.next()});
+  image.set_rgb(20, 4, {60, 50, 40});
+  return image;
+}
+
+Scene ground_under(const Image& image, float rotation_deg) {
+  Scene scene;
+  scene.name = "ground";
+  test::add_quad(scene, test::add_material(scene, Rgb{0.6f}), {-2, 0, -2}, {0, 0, 4}, {4, 0, 0});
+  test::add_box(scene, test::add_material(scene, {0.7f, 0.3f, 0.3f}), {-0.4f, 0, -0.4f},
+                {0.4f, 0.9f, 0.4f}, false);
+  scene.environment.radiance = Rgb{1.0f};
+  scene.environment.image = image;
+  scene.environment.rotation_deg = rotation_deg;
+  scene.camera.position = {0, 1.6f, 3};
+  scene.camera.target = {0, 0.4f, 0};
+  return scene;
+}
+
+Scene glossy_room(MaterialKind kind, float roughness) {
+  Scene scene = test::room();
+  for (Material& m : scene.materials)
+    if (!m.emits()) {
+      m.kind = kind;
+      m.roughness.value = roughness;
+    }
+  return scene;
+}
+
+Scene room_with_a_panel_that_shines_both_ways() {
+  Scene scene = test::room();
+  for (Material& m : scene.materials)
+    if (m.emits()) m.emission_two_sided = true;
+  for (Mesh& mesh : scene.meshes)
+    if (scene.materials[mesh.material.value].emits())
+      for (Vec3& p : mesh.positions) p.y = 1.5f;
+  return scene;
+}
+
+// The light's density over the sphere, as seen from a point that lights reach unhindered.
+TEST(LightSampling, EnvironmentDirectionsFollowTheDensity) {
+  for (float rotation : {0.0f, 130.0f}) {
+    const auto scene = test::prepare(ground_under(sky(), rotation));
+    const LightPick& lights = scene->lights;
+    test::Chi2Options options;
+    options.tolerance = 1e-5;
+    const test::Chi2 result = test::chi2_sphere(
+        [&](test::Random& random) -> std::optional<Vec3> {
+          LightSample light;
+          const float u_light = random.next();
+          if (!lights.sample({0, 2, 0}, u_light, random.next_2d(), light)) return std::nullopt;
+          EXPECT_NEAR(light.pdf_w / lights.pdf_w_environment(light.wi), 1, 1e-3);
+          return light.wi;
+        },
+        [&](Vec3 wi) { return lights.pdf_w_environment(wi); }, options);
+    EXPECT_GT(result.p_value, test::significance(2)) << result.table;
+  }
+}
+
+TEST(LightSampling, TheSunIsWhereTheRotationPutsIt) {
+  // Texel (20, 4) of 32 x 16: 50.6 degrees right of the picture's centre (-z), 39.4 above the
+  // horizon.
+  const float azimuth = (20.5f / 32 - 0.5f) * 2 * kPi, height = (0.5f - 4.5f / 16) * kPi;
+  const Vec3 sun{std::sin(azimuth) * std::cos(height), std::sin(height),
+                 -std::cos(azimuth) * std::cos(height)};
+  const auto plain = test::prepare(ground_under(sky(), 0));
+  EXPECT_GT(plain->lights.environment_radiance(sun).r, 50);
+  const auto turned = test::prepare(ground_under(sky(), 90));  // -z goes to -x
+  EXPECT_GT(turned->lights.environment_radiance({sun.z, sun.y, -sun.x}).r, 50);
+}
+
+struct Case {
+  std::string name;
+  Scene scene;
+  int samples;
+};
+
+std::vector<Case> cases() {
+  return {{"area light", test::room(), 16},
+          {"light that shines up", test::room(/*shaded=*/true), 32},
+          {"panel that shines both ways", room_with_a_panel_that_shines_both_ways(), 16},
+          {"image environment", ground_under(sky(), 40), 32},
+          {"constant environment", ground_under({}, 0), 16},
+          {"rough metal", glossy_room(MaterialKind::kConductor, 0.5f), 32},
+          {"rough plastic", glossy_room(MaterialKind::kPlastic, 0.4f), 32},
+          {"smooth plastic", glossy_room(MaterialKind::kPlastic, 0), 32}};
+}
+
+test::Moments means(const PreparedScene& scene, const Case& c, const std::string& method,
+                    bool nee) {
+  constexpr int kSide = 32;
+  constexpr uint64_t kSeeds = 24;
+  static TaskPool pool(2);
+  test::Moments means;
+  for (uint64_t seed = 1; seed <= kSeeds; ++seed) {
+    RenderSettings settings;
+    settings.method = method;
+    settings.nee = nee;
+    settings.samples = c.samples;
+    settings.width = settings.height = kSide;
+    settings.seed = seed + (nee ? 100 : 0);
+    settings.max_depth = 6;
+    Film film(kSide, kSide);
+    RenderObserver observer;
+    EXPECT_TRUE(run_job(scene, settings, {}, film, pool, observer, {}, SteadyClock()).ok());
+    double sum = 0;
+    const Image image = film.develop();
+    for (int y = 0; y < kSide; ++y)
+      for (int x = 0; x < kSide; ++x) sum += luminance(image.rgb(x, y));
+    means.add(sum / (kSide * kSide));
+  }
+  return means;
+}
+
+TEST(LightSampling, NextEventEstimationKeepsTheMean) {
+  const double level = test::significance(2 * static_cast<int>(cases().size()));
+  for (const Case& c : cases()) {
+    const auto scene = test::prepare(c.scene);
+    for (const char* method : {"none", "huang"}) {
+      const test::Moments with = means(*scene, c, method, true);
+      const test::Moments without = means(*scene, c, method, false);
+      EXPECT_GT(test::z_test(with, without).p_value, level)
+          << c.name << ", " << method << ": " << with.mean() << " +- " << with.standard_error()
+          << " with, " << without.mean() << " +- " << without.standard_error() << " without";
+      EXPECT_LT(with.standard_error(), 0.05 * with.mean()) << c.name;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace qray
