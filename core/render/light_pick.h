@@ -22,7 +22,6 @@ class LightPick {
  public:
   void build(const Scene& scene, const Bounds3& bounds);
   bool empty() const { return triangles_.empty() && !environment_.present(); }
-  size_t light_count() const { return triangles_.size() + (environment_.present() ? 1 : 0); }
 
   // False: this choice of light sends nothing to p (it faces away).
   bool sample(Vec3 p, float u_light, Vec2 u, LightSample& out) const {

@@ -1,33 +1,9 @@
-# Installs the npm modules of package-lock.json into E2E_DIR, unless these very ones are there.
-# cmake -DSOURCE_DIR=... -DE2E_DIR=... -P install.cmake
-function(expect_program name package)
-  find_program(found_${name} ${name})
-  if(NOT found_${name})
-    message(FATAL_ERROR "${name} is not installed: apt-get install ${package}")
-  endif()
-endfunction()
+# The browser tests' modules, and a look whether the programs they run are there.
+# cmake -DSOURCE_DIR=... -DMODULES_DIR=... -P install.cmake
+include(${CMAKE_CURRENT_LIST_DIR}/../support/npm_install.cmake)
 expect_program(node nodejs)
-expect_program(npm npm)
 if(NOT DEFINED ENV{CHROMIUM})
   expect_program(chromium chromium)
 elseif(NOT EXISTS $ENV{CHROMIUM})
   message(FATAL_ERROR "CHROMIUM names no file: $ENV{CHROMIUM}")
 endif()
-
-file(MAKE_DIRECTORY ${E2E_DIR})
-file(LOCK ${E2E_DIR}/install.lock GUARD PROCESS TIMEOUT 150)
-file(SHA256 ${SOURCE_DIR}/package-lock.json wanted)
-if(EXISTS ${E2E_DIR}/installed)
-  file(READ ${E2E_DIR}/installed have)
-  if(have STREQUAL wanted)
-    return()
-  endif()
-endif()
-file(COPY ${SOURCE_DIR}/package.json ${SOURCE_DIR}/package-lock.json DESTINATION ${E2E_DIR})
-execute_process(
-  COMMAND npm ci --ignore-scripts --no-audit --no-fund
-  WORKING_DIRECTORY ${E2E_DIR} RESULT_VARIABLE result OUTPUT_VARIABLE said ERROR_VARIABLE said)
-if(NOT result EQUAL 0)
-  message(FATAL_ERROR "npm ci failed (${result}):\n${said}")
-endif()
-file(WRITE ${E2E_DIR}/installed ${wanted})
