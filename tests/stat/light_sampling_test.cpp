@@ -2,8 +2,8 @@
 // picture, not its mean, whatever the light and the surface.
 #include <gtest/gtest.h>
 
-#include "core/job/run_job.h"
 #include "tests/support/chi2.h"
+#include "tests/support/render.h"
 #include "tests/support/stats.h"
 #include "tests/support/test_scenes.h"
 
@@ -107,24 +107,13 @@ test::Moments means(const PreparedScene& scene, const Case& c, const std::string
                     bool nee) {
   constexpr int kSide = 32;
   constexpr uint64_t kSeeds = 24;
-  static TaskPool pool(2);
   test::Moments means;
   for (uint64_t seed = 1; seed <= kSeeds; ++seed) {
-    RenderSettings settings;
-    settings.method = method;
+    RenderSettings settings =
+        test::small_settings(method, kSide, c.samples, seed + (nee ? 100 : 0));
     settings.nee = nee;
-    settings.samples = c.samples;
-    settings.width = settings.height = kSide;
-    settings.seed = seed + (nee ? 100 : 0);
     settings.max_depth = 6;
-    Film film(kSide, kSide);
-    RenderObserver observer;
-    EXPECT_TRUE(run_job(scene, settings, {}, film, pool, observer, {}, SteadyClock()).ok());
-    double sum = 0;
-    const Image image = film.develop();
-    for (int y = 0; y < kSide; ++y)
-      for (int x = 0; x < kSide; ++x) sum += luminance(image.rgb(x, y));
-    means.add(sum / (kSide * kSide));
+    means.add(test::mean_luminance(test::render(scene, settings).image));
   }
   return means;
 }

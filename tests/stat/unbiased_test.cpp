@@ -1,7 +1,7 @@
 // Methods that claim to be unbiased have the mean of `none`; the thesis' as published has not.
 #include <gtest/gtest.h>
 
-#include "core/job/run_job.h"
+#include "tests/support/render.h"
 #include "tests/support/stats.h"
 
 namespace qray {
@@ -16,67 +16,32 @@ struct Means {
   std::vector<test::Moments> regions = std::vector<test::Moments>(kRegions * kRegions);
 };
 
-std::shared_ptr<const PreparedScene> included_scene(const std::string& name) {
-  auto scene = load_and_prepare_scene(
-      std::filesystem::path(QRAY_SOURCE_DIR) / "scenes" / name / "scene.json", 2);
-  EXPECT_TRUE(scene.ok()) << scene.error().text();
-  return scene.value();
-}
-
-RenderSettings settings_of(const std::string& method, int samples, uint64_t seed, bool nee) {
-  RenderSettings s;
-  s.method = method;
-  s.nee = nee;
-  s.width = s.height = kSide;
-  s.samples = samples;
-  s.seed = seed;
-  s.max_depth = 8;
-  return s;
-}
-
-Result<JobResult> run(const PreparedScene& scene, const RenderSettings& settings, Film& film,
-                      const std::optional<TableFile>& table) {
-  static TaskPool pool(2);
-  RenderObserver observer;
-  return run_job(scene, settings, table, film, pool, observer, {}, SteadyClock());
-}
-
 Means means_of(const PreparedScene& scene, const std::string& method, int samples, bool nee,
                const std::optional<TableFile>& table = {}) {
   Means means;
   for (uint64_t seed = 1; seed <= kSeeds; ++seed) {
-    Film film(kSide, kSide);
-    const auto job = run(scene, settings_of(method, samples, seed, nee), film, table);
-    EXPECT_TRUE(job.ok()) << job.error().text();
-    EXPECT_EQ(job.value().stats.dropped_samples, 0u);
-    const Image image = film.develop();
-    double sum = 0;
-    std::vector<double> region(means.regions.size());
-    for (int y = 0; y < kSide; ++y)
-      for (int x = 0; x < kSide; ++x) {
-        const double v = luminance(image.rgb(x, y));
-        sum += v;
-        region[static_cast<size_t>(y * kRegions / kSide * kRegions + x * kRegions / kSide)] += v;
-      }
-    means.whole.add(sum / (kSide * kSide));
-    for (size_t i = 0; i < region.size(); ++i) means.regions[i].add(region[i]);
+    RenderSettings settings = test::small_settings(method, kSide, samples, seed);
+    settings.nee = nee;
+    const test::Rendered rendered = test::render(scene, settings, table);
+    EXPECT_EQ(rendered.job.stats.dropped_samples, 0u);
+    means.whole.add(test::mean_luminance(rendered.image));
+    const std::vector<double> regions = test::region_luminances(rendered.image, kRegions);
+    for (size_t i = 0; i < regions.size(); ++i) means.regions[i].add(regions[i]);
   }
   return means;
 }
 
 TableFile learned(const PreparedScene& scene, bool nee) {
-  Film film(kSide, kSide);
-  RenderSettings settings = settings_of("huang", 64, 99, nee);
+  RenderSettings settings = test::small_settings("huang", kSide, 64, 99);
+  settings.nee = nee;
   settings.learning_samples = 16;
-  auto job = run(scene, settings, film, {});
-  EXPECT_TRUE(job.ok());
-  return *std::move(job).value().table;
+  return *test::render(scene, settings).job.table;
 }
 
 class Unbiased : public ::testing::TestWithParam<const char*> {};
 
 TEST_P(Unbiased, HuangHasTheMeanOfNone) {
-  const auto scene = included_scene(GetParam());
+  const auto scene = test::included_scene(GetParam());
   for (bool nee : {true, false}) {
     const Means none = means_of(*scene, "none", 16, nee);
     const Means cold = means_of(*scene, "huang", 16, nee);
@@ -95,7 +60,7 @@ TEST_P(Unbiased, HuangHasTheMeanOfNone) {
 }
 
 TEST_P(Unbiased, HuangAsPublishedIsBrighter) {
-  const auto scene = included_scene(GetParam());
+  const auto scene = test::included_scene(GetParam());
   const Means none = means_of(*scene, "none", 64, false);
   const Means published = means_of(*scene, "huang-published", 64, false, learned(*scene, false));
   const double ratio = published.whole.mean() / none.whole.mean();
