@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <span>
 #include <string>
 #include <string_view>
@@ -12,8 +13,9 @@
 
 namespace qray::proto {
 
-using JsonValue = std::variant<bool, int64_t, uint64_t, double, std::string,
-                               std::vector<std::string>, std::vector<int>>;
+using JsonValue =
+    std::variant<bool, int64_t, uint64_t, double, std::string, std::vector<std::string>,
+                 std::vector<int>, std::map<std::string, std::string>>;
 using JsonField = std::pair<std::string_view, JsonValue>;
 
 // Indented by two spaces and ended by a newline, or on one line without.

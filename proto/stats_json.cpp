@@ -9,6 +9,7 @@ std::string stats_json(const RenderStats& stats, bool indent) {
       {"method", stats.method},
       {"unbiased", stats.unbiased},
       {"nee", stats.nee},
+      {"parts", stats.parts},
       {"seed", stats.seed},
       {"width", int64_t{stats.width}},
       {"height", int64_t{stats.height}},

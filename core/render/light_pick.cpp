@@ -84,12 +84,27 @@ void LightPick::build(const Scene& scene, const Bounds3& bounds) {
     if (triangle_power > 0) power = std::min(power, static_cast<float>(triangle_power));
     powers.push_back(power);
   }
-  if (powers.empty()) return;
-  picker_ = AliasTable(powers);
+  if (!powers.empty()) set_picker(powers);
+}
+
+void LightPick::set_picker(std::span<const float> weights) {
+  picker_ = AliasTable(weights);
   for (size_t i = 0; i < triangles_.size(); ++i)
     triangles_[i].pick_probability = picker_.probability(static_cast<uint32_t>(i));
   if (environment_.present())
     environment_probability_ = picker_.probability(static_cast<uint32_t>(triangles_.size()));
+}
+
+LightPick LightPick::uniform() const {
+  LightPick other = *this;
+  if (!empty()) other.set_picker(std::vector<float>(picker_.size(), 1.0f));
+  return other;
+}
+
+bool LightPick::picks_uniformly() const {
+  for (uint32_t i = 1; i < picker_.size(); ++i)
+    if (std::abs(picker_.probability(i) / picker_.probability(0) - 1) > 1e-3f) return false;
+  return true;
 }
 
 bool LightPick::sample_environment(Vec2 u, LightSample& out) const {

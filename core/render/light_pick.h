@@ -21,6 +21,9 @@ struct LightSample {
 class LightPick {
  public:
   void build(const Scene& scene, const Bounds3& bounds);
+  // The same lights, each picked as often as any other.
+  LightPick uniform() const;
+  bool picks_uniformly() const;  // are all picked alike, by their power or by uniform()?
   bool empty() const { return triangles_.empty() && !environment_.present(); }
 
   // False: this choice of light sends nothing to p (it faces away).
@@ -36,6 +39,8 @@ class LightPick {
   bool has_environment() const { return environment_.present(); }
 
  private:
+  void set_picker(std::span<const float> weights);
+
   struct EmittingTriangle {
     Vec3 p0, e1, e2;  // a vertex and two edges
     Vec3 n;           // unit, front

@@ -11,7 +11,6 @@ namespace qray {
 namespace {
 
 constexpr uint64_t kTimedEvery = 64;
-constexpr int kRouletteFromDepth = 5;
 constexpr size_t kRaysAtOnce = 1024;
 
 // Adds the cycles of a scope to `total` when `on`.
@@ -75,9 +74,9 @@ PathCounters& PathCounters::operator+=(const PathCounters& o) {
   return *this;
 }
 
-PathTracer::PathTracer(const PreparedScene& scene, const RenderSettings& settings,
-                       const Guide* guide)
-    : scene_(scene), settings_(settings), guide_(guide) {}
+PathTracer::PathTracer(const PreparedScene& scene, const LightPick& lights,
+                       const RenderSettings& settings, const Guide* guide)
+    : scene_(scene), lights_(lights), settings_(settings), guide_(guide) {}
 
 void PathTracer::sample(const Ray& ray, Sampler& sampler, GuideDelta* learn, Rgb& pixel) {
   timed_ = counters_.paths++ % kTimedEvery == 0;
@@ -130,7 +129,7 @@ inline float PathTracer::ray_offset(Vec3 p, float t) const {
 // Light from a point of a light, should nothing be in between; black: none.
 inline PathTracer::Connection PathTracer::connect(const Vertex& v, Vec2 u, float u_light) {
   LightSample light;
-  if (!scene_.lights.sample(v.surface.p, u_light, u, light)) return {};
+  if (!lights_.sample(v.surface.p, u_light, u, light)) return {};
   const Vec3 wi_local = v.frame.to_local(light.wi);
   if (!v.sides_agree(light.wi, wi_local)) return {};
   const BsdfEval eval = v.eval(wi_local);
@@ -187,11 +186,11 @@ Rgb PathTracer::walk(Ray ray, Sampler& sampler, bool learning, Rgb& pixel) {
     Hit hit;
     if (!intersect(ray, hit)) {
       // 1a. The environment, weighted against nee having drawn this direction.
-      if (scene_.lights.has_environment()) {
-        const Rgb emitted = scene_.lights.environment_radiance(ray.d);
+      if (lights_.has_environment()) {
+        const Rgb emitted = lights_.environment_radiance(ray.d);
         const float mis = delta_ || !settings_.nee
                               ? 1.0f
-                              : power_heuristic(pdf_w_, scene_.lights.pdf_w_environment(ray.d));
+                              : power_heuristic(pdf_w_, lights_.pdf_w_environment(ray.d));
         radiance += throughput * emitted * mis;
         if (!events_.empty()) events_.back().emitted = luminance(emitted);
       }
@@ -207,8 +206,8 @@ Rgb PathTracer::walk(Ray ray, Sampler& sampler, bool learning, Rgb& pixel) {
       const Rgb emitted = mesh.material->emission;
       float mis = 1;
       if (!delta_ && settings_.nee) {
-        mis = power_heuristic(pdf_w_, scene_.lights.pdf_w_triangle(hit.mesh, hit.triangle, hit.t,
-                                                                   std::abs(cos_geometric)));
+        mis = power_heuristic(
+            pdf_w_, lights_.pdf_w_triangle(hit.mesh, hit.triangle, hit.t, std::abs(cos_geometric)));
       }
       radiance += throughput * emitted * mis;
       if (!events_.empty()) events_.back().emitted = luminance(emitted);
@@ -239,7 +238,7 @@ Rgb PathTracer::walk(Ray ray, Sampler& sampler, bool learning, Rgb& pixel) {
     }
 
     // 3. Light straight from a light. Its ray waits to be traced with others.
-    if (settings_.nee && v.kind != BsdfKind::kDelta && !scene_.lights.empty()) {
+    if (settings_.nee && v.kind != BsdfKind::kDelta && !lights_.empty()) {
       const Connection connection = connect(v, u.a, u.c.x);
       if (!connection.light.is_black()) {
         const Rgb light = throughput * connection.light;
@@ -250,7 +249,7 @@ Rgb PathTracer::walk(Ray ray, Sampler& sampler, bool learning, Rgb& pixel) {
     }
 
     // 4. Russian roulette by throughput.
-    if (depth >= kRouletteFromDepth) {
+    if (settings_.russian_roulette && depth >= kRouletteFromDepth) {
       const float survive = std::min(0.95f, max_component(throughput));
       if (!(u.d.x < survive)) return radiance;
       throughput *= 1 / survive;

@@ -13,6 +13,8 @@
 
 namespace qray {
 
+constexpr int kRouletteFromDepth = 5;  // surfaces on the path
+
 struct PathCounters {
   uint64_t paths = 0, rays = 0, dropped_samples = 0;
   // Cycles of the timed paths (one in 64): in all, in ray queries, in the guide.
@@ -23,8 +25,9 @@ struct PathCounters {
 
 class PathTracer {
  public:
-  // All three outlive this. `guide` may be null.
-  PathTracer(const PreparedScene& scene, const RenderSettings& settings, const Guide* guide);
+  // All outlive this. `lights` are the scene's, however they are picked; `guide` may be null.
+  PathTracer(const PreparedScene& scene, const LightPick& lights, const RenderSettings& settings,
+             const Guide* guide);
 
   // Adds the radiance arriving at the ray's origin along it to `pixel`, some of it only at flush():
   // rays to lights are traced many at once. `pixel` must live until then. A sample that is not
@@ -50,6 +53,7 @@ class PathTracer {
   float ray_offset(Vec3 p, float t) const;
 
   const PreparedScene& scene_;
+  const LightPick& lights_;
   const RenderSettings& settings_;
   const Guide* guide_;
   PathCounters counters_;

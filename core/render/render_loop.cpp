@@ -1,6 +1,7 @@
 #include "core/render/render_loop.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <map>
 #include <mutex>
@@ -14,7 +15,8 @@ namespace {
 
 constexpr int kMaxPassSamples = 64;
 
-// Decides the size of each pass: 1, 1, 2, 4, 8 ... up to a cap, and what fits the budget.
+// Decides the size of each pass, and what fits the budget. Totals grow by about sqrt 2, so that a
+// table is soon of use and a picture of any age is near: 1, 2, 3, 4, 6, 8, 12, 16 ... up to a cap.
 class PassPlan {
  public:
   explicit PassPlan(const RenderSettings& settings) : settings_(settings) {
@@ -30,7 +32,8 @@ class PassPlan {
     if (!settings_.passes.empty()) {
       return passes_.size() < settings_.passes.size() ? settings_.passes[passes_.size()] : 0;
     }
-    int64_t n = std::clamp<int64_t>(static_cast<int64_t>(done), 1, kMaxPassSamples);
+    int64_t n =
+        std::clamp<int64_t>(static_cast<int64_t>(std::bit_floor(done) / 2), 1, kMaxPassSamples);
     if (total_ > 0) n = std::min(n, total_ - static_cast<int64_t>(done));
     if (settings_.seconds > 0 && !passes_.empty()) {
       const double sample_seconds = std::max(last_pass_seconds / passes_.back(), 1e-9);
@@ -112,9 +115,12 @@ class Renderer {
         stop_(std::move(stop)),
         clock_(clock),
         camera_(settings.camera.value_or(scene.scene.camera), settings.width, settings.height),
+        uniform_lights_(settings.light_table ? LightPick() : scene.lights.uniform()),
+        lights_(settings.light_table ? scene.lights : uniform_lights_),
         plan_(settings),
         updates_(guide) {
-    for (int i = 0; i < pool.threads(); ++i) workers_.push_back({{scene, settings, guide}, {}});
+    for (int i = 0; i < pool.threads(); ++i)
+      workers_.push_back({{scene, lights_, settings, guide}, {}});
   }
 
   Result<RenderStats> run() {
@@ -189,11 +195,38 @@ class Renderer {
     return true;
   }
 
+  std::map<std::string, std::string> parts() const {
+    const auto part = [](std::initializer_list<std::pair<bool, const char*>> reasons) {
+      for (const auto& [off, why] : reasons)
+        if (off) return std::string("off: ") + why;
+      return std::string("on");
+    };
+    bool glossy = false;
+    for (const MeshShading& mesh : scene_.meshes)
+      glossy |= mesh.kind != BsdfKind::kDiffuse && mesh.kind != BsdfKind::kDelta;
+    const std::pair<bool, const char*> no_nee = {!settings_.nee, "not asked for"},
+                                       no_lights = {lights_.empty(), "the scene has no lights"},
+                                       no_guide = {!guide_, "the method has no guide"};
+    return {
+        {"nee", part({no_nee, no_lights})},
+        {"light_table", part({{!settings_.nee, "nee is off"},
+                              no_lights,
+                              {!settings_.light_table, "not asked for"},
+                              {lights_.picks_uniformly(), "all lights are equally strong"}})},
+        {"russian_roulette",
+         part({{!settings_.russian_roulette, "not asked for"},
+               {settings_.max_depth <= kRouletteFromDepth, "paths end before it begins"}})},
+        {"guide", part({no_guide})},
+        {"mixing", part({no_guide, {!glossy, "all surfaces that are guided are diffuse"}})},
+    };
+  }
+
   RenderStats stats() const {
     RenderStats stats;
     stats.method = settings_.method;
     stats.unbiased = !guide_ || guide_->unbiased();
     stats.nee = settings_.nee;
+    stats.parts = parts();
     stats.seed = settings_.seed;
     stats.width = settings_.width;
     stats.height = settings_.height;
@@ -232,6 +265,8 @@ class Renderer {
   std::stop_token stop_;
   const Clock& clock_;
   CameraRays camera_;
+  LightPick uniform_lights_;
+  const LightPick& lights_;
   PassPlan plan_;
   OrderedUpdates updates_;
   std::vector<Worker> workers_;

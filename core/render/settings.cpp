@@ -13,6 +13,7 @@ constexpr int kMaxSamples = 1'000'000;
 constexpr int kMaxDepth = 128;
 constexpr int kMaxSidePx = 8192;
 constexpr double kMaxSeconds = 24 * 3600;
+constexpr double kMaxTableBytes = 1e12;
 
 Status check_range(double value, double lo, double hi, const char* pointer) {
   if (value >= lo && value <= hi) return {};  // false for NaN
@@ -40,6 +41,7 @@ Status check_settings(const RenderSettings& s, int64_t max_pixels) {
       {s.seconds, 0, kMaxSeconds, "/seconds"},
       {static_cast<double>(s.max_depth), 1, kMaxDepth, "/max_depth"},
       {static_cast<double>(s.learning_samples), 0, kMaxSamples, "/learning_samples"},
+      {static_cast<double>(s.max_table_bytes), 1, kMaxTableBytes, "/max_table_bytes"},
       {s.huang.alpha, 0, 1, "/alpha"},
       {s.huang.gamma, 0, 1, "/gamma"},
       {static_cast<double>(s.huang.grid), 1, SurfaceGrid::kMaxGrid, "/grid"},

@@ -14,6 +14,8 @@ namespace qray {
 struct RenderSettings {
   std::string method = "huang";
   bool nee = true;
+  bool russian_roulette = true;
+  bool light_table = true;        // lights are picked by their power; else all alike
   int width = 512, height = 512;  // pixels
   int samples = 64;    // a pixel, counting learning samples; with `seconds`: at most, 0 = no limit
   double seconds = 0;  // > 0: stop when no further pass fits. The first pass always completes
@@ -21,6 +23,7 @@ struct RenderSettings {
   int max_depth = 16;            // surfaces on a path
   std::optional<Camera> camera;  // none: the scene's
   int learning_samples = 16;     // a pixel, the guide's at most; never over 1/4 of the job
+  size_t max_table_bytes = size_t{256} << 20;  // in memory; a table at its cap learns no new states
   HuangParams huang;
   std::vector<int> passes;  // replay: samples of each pass; overrides samples and seconds
 };

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -12,6 +13,8 @@ struct RenderStats {
   std::string method;
   bool unbiased = true;
   bool nee = true;
+  // What the renderer could do and whether it did: "on", or "off: " and why.
+  std::map<std::string, std::string> parts;
   uint64_t seed = 0;
   int width = 0, height = 0, threads = 0;
 

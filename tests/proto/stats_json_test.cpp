@@ -15,6 +15,7 @@ RenderStats some_stats() {
   stats.seconds = 2;
   stats.rays = 3'000'000;
   stats.samples_per_pixel = 4;
+  stats.parts = {{"nee", "on"}};
   stats.passes = {1, 1, 2};
   stats.share_tracing = 0.5;
   return stats;
@@ -24,7 +25,7 @@ TEST(StatsJson, WritesOneLineInAFixedOrder) {
   const std::string text = stats_json(some_stats(), /*indent=*/false);
   EXPECT_EQ(text.find('\n'), std::string::npos);
   EXPECT_TRUE(text.starts_with(R"({"method":"huang","unbiased":true,"nee":true,)"
-                               R"("seed":18446744073709551615,)"))
+                               R"("parts":{"nee":"on"},"seed":18446744073709551615,)"))
       << text;
   EXPECT_NE(text.find(R"("passes":[1,1,2])"), std::string::npos) << text;
   EXPECT_NE(text.find(R"("rays":3000000,"rays_per_second":1500000.0)"), std::string::npos) << text;
@@ -42,7 +43,7 @@ TEST(StatsJson, DocumentationNamesEveryField) {
     EXPECT_NE(page.str().find("`" + name + "`"), std::string::npos) << name;
     ++fields;
   }
-  EXPECT_EQ(fields, 22);
+  EXPECT_EQ(fields, 23);
 }
 
 }  // namespace

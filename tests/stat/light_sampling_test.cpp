@@ -118,6 +118,31 @@ test::Moments means(const PreparedScene& scene, const Case& c, const std::string
   return means;
 }
 
+TEST(LightSampling, PickingLightsAlikeAndRouletteOffKeepTheMean) {
+  // A second, small and strong light: by power it is picked more often than not.
+  Scene two_lights = test::room();
+  const MaterialId strong = test::add_material(two_lights, Rgb{0.0f}, Rgb{2000.0f});
+  test::add_quad(two_lights, strong, {-0.9f, 1.2f, -0.9f}, {0.1f, 0, 0}, {0, 0, 0.1f});
+  const auto scene = test::prepare(two_lights);
+  ASSERT_FALSE(scene->lights.picks_uniformly());
+  ASSERT_TRUE(scene->lights.uniform().picks_uniformly());
+  test::Moments plain, alike, no_roulette;
+  for (uint64_t seed = 1; seed <= 24; ++seed) {
+    RenderSettings settings = test::small_settings("none", 32, 32, seed);
+    plain.add(test::mean_luminance(test::render(*scene, settings).image));
+    settings.seed += 100;
+    settings.light_table = false;
+    alike.add(test::mean_luminance(test::render(*scene, settings).image));
+    settings.seed += 100;
+    settings.light_table = true;
+    settings.russian_roulette = false;
+    no_roulette.add(test::mean_luminance(test::render(*scene, settings).image));
+  }
+  EXPECT_GT(test::z_test(plain, alike).p_value, test::significance(2));
+  EXPECT_GT(test::z_test(plain, no_roulette).p_value, test::significance(2));
+  EXPECT_LT(plain.variance(), alike.variance());
+}
+
 TEST(LightSampling, NextEventEstimationKeepsTheMean) {
   const double level = test::significance(2 * static_cast<int>(cases().size()));
   for (const Case& c : cases()) {

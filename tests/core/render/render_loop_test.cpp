@@ -74,10 +74,10 @@ TEST(RenderLoop, ATimedJobReplaysFromItsPasses) {
   EXPECT_TRUE(same_bits(timed.image, run(*scene, replay, 1).image));
 }
 
-TEST(RenderLoop, PassesDoubleAndEndAtTheSamplesAskedFor) {
+TEST(RenderLoop, PassesGrowAndEndAtTheSamplesAskedFor) {
   const auto scene = test::prepare(test::room());
   const Outcome outcome = run(*scene, small("none", 13), 2);
-  EXPECT_EQ(outcome.job.stats.passes, (std::vector<int>{1, 1, 2, 4, 5}));
+  EXPECT_EQ(outcome.job.stats.passes, (std::vector<int>{1, 1, 1, 1, 2, 2, 4, 1}));
   EXPECT_EQ(outcome.job.stats.samples_per_pixel, 13u);
   EXPECT_EQ(outcome.job.stats.paths, 13u * 100 * 70);
   EXPECT_EQ(outcome.job.stats.dropped_samples, 0u);
@@ -87,6 +87,27 @@ TEST(RenderLoop, LearnsForAQuarterOfTheJobAtMost) {
   const auto scene = test::prepare(test::room());
   EXPECT_EQ(run(*scene, small("huang", 16), 2).job.stats.learning_samples_per_pixel, 4u);
   EXPECT_EQ(run(*scene, small("none", 16), 2).job.stats.learning_samples_per_pixel, 0u);
+}
+
+TEST(RenderLoop, SaysWhichPartsAreOffAndWhy) {
+  RenderSettings settings = small("huang", 1);
+  settings.max_depth = 16;
+  Scene scene = test::room();
+  auto parts = run(*test::prepare(scene), settings, 1).job.stats.parts;
+  EXPECT_EQ(parts["nee"], "on");
+  EXPECT_EQ(parts["light_table"], "off: all lights are equally strong");  // one panel's two halves
+  EXPECT_EQ(parts["russian_roulette"], "on");
+  EXPECT_EQ(parts["guide"], "on");
+  EXPECT_EQ(parts["mixing"], "off: all surfaces that are guided are diffuse");
+
+  for (Material& m : scene.materials) m.emission = Rgb{};
+  scene.materials[1].kind = MaterialKind::kPlastic;
+  settings.method = "none";
+  settings.russian_roulette = false;
+  parts = run(*test::prepare(scene), settings, 1).job.stats.parts;
+  EXPECT_EQ(parts["nee"], "off: the scene has no lights");
+  EXPECT_EQ(parts["russian_roulette"], "off: not asked for");
+  EXPECT_EQ(parts["mixing"], "off: the method has no guide");
 }
 
 TEST(RenderLoop, SharesOfTimeSumToOne) {
@@ -154,7 +175,7 @@ TEST(RenderLoop, ProgressRisesToOne) {
   ASSERT_TRUE(run_job(*scene, settings, {}, film, pool, recorder, {}, SteadyClock()).ok());
   EXPECT_TRUE(std::is_sorted(recorder.fractions.begin(), recorder.fractions.end()));
   EXPECT_DOUBLE_EQ(recorder.fractions.back(), 1);
-  EXPECT_EQ(recorder.passes, (std::vector<uint64_t>{1, 2, 4, 8}));
+  EXPECT_EQ(recorder.passes, (std::vector<uint64_t>{1, 2, 3, 4, 6, 8}));
 }
 
 TEST(RunJob, TableGrowsFromItsParent) {
