@@ -6,9 +6,17 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace qray {
+
+// What made a results file: its first line. `flags` are those that decide what is measured, in the
+// order of the command's help; runs are only added to a file that has the same.
+struct ChartHeader {
+  std::string command, program, commit, machine, date;
+  std::vector<std::pair<std::string, std::string>> flags;
+};
 
 // One picture of one run, compared with the reference: a line of results.jsonl.
 struct ChartRow {
@@ -38,6 +46,7 @@ struct ChartReference {
   double seconds = 0;
   std::string path;                // of the picture
   double floor_relmse = 0;         // no error below this is claimed
+  double floor_trimmed = 0;        // the same of the trimmed error
   double mean_standard_error = 0;  // of the reference's mean luminance, relative to it
   bool floor_known = true;  // false: a picture from outside (--ref), whose halves are not known
 };

@@ -1,0 +1,19 @@
+// A picture of where another one is wrong: the relative squared error of each pixel, mean over
+// channels of (x-r)^2/(r^2+0.01), on one logarithmic scale for all charts. Any thread.
+#pragma once
+
+#include "core/image/image.h"
+
+namespace qray {
+
+// The ends of the scale; what lies outside has the colour of the end.
+constexpr float kErrorMapLow = 1e-4f, kErrorMapHigh = 1;
+
+// Viridis (van der Walt and Smith 2015), safe for the colour-blind and monotone in lightness, at
+// t in [0, 1]; linear Rec.709.
+Rgb viridis(float t);
+
+// Pictures of one size, 3 channels.
+Image error_map(const Image& picture, const Image& reference);
+
+}  // namespace qray
