@@ -138,7 +138,7 @@ class Renderer {
       }
       done_ += static_cast<uint64_t>(samples);
       last_pass_seconds = elapsed() - pass_start;
-      observer_.on_pass(progress(0));
+      observer_.on_pass(progress(0), stats());
     }
     return stats();
   }
@@ -246,6 +246,7 @@ class Renderer {
       stats.states = g.states;
       stats.table_bytes = g.bytes;
       stats.table_samples_seen = g.samples_seen;
+      stats.table_refused = g.refused;
     }
     if (sum.timed_total > 0) {
       const double total = static_cast<double>(sum.timed_total);

@@ -15,7 +15,7 @@ class LiveJob final : public RenderObserver {
   LiveJob(JobId id, std::shared_ptr<Film> film) : id_(id), film_(std::move(film)) {}
 
   void on_tile(const RenderProgress& p) override { store(p); }
-  void on_pass(const RenderProgress& p) override { store(p); }
+  void on_pass(const RenderProgress& p, const RenderStats&) override { store(p); }
 
   JobId id() const { return id_; }
   Film& film() const { return *film_; }

@@ -161,9 +161,12 @@ TEST(RenderLoop, StopsInMidPass) {
 class Recorder final : public RenderObserver {
  public:
   void on_tile(const RenderProgress& p) override { fractions.push_back(p.fraction); }
-  void on_pass(const RenderProgress& p) override { passes.push_back(p.samples_per_pixel); }
+  void on_pass(const RenderProgress& p, const RenderStats& so_far) override {
+    passes.push_back(p.samples_per_pixel);
+    rays.push_back(so_far.rays);
+  }
   std::vector<double> fractions;
-  std::vector<uint64_t> passes;
+  std::vector<uint64_t> passes, rays;
 };
 
 TEST(RenderLoop, ProgressRisesToOne) {
@@ -172,10 +175,14 @@ TEST(RenderLoop, ProgressRisesToOne) {
   Film film(settings.width, settings.height);
   TaskPool pool(3);
   Recorder recorder;
-  ASSERT_TRUE(run_job(*scene, settings, {}, film, pool, recorder, {}, SteadyClock()).ok());
+  const auto job = run_job(*scene, settings, {}, film, pool, recorder, {}, SteadyClock());
+  ASSERT_TRUE(job.ok());
   EXPECT_TRUE(std::is_sorted(recorder.fractions.begin(), recorder.fractions.end()));
   EXPECT_DOUBLE_EQ(recorder.fractions.back(), 1);
   EXPECT_EQ(recorder.passes, (std::vector<uint64_t>{1, 2, 3, 4, 6, 8}));
+  EXPECT_TRUE(std::is_sorted(recorder.rays.begin(), recorder.rays.end()));
+  EXPECT_GT(recorder.rays.front(), 0u);
+  EXPECT_EQ(recorder.rays.back(), job.value().stats.rays);
 }
 
 TEST(RunJob, TableGrowsFromItsParent) {
