@@ -21,7 +21,7 @@ struct ChartHeader {
 // One picture of one run, compared with the reference: a line of results.jsonl.
 struct ChartRow {
   std::string scene;   // its name
-  std::string method;  // with what is set otherwise, such as "huang:grid=12"; see MethodVariant
+  std::string method;  // with what is set otherwise, such as "huang:grid=12"; see variant.h
   bool warm = false;   // started from the table of an earlier job
   uint64_t seed = 0;
   int point = 0;      // which of the run's times, 0 the first
