@@ -26,6 +26,7 @@ std::string stats_json(const RenderStats& stats, bool indent) {
       {"states", uint64_t{stats.states}},
       {"table_bytes", uint64_t{stats.table_bytes}},
       {"table_samples_seen", stats.table_samples_seen},
+      {"table_refused", stats.table_refused},
       {"share_tracing", stats.share_tracing},
       {"share_guiding", stats.share_guiding},
       {"share_rest", stats.share_rest},

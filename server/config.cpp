@@ -29,6 +29,10 @@ ParsedConfig parse_config(int argc, const char* const* argv) {
   app.add_option("--max-queued", config.max_queued, "jobs that may wait")
       ->check(CLI::Range(1, 100'000))
       ->capture_default_str();
+  app.add_option("--table-mib", config.table_mib,
+                 "memory of a job's table: full, it adds no states")
+      ->check(CLI::Range(1, 1 << 19))
+      ->capture_default_str();
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {

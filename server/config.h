@@ -14,6 +14,7 @@ struct Config {
   std::filesystem::path scenes, web;  // default: the source tree's
   int threads = 0;                    // of rendering; 0: one a processor
   size_t max_queued = 1000;
+  size_t table_mib = 256;  // of memory, that a job's table may take
 };
 
 // Default folders filled in.

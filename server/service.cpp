@@ -96,7 +96,8 @@ Result<std::unique_ptr<Service>> Service::start(const Config& config, const Http
   auto parts = std::make_unique<Parts>(config, std::move(lock).value(), std::move(db).value());
 
   // Step 1: what the last run left.
-  Result<std::unique_ptr<TableStore>> tables = TableStore::open(*parts->db, config.data);
+  Result<std::unique_ptr<TableStore>> tables =
+      TableStore::open(*parts->db, config.data, config.table_mib << 20);
   if (!tables.ok()) return tables.error();
   parts->tables = std::move(tables).value();
   Result<std::vector<JobId>> queued = parts->jobs.recover();

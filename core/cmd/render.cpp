@@ -23,6 +23,7 @@ struct Options {
   RenderOptions render;
   std::vector<int> passes;
   int threads = default_threads();
+  int table_mib = static_cast<int>(kDefaultTableBytes >> 20);
   std::string table_in, table_out, json, view = "beauty", out;
   bool quiet = false;
 };
@@ -101,6 +102,7 @@ Status run(const Options& o) {
   if (!made) return made.error();
   RenderSettings settings = std::move(made).value();
   settings.passes = o.passes;
+  settings.max_table_bytes = static_cast<size_t>(o.table_mib) << 20;
   if (Status s = check_settings(settings, kMaxPixels); !s) return s;
   TaskPool pool(o.threads);
   return o.view == "beauty" ? render_beauty(o, scene, settings, pool, stop.token())
@@ -119,6 +121,9 @@ void add_render(CLI::App& app, int& exit_code) {
   sub->add_option("--threads", o->threads, "default: one a processor")->check(CLI::Range(1, 1024));
   sub->add_option("--table-in", o->table_in, "start from this table");
   sub->add_option("--table-out", o->table_out, "write what was learned");
+  sub->add_option("--table-mib", o->table_mib, "memory of the table: full, it adds no states")
+      ->check(CLI::Range(1, 1 << 19))
+      ->capture_default_str();
   sub->add_option("--json", o->json, "write statistics (docs/stats.md)");
   sub->add_option("--view", o->view, "beauty, or without light: albedo, normal, state")
       ->check(CLI::IsMember({"beauty", "albedo", "normal", "state"}));

@@ -20,6 +20,8 @@
 
 namespace qray {
 
+constexpr size_t kDefaultTableBytes = size_t{256} << 20;  // of memory, unless a job says otherwise
+
 // One lookup, shared by sample, pdf_w and record.
 struct GuidePoint {
   StateId state;     // invalid: nothing is known here yet
@@ -52,6 +54,7 @@ struct GuideStats {
   size_t states = 0;
   size_t bytes = 0;           // of memory
   uint64_t samples_seen = 0;  // transitions learned from, in all jobs
+  uint64_t refused = 0;       // transitions that found no room for their state: the table is full
 };
 
 class Guide {
@@ -76,7 +79,8 @@ class Guide {
 
   virtual GuideStats stats() const = 0;
   virtual std::vector<TableSection> save() const = 0;
-  virtual Status load(std::span<const TableSection> sections) = 0;  // into a fresh guide
+  // Into a fresh guide. kTooLarge: over the guide's memory.
+  virtual Status load(std::span<const TableSection> sections) = 0;
 };
 
 // Parameters of the thesis' method (section 4.2). The thesis prints no values: these made the least
@@ -91,9 +95,11 @@ struct HuangParams {
 // The method's name in a table's header: methods that learn the same values share tables.
 std::string_view table_method(std::string_view method);
 
-// The one list of methods. "none" gives a null guide.
+// The one list of methods. "none" gives a null guide. A guide takes at most `max_bytes` of memory
+// (as its stats() count it): then it adds no states, and goes on learning about those it has.
 std::span<const std::string_view> method_names();
 Result<std::unique_ptr<Guide>> make_guide(std::string_view method, const Bounds3& bounds,
-                                          const HuangParams& huang);
+                                          const HuangParams& huang,
+                                          size_t max_bytes = kDefaultTableBytes);
 
 }  // namespace qray

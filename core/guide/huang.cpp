@@ -14,8 +14,19 @@ namespace qray {
 namespace {
 
 constexpr uint32_t kNormalMask = (1u << 30) - 1;
-constexpr size_t kMaxStates = 1u << 18;  // 80 MB; further surfaces stay unlearned
 constexpr size_t kRecordBytes = 8 + kDirections26 * 8;
+constexpr float kMaxValue = 1e30f;  // a loaded value may be near a float's end
+
+constexpr size_t kDirtyBytes = 1 + 2 * sizeof(uint32_t);
+// A normal's shares in their map: the entry, its links, its hash bucket.
+constexpr size_t kShareBytes = sizeof(std::pair<const uint32_t, HuangGuide::Values>) + 28;
+
+// To `size` elements: room is doubled as push_back does, but for no more than `max_size`.
+template <class T>
+void grow(std::vector<T>& v, size_t size, size_t max_size) {
+  if (size > v.capacity()) v.reserve(std::min(max_size, std::max<size_t>(2 * v.size(), 64)));
+  v.resize(size);
+}
 
 // How many of the thresholds M/8, 2M/8 .. 7M/8 the value exceeds.
 uint8_t level_of(float q, float max_q) {
@@ -37,8 +48,15 @@ struct HuangGuide::Delta final : GuideDelta {
   std::vector<Transition> transitions;
 };
 
-HuangGuide::HuangGuide(Density density, const Bounds3& bounds, const HuangParams& params)
-    : density_(density), params_(params), grid_(bounds, params.grid) {}
+HuangGuide::HuangGuide(Density density, const Bounds3& bounds, const HuangParams& params,
+                       size_t max_bytes)
+    : density_(density), params_(params), grid_(bounds, params.grid), max_bytes_(max_bytes) {
+  // The most that a state may take: its records, a normal of its own, its places in both indices.
+  constexpr size_t kStateBytes =
+      sizeof(Learned) + sizeof(Frozen) + kDirtyBytes + kShareBytes + 2 * KeyIndex::kMaxBytesPerKey;
+  constexpr size_t kEmptyBytes = 2 * KeyIndex::kMinBytes;
+  max_states_ = max_bytes > kEmptyBytes ? (max_bytes - kEmptyBytes) / kStateBytes : 0;
+}
 
 std::string_view HuangGuide::method() const {
   return density_ == Density::kExact ? "huang" : "huang-published";
@@ -96,15 +114,21 @@ void HuangGuide::record(std::span<const GuideVertex> path, GuideDelta& delta) co
   }
 }
 
+StateId HuangGuide::learned_state(uint64_t key) {
+  const StateId known = learned_index_.find(key);
+  if (known.valid() || learned_.size() >= max_states_) return known;
+  grow(learned_, learned_.size() + 1, max_states_);
+  grow(is_dirty_, learned_.size(), max_states_);
+  return learned_index_.find_or_insert(key);
+}
+
 void HuangGuide::update(GuideDelta& delta) {
   auto& transitions = static_cast<Delta&>(delta).transitions;
   for (const Delta::Transition& t : transitions) {
-    StateId id = learned_index_.find(t.state);
+    const StateId id = learned_state(t.state);
     if (!id.valid()) {
-      if (learned_.size() >= kMaxStates) continue;
-      id = learned_index_.find_or_insert(t.state);
-      learned_.emplace_back();
-      is_dirty_.push_back(0);
+      ++refused_;
+      continue;
     }
     float future = 0;
     if (t.next != Delta::kNowhere) {
@@ -113,7 +137,8 @@ void HuangGuide::update(GuideDelta& delta) {
     }
     Learned& state = learned_[id.value];
     float& q = state.q[t.action];
-    q = (1 - params_.alpha) * q + params_.alpha * (t.reward + params_.gamma * future);
+    q = std::min((1 - params_.alpha) * q + params_.alpha * (t.reward + params_.gamma * future),
+                 kMaxValue);
     uint32_t& count = state.count[t.action];
     if (count != ~0u) ++count;
     ++samples_seen_;
@@ -158,7 +183,7 @@ void HuangGuide::end_pass() {
     is_dirty_[i] = 0;
     const uint64_t key = learned_index_.keys()[i];
     const StateId id = frozen_index_.find_or_insert(key);
-    if (id.value >= frozen_.size()) frozen_.resize(id.value + 1);
+    if (id.value >= frozen_.size()) grow(frozen_, id.value + 1, max_states_);
     const uint32_t normal_code = static_cast<uint32_t>(key & kNormalMask);
     const Values& q = learned_[i].q;
     const float max_q = *std::max_element(q.begin(), q.end());
@@ -172,8 +197,9 @@ void HuangGuide::end_pass() {
 GuideStats HuangGuide::stats() const {
   return {learned_.size(),
           learned_index_.bytes() + frozen_index_.bytes() + learned_.capacity() * sizeof(Learned) +
-              frozen_.capacity() * sizeof(Frozen) + shares_.size() * sizeof(Values),
-          samples_seen_};
+              frozen_.capacity() * sizeof(Frozen) + is_dirty_.capacity() +
+              dirty_.capacity() * sizeof(uint32_t) + shares_.size() * kShareBytes,
+          samples_seen_, refused_};
 }
 
 const HuangGuide::Values* HuangGuide::values(uint64_t key) const {
@@ -182,11 +208,8 @@ const HuangGuide::Values* HuangGuide::values(uint64_t key) const {
 }
 
 void HuangGuide::set_values(uint64_t key, const Values& values) {
-  const StateId id = learned_index_.find_or_insert(key);
-  if (id.value >= learned_.size()) {
-    learned_.resize(id.value + 1);
-    is_dirty_.resize(id.value + 1);
-  }
+  const StateId id = learned_state(key);
+  QRAY_CHECK(id.valid());
   learned_[id.value].q = values;
   if (!is_dirty_[id.value]) {
     is_dirty_[id.value] = 1;
@@ -236,8 +259,15 @@ Status HuangGuide::load(std::span<const TableSection> sections) {
   }
   ByteReader in(sections[1].bytes);
   const uint64_t count = in.u64();
-  if (!in.ok() || count > kMaxStates || in.remaining() != count * kRecordBytes) {
+  if (!in.ok() || count != in.remaining() / kRecordBytes || in.remaining() % kRecordBytes != 0) {
     return Error{ErrorCode::kCorrupt, "wrong size for " + std::to_string(count) + " states",
+                 "table:HQ26"};
+  }
+  if (count > max_states_) {
+    return Error{ErrorCode::kTooLarge,
+                 "the table's " + std::to_string(count) + " states do not fit into the " +
+                     std::to_string(max_bytes_) + " bytes of memory that a table may take here, " +
+                     "enough for " + std::to_string(max_states_),
                  "table:HQ26"};
   }
   uint64_t last_key = 0;
@@ -253,13 +283,14 @@ Status HuangGuide::load(std::span<const TableSection> sections) {
     if (!good) {
       learned_ = {};
       learned_index_ = {};
+      is_dirty_ = {};
+      dirty_ = {};
       return Error{ErrorCode::kCorrupt, "expected rising keys and finite values >= 0",
                    "table:HQ26, state " + std::to_string(i)};
     }
     last_key = key;
-    learned_index_.find_or_insert(key);
-    learned_.push_back(state);
-    is_dirty_.push_back(1);
+    learned_[learned_state(key).value] = state;
+    is_dirty_[i] = 1;
     dirty_.push_back(static_cast<uint32_t>(i));
   }
   samples_seen_ = samples_seen;

@@ -23,7 +23,8 @@ class HuangGuide final : public Guide {
   enum class Density { kExact, kAsPublished };
   using Values = std::array<float, kDirections26>;
 
-  HuangGuide(Density density, const Bounds3& bounds, const HuangParams& params);
+  HuangGuide(Density density, const Bounds3& bounds, const HuangParams& params,
+             size_t max_bytes = kDefaultTableBytes);
 
   std::string_view method() const override;
   bool unbiased() const override { return density_ == Density::kExact; }
@@ -60,13 +61,16 @@ class HuangGuide final : public Guide {
   };
   struct Delta;
 
+  StateId learned_state(uint64_t key);  // invalid: there is no room for a new one
   const Values& shares_of(Vec3 n, uint32_t normal_code);
   Status check_densities();
 
   Density density_;
   HuangParams params_;
   SurfaceGrid grid_;
-  uint64_t samples_seen_ = 0;
+  size_t max_bytes_;
+  size_t max_states_;
+  uint64_t samples_seen_ = 0, refused_ = 0;
 
   KeyIndex learned_index_;  // with learned_ and dirty_: what update() writes
   std::vector<Learned> learned_;

@@ -13,6 +13,12 @@ namespace qray {
 
 class KeyIndex {
  public:
+  static constexpr size_t kMinSlots = 1024, kSlotBytes = 16;
+  // Memory is at most kMinBytes + kMaxBytesPerKey for each key: slots are doubled when half are
+  // taken, and so is the list of keys when it is full.
+  static constexpr size_t kMinBytes = kMinSlots * kSlotBytes;
+  static constexpr size_t kMaxBytesPerKey = 4 * kSlotBytes + 2 * sizeof(uint64_t);
+
   StateId find(uint64_t key) const {
     if (slots_.empty()) return StateId();
     for (size_t i = mix64(key) & mask();; i = (i + 1) & mask()) {
@@ -41,9 +47,10 @@ class KeyIndex {
     uint64_t key = 0;
     uint32_t index = StateId::kNoneValue;
   };
+  static_assert(sizeof(Slot) == kSlotBytes);
   size_t mask() const { return slots_.size() - 1; }
   void grow() {
-    slots_.assign(slots_.empty() ? 1024 : slots_.size() * 2, {});
+    slots_.assign(slots_.empty() ? kMinSlots : slots_.size() * 2, {});
     for (size_t k = 0; k < keys_.size(); ++k) {
       size_t i = mix64(keys_[k]) & mask();
       while (slots_[i].index != StateId::kNoneValue) i = (i + 1) & mask();

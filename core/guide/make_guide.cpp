@@ -14,15 +14,16 @@ std::string_view table_method(std::string_view method) {
 }
 
 Result<std::unique_ptr<Guide>> make_guide(std::string_view method, const Bounds3& bounds,
-                                          const HuangParams& huang) {
+                                          const HuangParams& huang, size_t max_bytes) {
   using Density = HuangGuide::Density;
   if (method == "none") return std::unique_ptr<Guide>();
   if (method == "huang") {
-    return std::unique_ptr<Guide>(std::make_unique<HuangGuide>(Density::kExact, bounds, huang));
+    return std::unique_ptr<Guide>(
+        std::make_unique<HuangGuide>(Density::kExact, bounds, huang, max_bytes));
   }
   if (method == "huang-published") {
     return std::unique_ptr<Guide>(
-        std::make_unique<HuangGuide>(Density::kAsPublished, bounds, huang));
+        std::make_unique<HuangGuide>(Density::kAsPublished, bounds, huang, max_bytes));
   }
   std::string known;
   for (std::string_view name : kMethods) known += (known.empty() ? "" : ", ") + std::string(name);

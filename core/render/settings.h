@@ -23,7 +23,7 @@ struct RenderSettings {
   int max_depth = 16;            // surfaces on a path
   std::optional<Camera> camera;  // none: the scene's
   int learning_samples = 16;     // a pixel, the guide's at most; never over 1/4 of the job
-  size_t max_table_bytes = size_t{256} << 20;  // in memory; a table at its cap learns no new states
+  size_t max_table_bytes = kDefaultTableBytes;  // of memory; a full table adds no states
   HuangParams huang;
   std::vector<int> passes;  // replay: samples of each pass; overrides samples and seconds
 };

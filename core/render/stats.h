@@ -30,6 +30,7 @@ struct RenderStats {
   size_t states = 0;
   size_t table_bytes = 0;  // in memory
   uint64_t table_samples_seen = 0;
+  uint64_t table_refused = 0;  // events not learned from: no room for their state
 
   // Shares of the threads' time, by timing one path in 64; they sum to 1 (0 when nothing ran).
   double share_tracing = 0, share_guiding = 0, share_rest = 0;

@@ -57,6 +57,7 @@ Status JobRun::prepare() {
   scene_ = std::move(scene).value();
   warnings_ = scene_->warnings;
   settings_ = settings_of(job_.request, scene_->scene);
+  settings_.max_table_bytes = context_.stores.tables.max_bytes();
   if (Status s = check_settings(settings_, kMaxPixels); !s.ok()) return s;
   if (context_.stop.stop_requested()) return Error{ErrorCode::kCanceled, "canceled", ""};
 
@@ -97,7 +98,7 @@ Result<JobRun::Rendered> JobRun::render_with(std::optional<TableFile> table) {
 }
 
 // The newest table that this job can use. One that cannot be read goes to quarantine; one of
-// another grid is passed over. Both are refused before anything is rendered.
+// another grid or too large is passed over. All are refused before anything is rendered.
 Result<JobRun::Rendered> JobRun::render_from_fitting() {
   TableStore& tables = context_.stores.tables;
   Result<std::vector<std::string>> ids =
@@ -112,7 +113,9 @@ Result<JobRun::Rendered> JobRun::render_from_fitting() {
     Result<Rendered> rendered = render_with(std::move(table).value());
     if (rendered.ok() || live_->film().version() > 0) return rendered;
     const Error& error = rendered.error();
-    if (error.code != ErrorCode::kCorrupt && error.code != ErrorCode::kConflict) return rendered;
+    const bool passed_over =
+        error.code == ErrorCode::kConflict || error.code == ErrorCode::kTooLarge;
+    if (error.code != ErrorCode::kCorrupt && !passed_over) return rendered;
     warnings_.push_back("table " + id + " was not used: " + error.message);
     if (error.code == ErrorCode::kCorrupt) {
       if (Status s = tables.quarantine(id); !s.ok()) return s.error();

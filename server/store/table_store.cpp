@@ -27,13 +27,14 @@ proto::TableInfo read_row(const Query& row) {
 
 }  // namespace
 
-Result<std::unique_ptr<TableStore>> TableStore::open(Database& db, fs::path data) {
+Result<std::unique_ptr<TableStore>> TableStore::open(Database& db, fs::path data,
+                                                     size_t max_bytes) {
   for (const char* folder : {"tables", "quarantine"}) {
     std::error_code ec;
     fs::create_directories(data / folder, ec);
     if (ec) return Error{ErrorCode::kIo, ec.message(), (data / folder).string()};
   }
-  return std::unique_ptr<TableStore>(new TableStore(db, std::move(data)));
+  return std::unique_ptr<TableStore>(new TableStore(db, std::move(data), max_bytes));
 }
 
 fs::path TableStore::file_of(const std::string& id) const {

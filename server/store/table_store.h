@@ -4,7 +4,7 @@
 
 #include <filesystem>
 
-#include "core/guide/table_file.h"
+#include "core/guide/guide.h"
 #include "core/scene/scene.h"
 #include "proto/messages.h"
 #include "server/store/database.h"
@@ -13,7 +13,10 @@ namespace qray::server {
 
 class TableStore {
  public:
-  static Result<std::unique_ptr<TableStore>> open(Database& db, std::filesystem::path data);
+  // A job's table may take `max_bytes` of memory.
+  static Result<std::unique_ptr<TableStore>> open(Database& db, std::filesystem::path data,
+                                                  size_t max_bytes = kDefaultTableBytes);
+  size_t max_bytes() const { return max_bytes_; }
 
   // Writes the file; then the record with `record` belongs into the transaction that says so.
   Result<uint64_t> write(const TableFile& table);  // the file's size, bytes
@@ -32,11 +35,13 @@ class TableStore {
   Status quarantine(const std::string& id);
 
  private:
-  TableStore(Database& db, std::filesystem::path data) : db_(db), data_(std::move(data)) {}
+  TableStore(Database& db, std::filesystem::path data, size_t max_bytes)
+      : db_(db), data_(std::move(data)), max_bytes_(max_bytes) {}
   std::filesystem::path file_of(const std::string& id) const;
 
   Database& db_;
   std::filesystem::path data_;
+  size_t max_bytes_;
 };
 
 }  // namespace qray::server

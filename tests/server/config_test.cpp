@@ -4,6 +4,8 @@
 
 #include <vector>
 
+#include "core/guide/guide.h"
+
 namespace qray::server {
 namespace {
 
@@ -23,18 +25,21 @@ TEST(Config, Defaults) {
   EXPECT_EQ(parsed.config->host, "127.0.0.1");
   EXPECT_EQ(parsed.config->port, 8080);
   EXPECT_EQ(parsed.config->max_queued, 1000u);
+  EXPECT_EQ(parsed.config->table_mib << 20, kDefaultTableBytes);
   EXPECT_EQ(parsed.config->web.filename(), "web");
 }
 
 TEST(Config, Options) {
-  const ParsedConfig parsed = parse({"--port", "0", "--data", "d", "--threads", "3", "--scenes",
-                                     "s", "--web", "w", "--max-queued", "5", "--host", "::1"});
+  const ParsedConfig parsed =
+      parse({"--port", "0", "--data", "d", "--threads", "3", "--scenes", "s", "--web", "w",
+             "--max-queued", "5", "--table-mib", "2", "--host", "::1"});
   ASSERT_TRUE(parsed.config);
   EXPECT_EQ(parsed.config->port, 0);
   EXPECT_EQ(parsed.config->data, "d");
   EXPECT_EQ(parsed.config->threads, 3);
   EXPECT_EQ(parsed.config->scenes, "s");
   EXPECT_EQ(parsed.config->max_queued, 5u);
+  EXPECT_EQ(parsed.config->table_mib, 2u);
 }
 
 TEST(Config, WrongOptions) {
