@@ -195,27 +195,30 @@ std::string scene_definitions(const std::vector<SceneSummary>& scenes) {
          array("low", low) + array("high", high);
 }
 
+// The number of columns of a legend; a letter is about 7 pixels wide.
+std::string legend_columns(int width_px, const std::vector<std::string>& labels) {
+  size_t longest = 1;
+  for (const std::string& text : labels) longest = std::max(longest, text.size());
+  return std::to_string(std::max(1, (width_px - 40) / static_cast<int>(7 * longest + 60)));
+}
+
 std::string legend_definitions(const std::vector<SceneSummary>& scenes,
                                const std::vector<Series>& series, int panel_columns) {
-  std::vector<std::string> labels, dash;
-  size_t longest = 1;
-  for (const Series& s : series) {
-    labels.push_back(quoted(label(s, scenes)));
-    longest = std::max(longest, labels.back().size());
-  }
+  std::vector<std::string> all, one, dash;
+  for (const Series& s : series) all.push_back(quoted(label(s, scenes)));
   for (const SceneSummary& scene : scenes)
     for (const Series& s : series) {
       const MethodSummary* method = find(scene, s);
-      labels.push_back(quoted(label(s, {scene})));
+      one.push_back(quoted(label(s, {scene})));
       dash.push_back(method != nullptr && method->biased ? "2" : "1");
     }
-  const auto columns = [&](int width_px) {  // a letter is about 7 pixels wide
-    return std::to_string(std::max(1, (width_px - 40) / static_cast<int>(7 * longest + 46)));
-  };
-  return "legend_columns_one = " + columns(640) +
-         "\nlegend_columns_all = " + columns(panel_columns == 1 ? 640 : 480 * panel_columns) +
-         "\n# Over all scenes, then scene by scene; empty where a scene has no such series.\n" +
-         array("label", labels) + array("dash", dash);
+  const int all_px = panel_columns == 1 ? 640 : 480 * panel_columns;
+  const std::string columns = "legend_columns_all = " + legend_columns(all_px, all) +
+                              "\nlegend_columns_one = " + legend_columns(640, one) + "\n";
+  all.insert(all.end(), one.begin(), one.end());
+  return columns +
+         "# Over all scenes, then scene by scene; empty where a scene has no such series.\n" +
+         array("label", all) + array("dash", dash);
 }
 
 // What kPlotScript asks for.

@@ -27,7 +27,7 @@ do for [picture = 1:scenes + 2] {
   names = one ? picture * series : 0
   used = 0
   do for [i = 1:series] { used = used + (label[names + i] ne '') }
-  legend_px = 44 + 20 * ((used + legend_columns - 1) / legend_columns)
+  legend_px = 48 + 20 * ((used + legend_columns - 1) / legend_columns)
   wide = columns * panel_px
   high_px = rows * panel_high_px + legend_px
   if (picture == scenes + 2) {
@@ -86,7 +86,7 @@ do for [picture = 1:scenes + 2] {
   set margins 0, 0, 0, 0
   unset title; unset xlabel; unset ylabel; unset tics; unset border; unset object; unset label
   set key center top horizontal Left reverse maxcols legend_columns samplen 3.5
-  set label 1 note at graph 0.5, graph 0.15 center textcolor rgb 0x444444
+  set label 1 note at graph 0.5, graph 16.0 / legend_px center textcolor rgb 0x444444
   unset logscale
   set xrange [0:1]; set yrange [0:1]
   plot for [i = 1:series] NaN with linespoints lc rgb colour[i] pt point[i] ps 0.9 lw 1.6 \

@@ -7,6 +7,7 @@
 #include <cstdlib>
 
 #include "core/base/file.h"
+#include "core/chart/names.h"
 #include "core/image/image_io.h"
 #include "tests/core/chart/made_up_summary.h"
 #include "tests/support/scratch.h"
@@ -57,7 +58,7 @@ TEST(ChartPlot, DrawsAllScenesTogetherAndEachAlone) {
   EXPECT_EQ(count(all, ">the reference's own error, 0.0002<"), 1);
   EXPECT_EQ(count(all, ">the reference's own error, 1e-07, is below this<"), 1);
   EXPECT_EQ(count(all, ">the reference's own error is not known<"), 1);
-  const std::string alone = text_of(folder / "-amp-room" / "chart.svg");
+  const std::string alone = text_of(folder / chart_file_name("Lamp room") / "chart.svg");
   EXPECT_NE(alone.find(">Lamp room<"), std::string::npos);
   EXPECT_EQ(alone.find(">ajar-door<"), std::string::npos);
   EXPECT_TRUE(std::filesystem::exists(folder / "ajar-door" / "chart.svg"));
