@@ -101,13 +101,14 @@ class PictureSampler final : public RenderObserver {
 
 std::vector<ChartRun> chart_runs(const ChartPlan& plan) {
   std::vector<ChartRun> runs;
-  for (size_t round = 0; round < plan.seeds.size(); ++round)
-    for (size_t i = 0; i < plan.methods.size(); ++i) {
-      const std::string& method = plan.methods[(i + round) % plan.methods.size()];
-      runs.push_back({method, false, plan.seeds[round]});
-      if (plan.warm && method_traits(method).keeps_table)
-        runs.push_back({method, true, plan.seeds[round]});
-    }
+  for (const std::string& scene : plan.scenes)
+    for (size_t round = 0; round < plan.seeds.size(); ++round)
+      for (size_t i = 0; i < plan.methods.size(); ++i) {
+        const std::string& method = plan.methods[(i + round) % plan.methods.size()];
+        runs.push_back({scene, method, false, plan.seeds[round]});
+        if (plan.warm && method_traits(method).keeps_table)
+          runs.push_back({scene, method, true, plan.seeds[round]});
+      }
   return runs;
 }
 
@@ -160,7 +161,7 @@ Result<ChartRunResult> measure_run(const PreparedScene& scene, const ChartPlan& 
   Film film(settings.width, settings.height);
   PausableClock pausable(clock);
   ChartRow label;
-  label.scene = scene.scene.name;
+  label.scene = run.scene;
   label.method = run.method;
   label.warm = run.warm;
   label.seed = run.seed;

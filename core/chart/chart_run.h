@@ -12,6 +12,7 @@
 namespace qray {
 
 struct ChartPlan {
+  std::vector<std::string> scenes;   // as the chart calls them
   std::vector<std::string> methods;  // variants, see variant.h
   std::vector<uint64_t> seeds;
   double seconds = 60;        // of rendering, a run
@@ -21,14 +22,16 @@ struct ChartPlan {
 };
 
 struct ChartRun {
-  std::string method;
+  std::string scene;   // as the chart calls it
+  std::string method;  // a variant
   bool warm = false;
   uint64_t seed = 0;
   bool operator==(const ChartRun&) const = default;
 };
 
-// All runs on a scene: by seed, so that what drifts on a machine touches all methods alike. Each
-// seed begins with the next method; cold goes before warm.
+// All runs on the scenes that `plan` names, in their order: by scene, then by seed, so that what
+// drifts on a machine touches all methods alike. Each seed begins with the next method; cold goes
+// before warm.
 std::vector<ChartRun> chart_runs(const ChartPlan& plan);
 
 // A run's times: from seconds/256, growing by sqrt 2, each below `seconds`. A row is made at the

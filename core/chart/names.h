@@ -9,10 +9,11 @@
 
 namespace qray {
 
-// A name as a file name: what is outside [a-z0-9.-] becomes '-'.
+// A name as a file name: in small letters; what is outside [a-z0-9.-] becomes '-'.
 inline std::string chart_file_name(std::string_view name) {
   std::string out(name);
   for (char& c : out) {
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
     const bool kept = (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '.' || c == '-';
     if (!kept) c = '-';
   }

@@ -92,8 +92,8 @@ Result<HalvesError> halves_error(const Image& a, const Image& b) {
   return error;
 }
 
-std::filesystem::path reference_path(const std::filesystem::path& cache, const PreparedScene& scene,
-                                     const RenderSettings& s) {
+std::filesystem::path reference_path(const std::filesystem::path& cache, std::string_view name,
+                                     const PreparedScene& scene, const RenderSettings& s) {
   ByteWriter key;
   const Camera& c = scene.scene.camera;
   for (float v : {c.position.x, c.position.y, c.position.z, c.target.x, c.target.y, c.target.z,
@@ -102,12 +102,10 @@ std::filesystem::path reference_path(const std::filesystem::path& cache, const P
   for (int v : {s.width, s.height, s.max_depth, static_cast<int>(s.nee)})
     key.u32(static_cast<uint32_t>(v));
   key.string(scene.hash.whole().hex() + s.method);
-  return cache / (chart_file_name(scene.scene.name) + "-" + sha256(key.data()).hex().substr(0, 16) +
-                  ".exr");
+  return cache / (chart_file_name(name) + "-" + sha256(key.data()).hex().substr(0, 16) + ".exr");
 }
 
-Result<std::optional<Reference>> find_reference(const std::filesystem::path& path,
-                                                const PreparedScene& scene, double seconds) {
+Result<std::optional<Reference>> find_reference(const std::filesystem::path& path, double seconds) {
   if (std::error_code ignored; !std::filesystem::exists(path, ignored))
     return std::optional<Reference>();
   Result<ImageMetadata> metadata = read_image_metadata(path);
@@ -115,7 +113,6 @@ Result<std::optional<Reference>> find_reference(const std::filesystem::path& pat
   Attributes attributes(std::move(metadata).value());
   Reference reference;
   ChartReference& r = reference.about;
-  r.scene = scene.scene.name;
   r.scene_hash = attributes.text("scene_hash");
   r.method = attributes.text("reference_method");
   r.samples_per_pixel = static_cast<uint64_t>(attributes.number("reference_samples"));
@@ -157,7 +154,6 @@ Result<Reference> make_reference(const std::filesystem::path& path, const Prepar
   Reference reference;
   reference.picture = mean_of(a, b);
   ChartReference& r = reference.about;
-  r.scene = scene.scene.name;
   r.scene_hash = scene.hash.whole().hex();
   r.width = settings.width;
   r.height = settings.height;

@@ -25,15 +25,16 @@ struct HalvesError {
 };
 Result<HalvesError> halves_error(const Image& a, const Image& b);
 
-// Where a reference of this scene, size, depth, camera and method lies in the folder `cache`.
-std::filesystem::path reference_path(const std::filesystem::path& cache, const PreparedScene& scene,
-                                     const RenderSettings& settings);
+// Where a reference of this scene (as the chart calls it), size, depth, camera and method lies in
+// the folder `cache`.
+std::filesystem::path reference_path(const std::filesystem::path& cache, std::string_view name,
+                                     const PreparedScene& scene, const RenderSettings& settings);
 
 // The one at `path` if it was asked to take `seconds` or more.
-Result<std::optional<Reference>> find_reference(const std::filesystem::path& path,
-                                                const PreparedScene& scene, double seconds);
+Result<std::optional<Reference>> find_reference(const std::filesystem::path& path, double seconds);
 
-// Renders for settings.seconds in all and writes `path`. The seeds are no chart's.
+// Renders for settings.seconds in all and writes `path`. The seeds are no chart's. Both leave the
+// scene's name to the caller.
 Result<Reference> make_reference(const std::filesystem::path& path, const PreparedScene& scene,
                                  RenderSettings settings, TaskPool& pool, RenderObserver& observer,
                                  std::stop_token stop, const Clock& clock);

@@ -19,6 +19,7 @@ int run_command_line(int argc, const char* const* argv) {
   add_diff(app, exit_code);
   add_table(app, exit_code);
   add_scene(app, exit_code);
+  add_chart(app, exit_code);
   add_thesis(app, exit_code);
   add_submit(app, exit_code);
   add_watch(app, exit_code);
