@@ -1,6 +1,8 @@
 #include "core/import/load_scene.h"
 
 #include <algorithm>
+#include <cmath>
+#include <cstdio>
 
 #include "core/import/fit_camera.h"
 #include "core/import/json_scene.h"
@@ -35,6 +37,26 @@ bool has_light(const Scene& scene) {
            return mesh.material.value < scene.materials.size() &&
                   scene.materials[mesh.material.value].emits();
          });
+}
+
+// Rays start off their surface by 2^-19 of its distance from the origin (core/render/path.cpp):
+// more than a thousandth of the scene begins to show.
+void warn_of_distance(const Scene& scene, const std::string& file,
+                      std::vector<std::string>& warnings) {
+  const Bounds3 box = scene.bounds();
+  float largest = 0, widest = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    largest = std::max({largest, std::abs(box.lo[axis]), std::abs(box.hi[axis])});
+    widest = std::max(widest, box.hi[axis] - box.lo[axis]);
+  }
+  if (largest * 0x1p-19f <= 1e-3f * widest) return;
+  char text[160];
+  std::snprintf(text, sizeof text,
+                ": %g m wide, but %g m from the origin, where positions are held to %.2g m: "
+                "move it nearer",
+                double{widest}, double{largest},
+                double{std::nextafter(largest, 2 * largest) - largest});
+  warnings.push_back(file + text);
 }
 
 // A view and a light for formats that have none.
@@ -85,6 +107,7 @@ Result<LoadedScene> load_scene(const std::filesystem::path& path, const SceneLim
       return error;
     }
     if (!has_light(read.scene)) read.warnings.push_back(file + ": nothing emits light");
+    warn_of_distance(read.scene, file, read.warnings);
     Result<SceneHash> hash = hash_scene(read.scene);
     if (!hash.ok()) return hash.error();
     return LoadedScene{std::move(read.scene), hash.value(), report.value().dropped_triangles,

@@ -8,7 +8,7 @@
 namespace qray {
 namespace {
 
-constexpr float kMaxRadiance = 1e9f;  // as validate() allows
+constexpr float kMaxRadiance = 1e12f;  // as validate() allows
 
 float clamp_to(float v, float lo, float hi) {
   return std::isfinite(v) ? std::clamp(v, lo, hi) : lo;

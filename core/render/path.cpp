@@ -120,10 +120,10 @@ inline float PathTracer::mixture_pdf_w(const Vertex& v, Vec3 wi, float bsdf_pdf_
   return lerp(v.guide_fraction, bsdf_pdf_w, guide_->pdf_w(v.at, wi));
 }
 
-// More than the rounding noise of o + t d and of the largest triangle's coordinates.
+// Three times the rounding noise seen of o + t d and of the largest triangle's coordinates.
 inline float PathTracer::ray_offset(Vec3 p, float t) const {
   const float largest = std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z), t});
-  return std::max(largest * 0x1p-18f, scene_.ray_epsilon);
+  return std::max(largest * 0x1p-19f, scene_.ray_epsilon);
 }
 
 // Light from a point of a light, should nothing be in between; black: none.
@@ -136,8 +136,10 @@ inline PathTracer::Connection PathTracer::connect(const Vertex& v, Vec2 u, float
   if (eval.f_cos.is_black()) return {};
   const float ratio = mixture_pdf_w(v, light.wi, eval.pdf_w) / light.pdf_w;
   const float mis_over_pdf = 1 / (light.pdf_w * (1 + ratio * ratio));  // the power heuristic
+  // The ray starts off the surface, perhaps nearer to the light, and must end before it.
+  const float t_max = std::min(light.distance * (1 - 1e-4f), light.distance - 2 * v.ray_offset);
   return {eval.f_cos * light.radiance * mis_over_pdf,
-          {v.ray_origin(light.wi), light.wi, light.distance * (1 - 1e-4f)}};
+          {v.ray_origin(light.wi), light.wi, std::max(t_max, 0.0f)}};
 }
 
 // Chooses wi_ with weight_, pdf_w_ and delta_. False: the path ends here.
@@ -178,6 +180,7 @@ inline bool PathTracer::scatter(const Vertex& v, float u_lobe, Vec2 u) {
 }
 
 Rgb PathTracer::walk(Ray ray, Sampler& sampler, bool learning, Rgb& pixel) {
+  if (lights_.empty()) return {};  // black, whatever the path
   Rgb radiance, throughput{1.0f};
   delta_ = true;  // nee cannot make the camera's ray
   for (int depth = 1;; ++depth) {

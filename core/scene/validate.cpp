@@ -6,7 +6,7 @@ namespace qray {
 namespace {
 
 constexpr float kMaxCoordinate = 1e6f;  // metres: a float still resolves 6 cm there
-constexpr float kMaxRadiance = 1e9f;    // the sun's disk: about 2e7
+constexpr float kMaxRadiance = 1e12f;   // the sun's disk: about 2e7; squares stay below 1e38
 constexpr float kMaxIndex = 20;         // of eta and k, real metals stay below 12
 constexpr int kMaxDepth = 128;
 
@@ -112,7 +112,7 @@ Status check_environment(const Environment& environment) {
   for (int y = 0; y < image.height(); ++y) {
     for (int x = 0; x < image.width(); ++x) {
       if (in_range(image.rgb(x, y), 0, kMaxRadiance)) continue;
-      return wrong(at + "/image", "values of 0..1e9",
+      return wrong(at + "/image", "values of 0..1e12",
                    show(image.rgb(x, y)) + " at pixel (" + std::to_string(x) + ", " +
                        std::to_string(y) + ")");
     }
@@ -152,9 +152,10 @@ Status check_counts(const Scene& scene, const SceneLimits& limits) {
   return {};
 }
 
-// What cannot be hit, sampled or given a normal in floats.
+// What cannot be hit, sampled or given a normal in floats: its length is a sum of squares, which
+// must not fall below the smallest normal float, 1e-38.
 size_t drop_degenerate(Mesh& mesh) {
-  constexpr float kMinDoubleArea = 1e-30f;
+  constexpr float kMinDoubleArea = 1e-18f;
   return std::erase_if(mesh.triangles, [&mesh](const auto& tri) {
     const Vec3 p = mesh.positions[tri[0]];
     const Vec3 n = cross(mesh.positions[tri[1]] - p, mesh.positions[tri[2]] - p);
