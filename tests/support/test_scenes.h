@@ -64,6 +64,19 @@ inline Scene room(bool shaded = false) {
   return scene;
 }
 
+// x, y, z times `scale`, then `offset` metres further: the camera too.
+inline void place(Scene& scene, float scale, Vec3 offset) {
+  for (Mesh& mesh : scene.meshes)
+    for (Vec3& p : mesh.positions) p = p * scale + offset;
+  scene.camera.position = scene.camera.position * scale + offset;
+  scene.camera.target = scene.camera.target * scale + offset;
+}
+
+inline void scale_emission(Scene& scene, float scale) {
+  for (Material& m : scene.materials) m.emission *= scale;
+  scene.environment.radiance *= scale;
+}
+
 inline std::shared_ptr<const PreparedScene> prepare(Scene scene) {
   LoadedScene loaded;
   Result<ValidateReport> report = validate(scene);

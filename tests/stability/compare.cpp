@@ -1,0 +1,122 @@
+#include "tests/stability/compare.h"
+
+#include <gtest/gtest.h>
+
+#include <numeric>
+
+namespace qray::test {
+namespace {
+
+// Means tested by the whole suite, about: 60 scenes, 6 methods, 5 regions. More only lowers power.
+constexpr int kMeanTests = 2000;
+constexpr int kReferenceTimes = 64;
+constexpr double kAllowedError = 1.1;  // of `adaptive` over `none`
+
+double average(const std::vector<double>& v) {
+  return std::accumulate(v.begin(), v.end(), 0.0) / static_cast<double>(v.size());
+}
+
+// Above what is allowed, and not by chance.
+void expect_little_error(const Sampled& sampled, const Sampled& none, const std::string& where) {
+  Moments excess;
+  for (size_t i = 0; i < sampled.relmse.size(); ++i)
+    excess.add(sampled.relmse[i] - kAllowedError * none.relmse[i]);
+  EXPECT_LT(z_test(excess, 0).z, 3) << where;
+  EXPECT_LE(median(sampled.relmse), kAllowedError * median(none.relmse)) << where;
+}
+
+}  // namespace
+
+double Sampled::mean() const {
+  Moments m;
+  for (const std::vector<double>& picture : means) m.add(picture[0]);
+  return m.mean();
+}
+
+Sampled sample_seeds(const PreparedScene& scene, RenderSettings settings, std::string_view method,
+                     const SeedOptions& options, const Image* reference, float scale) {
+  Sampled sampled;
+  sampled.method = settings.method = method;
+  std::optional<TableFile> table;
+  if (options.table) table = options.table(settings.method);
+  for (int i = 1; i <= options.seeds; ++i) {
+    settings.seed = static_cast<uint64_t>(i);
+    Rendered rendered = render(scene, settings, table);
+    for (float& v : rendered.image.data()) v *= scale;
+    std::vector<double> means = region_luminances(rendered.image, options.regions);
+    means.insert(means.begin(), average(means));
+    sampled.means.push_back(std::move(means));
+    if (reference) sampled.relmse.push_back(relmse(rendered.image, *reference));
+    const RenderStats& stats = rendered.job.stats;
+    sampled.unbiased = stats.unbiased;
+    sampled.dropped_samples += stats.dropped_samples;
+    sampled.states = stats.states;
+    sampled.table_bytes = stats.table_bytes;
+  }
+  return sampled;
+}
+
+Image reference_of(const PreparedScene& scene, RenderSettings settings, int times) {
+  settings.method = "none";
+  settings.seed = 1'000'003;
+  settings.samples *= times;
+  return render(scene, settings).image;
+}
+
+double expect_same_means(const Sampled& sampled, const Sampled& truth, const std::string& where) {
+  double largest = 0;
+  for (size_t region = 0; region < truth.means[0].size(); ++region) {
+    Moments difference, expected;  // of equal seeds: what the camera's rays share cancels
+    for (size_t i = 0; i < truth.means.size(); ++i) {
+      difference.add(sampled.means[i][region] - truth.means[i][region]);
+      expected.add(truth.means[i][region]);
+    }
+    const ZTest test = z_test(difference, 0, 1e-5 * expected.mean());  // forgive rounding
+    if (std::abs(test.z) > std::abs(largest)) largest = test.z;
+    EXPECT_GT(test.p_value, significance(kMeanTests))
+        << where << ", region " << region << ": " << expected.mean() + difference.mean()
+        << " against " << expected.mean() << ", z " << test.z;
+  }
+  return largest;
+}
+
+void check_method(const Row& row, const std::string& label, const Sampled& sampled,
+                  const Sampled& truth, const Sampled* none) {
+  const std::string where = sampled.method + ", " + label;
+  EXPECT_EQ(sampled.dropped_samples, 0u) << where;
+  std::string says = label.empty() ? "" : label + " ";
+  if (sampled.unbiased) {
+    const double z = expect_same_means(sampled, truth, where);
+    says += &sampled == &truth ? formatted("mean %.3g", truth.mean()) : formatted("z %.1f", z);
+  } else {
+    says += formatted("%.2f times as bright", sampled.mean() / truth.mean());
+  }
+  if (none && &sampled != none) {
+    says +=
+        formatted(", error %.2f x (median %.2f)", average(sampled.relmse) / average(none->relmse),
+                  median(sampled.relmse) / median(none->relmse));
+    if (sampled.method == "adaptive") expect_little_error(sampled, *none, where);
+  } else if (none) {
+    says += formatted(", relMSE %.3g", average(none->relmse));
+  }
+  row.says(sampled.method, says);
+}
+
+void check_methods(const Row& row, const std::string& label, const PreparedScene& scene,
+                   const RenderSettings& settings, const SeedOptions& options) {
+  const Image reference = reference_of(scene, settings, kReferenceTimes);
+  SeedOptions cold = options;
+  cold.table = nullptr;
+  const Sampled none = sample_seeds(scene, settings, "none", cold, &reference);
+  EXPECT_GT(none.mean(), 0) << label << ": nothing to compare";
+  for (std::string_view method : method_names()) {
+    if (method == "none") {
+      check_method(row, label, none, none, &none);
+    } else {
+      check_method(row, label, sample_seeds(scene, settings, method, options, &reference), none,
+                   &none);
+    }
+  }
+}
+
+}  // namespace qray::test
