@@ -45,8 +45,9 @@ std::string cell(const std::string& value, const std::string& range = "") {
 }
 std::string cell(const std::optional<Interval>& interval) {
   if (!interval) return cell("&ndash;");
-  return cell(number(interval->value) + "&times;",
-              number(interval->low) + " to " + number(interval->high));
+  const auto two_digits = [](double v) { return number(v, v < 100 ? "%.2g" : "%.0f"); };
+  return cell(two_digits(interval->value) + "&times;",
+              two_digits(interval->low) + " to " + two_digits(interval->high));
 }
 std::string cell(const std::optional<double>& value) {
   return cell(value ? number(*value, "%.2f") : "&ndash;");
@@ -210,14 +211,14 @@ std::string made_by(const ChartSummary& summary) {
     return element("dt", term) + element("dd", html) + "\n";
   };
   std::string files;
-  for (const char* file :
-       {"summary.json", "results.jsonl", "chart.svg", "chart.png", "chart.dat", "chart.gp"})
+  for (const char* file : {"table.md", "summary.json", "results.jsonl", "chart.svg", "chart.png",
+                           "chart.dat", "chart.gp"})
     files += std::string("<a href=\"") + file + "\">" + file + "</a> ";
   return "<footer class=\"card\">\n" + element("h2", "What made it") + "\n<dl>" +
          entry("command", element("code", html_escape(summary.command))) +
          entry("commit", element("code", html_escape(summary.commit))) +
-         entry("machine", html_escape(summary.machine) + ", " + std::to_string(summary.threads) +
-                              (summary.threads == 1 ? " thread" : " threads")) +
+         entry("machine", html_escape(summary.machine)) +
+         entry("threads", std::to_string(summary.threads)) +
          entry("date", html_escape(summary.date)) + entry("seeds", seeds) + entry("files", files) +
          "</dl>\n</footer>\n";
 }

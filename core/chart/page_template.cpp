@@ -127,19 +127,20 @@ buys. Both axes are logarithmic.</p>
 0.01), where x is the picture and r the reference. Where only noise is left, twice the time halves
 it.</dd>
 <dt>floor</dt><dd>The reference is itself a rendered picture. Its own error, estimated from its two
-halves, is the floor: nothing can be told below it, so lines end there and no smaller error is
-quoted.</dd>
+halves, is the floor. Below twice the floor an error tells more of the reference than of the method:
+lines end there, and figures are marked.</dd>
 <dt>efficiency</dt><dd>1 / (error &times; seconds), over that of <code>none</code>: at 4,
-<code>none</code> needs four times as long for the same error. Small: the interval that holds it with
-95 %, from runs with the same seeds. Trimmed: without the 0.1 % of pixels that are worst.</dd>
+<code>none</code> needs four times as long for the same error. Small: the interval that holds it
+with 95 %, from runs with the same seeds. Trimmed: without the 0.1 % of pixels that are worst.</dd>
 <dt>time to equal error</dt><dd>The time until the error is what <code>none</code> ends with, over
 the time that <code>none</code> took: 0.25 is a quarter.</dd>
 <dt>slope</dt><dd>Of the line's last half. &minus;1 where only noise is left; nearer to 0, more time
 does not help as it should.</dd>
 <dt>brightness</dt><dd>The picture's mean over the reference's; z, how many standard errors it is
-from 1. Noise alone seldom gives more than 3.</dd>
-<dt>biased</dt><dd>The pictures tend to something else than the truth, however long they take: too
-bright, mostly. Their lines are dashed.</dd>
+from 1. With few seeds chance alone can make z large.</dd>
+<dt>biased</dt><dd>The pictures tend to something else than the truth, however long they take. Said
+of methods that do not claim otherwise, and of those whose brightness is off by more than chance
+makes it in 1 chart of 100. Their lines are dashed.</dd>
 <dt>warm</dt><dd>Started from the table that an earlier job on the scene left. The time of that job
 is not counted.</dd>
 <dt>FLIP</dt><dd>The difference that an eye sees when flipping between picture and reference, from 0

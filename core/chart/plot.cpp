@@ -195,11 +195,11 @@ std::string scene_definitions(const std::vector<SceneSummary>& scenes) {
          array("low", low) + array("high", high);
 }
 
-// The number of columns of a legend; a letter is about 7 pixels wide.
+// The columns of a legend that gnuplot will fit: it takes a letter for 9.1 pixels wide.
 std::string legend_columns(int width_px, const std::vector<std::string>& labels) {
   size_t longest = 1;
   for (const std::string& text : labels) longest = std::max(longest, text.size());
-  return std::to_string(std::max(1, (width_px - 40) / static_cast<int>(7 * longest + 60)));
+  return std::to_string(std::max(1, static_cast<int>(width_px / 9.1 / (longest + 6.0))));
 }
 
 std::string legend_definitions(const std::vector<SceneSummary>& scenes,

@@ -23,7 +23,7 @@ setTimeout(() => {
   process.exit(1);
 }, kFileMs).unref();
 
-function env(name) {
+export function env(name) {
   assert.ok(process.env[name], `${name} is not set: run these tests through ctest -L e2e`);
   return process.env[name];
 }
@@ -147,8 +147,8 @@ export class Browser {
   }
 
   // A page of its own profile. Errors in it, and breaches of the content policy, are kept.
-  // `init` runs in it before its own scripts.
-  async page(url, { width = 1280, height = 900, init, ...options } = {}) {
+  // `init` runs in it before its own scripts. Resolves when `ready` is there.
+  async page(url, { width = 1280, height = 900, init, ready = '#scene option', ...options } = {}) {
     const context = await this.#browser.newContext({ viewport: { width, height }, ...options });
     if (init) await context.addInitScript(init);
     const page = await context.newPage();
@@ -160,7 +160,7 @@ export class Browser {
       if (message.type() === 'error' && !network) this.#errors.push(message.text());
     });
     await page.goto(url);
-    await page.locator('#scene option').first().waitFor({ state: 'attached' });
+    await page.locator(ready).first().waitFor({ state: 'attached' });
     return page;
   }
 

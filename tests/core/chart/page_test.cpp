@@ -125,8 +125,8 @@ TEST(ChartPage, AsksOnlyForFilesOfItsFolder) {
       expected.push_back(chart_error_picture(name, method.method, method.warm).string());
     }
   }
-  for (const char* file : {"#scene-1", "#scene-2", "summary.json", "results.jsonl", "chart.svg",
-                           "chart.png", "chart.dat", "chart.gp"})
+  for (const char* file : {"#scene-1", "#scene-2", "table.md", "summary.json", "results.jsonl",
+                           "chart.svg", "chart.png", "chart.dat", "chart.gp"})
     expected.push_back(file);
   std::vector<std::string> asked = addresses(html);
   std::sort(asked.begin(), asked.end());
