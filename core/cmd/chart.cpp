@@ -20,8 +20,8 @@ Status write_results(const ChartSummary& summary, const std::filesystem::path& d
   if (Status s = write_text(dir / "summary.json", proto::chart_summary_json(summary)); !s) return s;
   if (Status s = write_text(dir / "table.md", chart_markdown(summary)); !s) return s;
   std::fputs(chart_text(summary).c_str(), stdout);
-  if (Status s = write_plots(summary, dir); !s) return s;
-  return write_page(summary, dir);
+  if (Status s = write_page(summary, dir); !s) return s;
+  return write_plots(summary, dir);  // last: all else is there without gnuplot
 }
 
 Status run(ChartOptions o) {

@@ -80,7 +80,7 @@ test('the divider moves by mouse and keyboard', async () => {
   await expect_split(100);
 });
 
-test('left, right and error maps are chosen, and a biased method says how far it is off', async () => {
+test('pictures and error maps are chosen, and a biased method says how far it is off', async () => {
   await in_view('select.left').selectOption('reference');
   await in_view('select.right').selectOption('huang-published, biased');
   assert.equal(await source('left'), 'cornell-box/reference.png');
