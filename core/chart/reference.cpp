@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/base/byte_io.h"
+#include "core/base/check.h"
 #include "core/base/sha256.h"
 #include "core/chart/names.h"
 #include "core/image/image_io.h"
@@ -76,6 +77,7 @@ Result<Half> render_half(const PreparedScene& scene, const RenderSettings& setti
 }  // namespace
 
 Result<HalvesError> halves_error(const Image& a, const Image& b) {
+  QRAY_CHECK(a.width() == b.width() && a.height() == b.height());
   const Image middle = mean_of(a, b);
   // a differs from the mean by (a-b)/2, whose square's mean is the variance of the mean.
   const Result<ImageDifference> difference = image_difference(a, middle);

@@ -23,6 +23,7 @@ struct HalvesError {
   double relmse = 0, relmse_trimmed = 0;
   double mean_standard_error = 0;  // of mean luminance, relative; pixels taken as independent
 };
+// Halves of one size; fails where they are not finite.
 Result<HalvesError> halves_error(const Image& a, const Image& b);
 
 // Where a reference of this scene (as the chart calls it), size, depth, camera and method lies in

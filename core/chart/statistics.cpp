@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numbers>
 #include <numeric>
 
@@ -38,7 +37,7 @@ double median(std::vector<double> values) {
 }
 
 double student_quantile(double p, int freedom) {
-  constexpr int kAsGoodAsNormal = 100'000;
+  constexpr int kAsGoodAsNormal = 10'000;
   freedom = std::min(freedom, kAsGoodAsNormal);
   double low = 0, high = std::numbers::pi / 2;
   for (int step = 0; step < 60; ++step) {
@@ -55,16 +54,10 @@ Interval ratio_interval(std::span<const double> logs) {
   return {std::exp(middle), std::exp(middle - half), std::exp(middle + half)};
 }
 
-BiasScore bias_score(std::span<const double> values, double other_error) {
+double bias_score(std::span<const double> values, double other_error) {
   const double difference = mean(values) - 1;
-  if (difference == 0) return {};
-  const double own = values.size() > 1 ? standard_error(values) : 0;
-  const double error = std::hypot(own, other_error);
-  if (error == 0) return {std::copysign(std::numeric_limits<double>::infinity(), difference), 1};
-  const double freedom = own > 0 ? std::pow(error / own, 4) * static_cast<double>(values.size() - 1)
-                                 : std::numeric_limits<int>::max();
-  return {difference / error,
-          static_cast<int>(std::min<double>(freedom, std::numeric_limits<int>::max()))};
+  if (difference == 0) return 0;
+  return difference / std::hypot(standard_error(values), other_error);
 }
 
 double log_slope(std::span<const std::pair<double, double>> points) {

@@ -20,14 +20,11 @@ double student_quantile(double p, int freedom);
 // exp of the mean of `logs` with its 95 % interval. At least two values.
 Interval ratio_interval(std::span<const double> logs);
 
-// How far `values` (brightnesses of independent runs) are from 1, in standard errors;
-// `other_error` is a standard error of their common reference. `freedom` is that of the sum
-// (Welch-Satterthwaite, rounded down), by which z is judged.
-struct BiasScore {
-  double z = 0;
-  int freedom = 1;
-};
-BiasScore bias_score(std::span<const double> values, double other_error);
+// How far `values` (brightnesses of independent runs) are from 1, in standard errors; `other_error`
+// is the known standard error of their common reference. To be judged as a Student's T of one
+// degree less than runs: where the reference's error matters that errs on the side of no alarm,
+// while Welch's degrees of freedom raised three times as many as promised.
+double bias_score(std::span<const double> values, double other_error);
 
 // Least squares of log y over log x. At least two points with different x; all positive.
 double log_slope(std::span<const std::pair<double, double>> points);
