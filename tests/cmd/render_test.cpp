@@ -96,6 +96,24 @@ TEST_F(RenderCommand, GrowsATable) {
   EXPECT_GT(two["samples_seen"], one["samples_seen"]);
 }
 
+TEST_F(RenderCommand, KeepsATableWithinItsMemory) {
+  const std::vector<std::string> fine{"--spp",  "32",           "--grid",      "500",
+                                      "--json", file("s.json"), "--table-out", file("t.qrt"),
+                                      "-o",     file("a.exr")};
+  ASSERT_EQ(render(fine).code, 0);
+  EXPECT_GT(read_json(file("s.json"))["table_bytes"], 1 << 20);
+  EXPECT_EQ(read_json(file("s.json"))["table_refused"], 0);
+  const Outcome refused = render({"--spp", "4", "--grid", "500", "--table-mib", "1", "--table-in",
+                                  file("t.qrt"), "-o", file("b.exr")});
+  EXPECT_EQ(refused.code, cmd::kExitBadInput);
+  EXPECT_NE(refused.err.find(" 1048576 bytes"), std::string::npos) << refused.err;
+  std::vector<std::string> capped = fine;
+  capped.insert(capped.end(), {"--table-mib", "1"});
+  ASSERT_EQ(render(capped).code, 0);
+  EXPECT_LE(read_json(file("s.json"))["table_bytes"], 1 << 20);
+  EXPECT_GT(read_json(file("s.json"))["table_refused"], 0);
+}
+
 TEST_F(RenderCommand, RefusesAnotherScenesTable) {
   ASSERT_EQ(render({"--spp", "4", "--table-out", file("box.qrt"), "-o", file("a.exr")}).code, 0);
   const Outcome other = qray_command({"render", "ajar-door", "--size", "16x16", "--spp", "4", "-q",

@@ -91,5 +91,23 @@ TEST(ServiceRestart, ATakenPortIsAnErrorAndLeavesTheFolderFree) {
   b.start();
 }
 
+TEST(ServiceRestart, ATableOverTheServersMemoryIsPassedOver) {
+  TestService s;
+  s.start();
+  Json request = {{"scene", "box"}, {"width", 48}, {"height", 48}, {"samples", 32}, {"grid", 500}};
+  const std::string large = s.wait_end(s.submit(request))["table_out"];
+  s.stop();
+  s.config.table_mib = 1;
+  s.start();
+  request["seed"] = 2;
+  const Json job = s.wait_end(s.submit(request));
+  EXPECT_EQ(job["state"], "succeeded") << job.dump();
+  EXPECT_TRUE(job["table_in"].is_null());
+  ASSERT_EQ(job["warnings"].size(), 1u) << job.dump();
+  EXPECT_NE(job["warnings"][0].get<std::string>().find("1048576 bytes"), std::string::npos);
+  EXPECT_GT(job["stats"]["table_refused"], 0);
+  EXPECT_LE(job["stats"]["table_bytes"], 1 << 20);
+}
+
 }  // namespace
 }  // namespace qray::server

@@ -1,0 +1,142 @@
+// A table at its memory cap: no new states, no bias, the same bits for any number of threads; and a
+// table that does not fit is refused.
+#include <gtest/gtest.h>
+
+#include "tests/stability/compare.h"
+#include "tests/stability/huang_table.h"
+#include "tests/support/test_scenes.h"
+
+namespace qray {
+namespace {
+
+using test::formatted;
+
+constexpr int kSide = 24;                         // pixels
+constexpr size_t kCaps[] = {1, 64'000, 400'000};  // bytes: no room at all, for few, for many states
+
+const char* kTitle = "A table at its memory cap";
+
+test::Rendered with_threads(const PreparedScene& scene, const RenderSettings& settings,
+                            int threads) {
+  Film film(settings.width, settings.height);
+  TaskPool pool(threads);
+  RenderObserver observer;
+  Result<JobResult> job = run_job(scene, settings, {}, film, pool, observer, {}, SteadyClock());
+  EXPECT_TRUE(job.ok());
+  return {film.develop(), std::move(job).value()};
+}
+
+TEST(TableCap, AddsNoStatesAndStaysUnbiased) {
+  const test::Row row(
+      220, kTitle,
+      "never over the cap, says so in its statistics, the mean of `none`, the same "
+      "bits for any number of threads; a table over a job's cap is refused with both "
+      "sizes named");
+  const auto scene = test::prepare(test::room());
+  for (size_t cap : kCaps) {
+    RenderSettings settings = test::small_settings("none", kSide, 16);
+    settings.max_table_bytes = cap;
+    const std::string label = formatted("cap %zu bytes", cap);
+    for (std::string_view method : method_names()) {
+      if (method == "none") continue;
+      settings.method = method;
+      const RenderStats stats = test::render(*scene, settings).job.stats;
+      EXPECT_LE(stats.table_bytes, cap) << method << ", " << label;
+      EXPECT_GT(stats.table_refused, 0u) << method << ", " << label;
+      EXPECT_EQ(stats.states == 0, cap == 1) << method << ", " << label;
+      row.says(method, formatted("%s: %zu states, %zu bytes", label.c_str(), stats.states,
+                                 stats.table_bytes));
+    }
+    test::SeedOptions options;
+    options.table = [&](const std::string& method) {
+      return test::learned_table(*scene, settings, method);
+    };
+    test::check_methods(row, label, *scene, settings, options);
+  }
+}
+
+TEST(TableCap, BoundsTheMemoryOfAnyTable) {
+  // Each facet of a sphere has a normal, so a state, of its own: the most memory a state takes.
+  Scene scene = test::room();
+  Mesh ball;
+  ball.material = MaterialId(0);
+  constexpr uint32_t kRings = 40, kSectors = 80;
+  for (uint32_t i = 0; i <= kRings; ++i)
+    for (uint32_t j = 0; j <= kSectors; ++j) {
+      const float theta = kPi * static_cast<float>(i) / kRings;
+      const float phi = 2 * kPi * static_cast<float>(j) / kSectors;
+      ball.positions.push_back(Vec3{-0.4f, 0.9f, 0} + Vec3{std::sin(theta) * std::cos(phi),
+                                                           std::cos(theta),
+                                                           std::sin(theta) * std::sin(phi)} *
+                                                          0.4f);
+    }
+  for (uint32_t i = 0; i < kRings; ++i)
+    for (uint32_t j = 0; j < kSectors; ++j) {
+      const uint32_t a = i * (kSectors + 1) + j, b = a + kSectors + 1;
+      ball.triangles.push_back({a, a + 1, b});
+      ball.triangles.push_back({a + 1, b + 1, b});
+    }
+  scene.meshes.push_back(ball);
+  const auto prepared = test::prepare(std::move(scene));
+  for (std::string_view method : method_names()) {
+    if (method == "none") continue;
+    RenderSettings settings = test::small_settings(std::string(method), 48, 64);
+    settings.huang.grid = 64;
+    size_t without_cap = 0;
+    for (size_t cap : {kDefaultTableBytes, size_t{2} << 20, size_t{300'000}, size_t{70'000}}) {
+      settings.max_table_bytes = cap;
+      const RenderStats stats = test::render(*prepared, settings).job.stats;
+      EXPECT_LE(stats.table_bytes, cap) << method;
+      if (cap == kDefaultTableBytes) {
+        without_cap = stats.table_bytes;
+        EXPECT_EQ(stats.table_refused, 0u) << method;
+      } else if (without_cap > cap) {
+        EXPECT_GT(stats.table_refused, 0u) << method;
+        EXPECT_GT(stats.table_bytes, cap / 5) << method << ": the cap should be used";
+      }
+    }
+    EXPECT_GT(without_cap, size_t{2} << 20) << method << ": the caps were not reached";
+  }
+}
+
+TEST(TableCap, GivesTheSameBitsForAnyNumberOfThreads) {
+  const auto scene = test::prepare(test::room());
+  for (std::string_view method : method_names()) {
+    if (method == "none") continue;
+    RenderSettings settings = test::small_settings(std::string(method), 64, 16);
+    settings.max_table_bytes = kCaps[1];
+    const test::Rendered one = with_threads(*scene, settings, 1);
+    const test::Rendered three = with_threads(*scene, settings, 3);
+    EXPECT_GT(one.job.stats.table_refused, 0u);
+    EXPECT_EQ(one.job.stats.table_refused, three.job.stats.table_refused);
+    EXPECT_EQ(one.job.table->header.id, three.job.table->header.id) << method;
+    EXPECT_TRUE(std::ranges::equal(one.image.data(), three.image.data())) << method;
+  }
+}
+
+TEST(TableCap, ATableOverTheCapIsRefused) {
+  const test::Row row(220, kTitle, "");
+  const auto scene = test::prepare(test::room());
+  for (std::string_view method : method_names()) {
+    if (method == "none") continue;
+    RenderSettings settings = test::small_settings(std::string(method), kSide, 16);
+    settings.max_table_bytes = kCaps[2];
+    const TableFile table = *test::learned_table(*scene, settings, method);
+    EXPECT_TRUE(test::try_render(*scene, settings, table).ok()) << "at its own cap";
+    settings.max_table_bytes = kCaps[1];
+    const Result<test::Rendered> refused = test::try_render(*scene, settings, table);
+    ASSERT_FALSE(refused.ok()) << method;
+    EXPECT_EQ(refused.error().code, ErrorCode::kTooLarge) << method;
+    const std::string& told = refused.error().message;
+    EXPECT_NE(told.find(std::to_string(kCaps[1]) + " bytes"), std::string::npos) << told;
+    if (test::is_huang(method)) {
+      EXPECT_NE(told.find(std::to_string(test::huang_states(table).size()) + " states"),
+                std::string::npos)
+          << told;
+    }
+    row.says(method, "refuses: " + told);
+  }
+}
+
+}  // namespace
+}  // namespace qray
