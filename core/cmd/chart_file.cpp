@@ -6,6 +6,7 @@
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
+#include <map>
 
 #include "core/base/file.h"
 #include "core/cmd/files.h"
@@ -19,17 +20,14 @@ constexpr uint64_t kMaxFileBytes = uint64_t{1} << 30;
 ChartRun run_of(const ChartRow& row) { return {row.scene, row.method, row.warm, row.seed}; }
 
 std::string differing_flags(const ChartHeader& there, const ChartHeader& here) {
+  std::map<std::string, std::pair<std::string, std::string>> values;  // there, here
+  for (const auto& [name, value] : there.flags) values[name].first = value;
+  for (const auto& [name, value] : here.flags) values[name].second = value;
   std::string out;
-  for (size_t i = 0; i < std::max(there.flags.size(), here.flags.size()); ++i) {
-    const auto flag = [i](const ChartHeader& h) {
-      return i < h.flags.size() ? h.flags[i] : std::pair<std::string, std::string>();
-    };
-    const auto [old_name, old_value] = flag(there);
-    const auto [name, value] = flag(here);
-    if (old_name == name && old_value == value) continue;
-    out += (out.empty() ? "" : "; ") + (name.empty() ? old_name : name) + " was '" + old_value +
-           "', is '" + value + "'";
-  }
+  for (const auto& [name, value] : values)
+    if (value.first != value.second)
+      out += (out.empty() ? "" : "; ") + name + " was '" + value.first + "', is '" + value.second +
+             "'";
   return out;
 }
 
