@@ -29,10 +29,10 @@ class ChartCommand : public ::testing::Test {
   ChartCommand() : dir_(scratch_ / "chart") {}
 
   Outcome chart(std::vector<std::string> more = {}, const std::string& seconds = "0.05") const {
-    std::vector<std::string> arguments{"chart", "cornell-box", "--quick",    "--seconds",
-                                       seconds, "--methods",   "none,huang", "--size",
-                                       "32x24", "--threads",   "1",          "--ref-seconds",
-                                       "0.2",   "-q",          "-o",         dir_.string()};
+    std::vector<std::string> arguments{"chart", scene_,      "--quick",    "--seconds",
+                                       seconds, "--methods", "none,huang", "--size",
+                                       "32x24", "--threads", "1",          "--ref-seconds",
+                                       "0.2",   "-q",        "-o",         dir_.string()};
     for (size_t i = 0; i + 1 < more.size(); i += 2) {  // replaces an option, or adds it
       const auto old = std::find(arguments.begin(), arguments.end(), more[i]);
       if (old == arguments.end()) {
@@ -52,6 +52,7 @@ class ChartCommand : public ::testing::Test {
 
   ScratchFolder scratch_;
   const std::filesystem::path dir_;
+  std::string scene_ = "cornell-box";
 };
 
 TEST_F(ChartCommand, WritesResultsConclusionsAndPictures) {
@@ -103,6 +104,23 @@ TEST_F(ChartCommand, WritesResultsConclusionsAndPictures) {
   }
   EXPECT_NE(done.out.find("huang-published, warm"), std::string::npos);
   EXPECT_NE(done.out.find("biased"), std::string::npos);
+}
+
+TEST_F(ChartCommand, MeasuresThatThePublishedMethodBrightens) {
+  scene_ = "thesis-room";
+  const std::string methods =
+      "none,huang-published:nee=off;learning=100,huang:nee=off;learning=100";
+  ASSERT_EQ(chart({"--methods", methods, "--seeds", "3", "--warm"}, "0.1").code, cmd::kExitOk);
+  const json results = summary()["scenes"][0]["methods"];
+  ASSERT_EQ(results.size(), 5u);
+  const json &published = results[2], &exact = results[4];
+  ASSERT_EQ(published["method"], "huang-published:nee=off;learning=100");
+  ASSERT_EQ(published["warm"], true);
+  EXPECT_GT(published["brightness"], 1.1);  // 1.2 to 1.3 so soon
+  EXPECT_GT(published["bias_z"], 0);
+  EXPECT_EQ(published["biased"], true);
+  ASSERT_EQ(exact["warm"], true);
+  EXPECT_NEAR(exact["brightness"], 1, 0.08);
 }
 
 TEST_F(ChartCommand, GoesOnWhereItEnded) {
