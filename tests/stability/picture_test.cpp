@@ -38,7 +38,7 @@ TEST(Picture, OnePixelAndOneRow) {
 }
 
 TEST(Picture, OneSample) {
-  const test::Row row(200, "1 sample", "the picture of `none` or noise like its own; unbiased");
+  const test::Row row(200, "1 sample", "nothing learned yet rules it; unbiased");
   test::check_methods(row, "", *test::prepare(test::room()), test::small_settings("none", 32, 1),
                       {.seeds = 256, .regions = 2, .table = {}});
 }
@@ -118,9 +118,9 @@ TEST(Picture, AnHoursJobStopped) {
     EXPECT_TRUE(std::equal(first.data().begin(), first.data().end(), again.image.data().begin()))
         << method;
     row.says(method,
-             formatted("canceled with all %d finished tiles in the film; cut at %d samples, "
-                       "replayed bit for bit",
-                       observer.tiles(), static_cast<int>(stats.samples_per_pixel)));
+             formatted("stopped in its pass, finished tiles kept; cut at %d samples, replayed "
+                       "bit for bit",
+                       static_cast<int>(stats.samples_per_pixel)));
   }
 }
 
