@@ -36,8 +36,8 @@ struct ChartRow {
 };
 
 // The picture that errors are measured against, and its own error, from its two halves a and b of
-// equal size and independent seeds: the mean of (a-b)^2/4 / (r^2 + 0.01) estimates relMSE of
-// r = (a+b)/2.
+// equal size and independent seeds: the mean of (a-b)^2/4 / (r^2 + 0.01) estimates what a perfect
+// picture's relMSE would be measured at against r = (a+b)/2.
 struct ChartReference {
   std::string scene, scene_hash;  // of the whole scene, hex
   int width = 0, height = 0;
