@@ -47,14 +47,15 @@ std::string chart_markdown(const ChartSummary& summary) {
                         static_cast<unsigned long long>(r.samples_per_pixel), r.floor_relmse)
                : "The reference's own error is not known.\n\n";
     out +=
-        "| method | relMSE | efficiency over none | samples/px | table KiB | brightness | note |\n"
-        "|---|--:|--:|--:|--:|--:|---|\n";
+        "| method | relMSE | efficiency over none | the same, trimmed | samples/px | table KiB "
+        "| brightness | note |\n"
+        "|---|--:|--:|--:|--:|--:|--:|---|\n";
     for (const MethodSummary& m : scene.methods) {
       const ChartPoint& end = m.points.back();
-      out += "| " + name_of(m) + " | " + error_text(end, r) + " | " +
-             efficiency_text(m.efficiency) + format(" | %.0f", end.samples_per_pixel) +
-             format(" | %.0f | %.3f | ", end.table_bytes / 1024, m.brightness) + note_of(m) +
-             " |\n";
+      out +=
+          "| " + name_of(m) + " | " + error_text(end, r) + " | " + efficiency_text(m.efficiency) +
+          " | " + efficiency_text(m.efficiency_trimmed) + format(" | %.0f", end.samples_per_pixel) +
+          format(" | %.0f | %.3f | ", end.table_bytes / 1024, m.brightness) + note_of(m) + " |\n";
     }
   }
   return out;

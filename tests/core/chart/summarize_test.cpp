@@ -174,12 +174,14 @@ TEST(ChartTables, SayWhatWasConcluded) {
                        "samples a pixel, own relMSE 0.08.\n"),
             std::string::npos)
       << table;
-  EXPECT_NE(table.find("| none | 1 | 1 [1, 1] | 160 | 2 | 1.000 |  |\n"), std::string::npos);
+  EXPECT_NE(table.find("| none | 1 | 1 [1, 1] | 1 [1, 1] | 160 | 2 | 1.000 |  |\n"),
+            std::string::npos);
   EXPECT_NE(
-      table.find("| huang, warm | 0.25 | 4 [4, 4] | 160 | 2 | 1.500 | biased (z = 500.0) |\n"),
+      table.find(
+          "| huang, warm | 0.25 | 4 [4, 4] | 4 [4, 4] | 160 | 2 | 1.500 | biased (z = 500.0) |\n"),
       std::string::npos)
       << table;
-  EXPECT_NE(table.find("| huang-published | under 0.16 | - | 160 | 2 | 1.000 | biased, at the "
+  EXPECT_NE(table.find("| huang-published | under 0.16 | - | - | 160 | 2 | 1.000 | biased, at the "
                        "floor |\n"),
             std::string::npos)
       << table;
