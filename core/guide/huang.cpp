@@ -15,7 +15,6 @@ namespace {
 
 constexpr uint32_t kNormalMask = (1u << 30) - 1;
 constexpr size_t kRecordBytes = 8 + kDirections26 * 8;
-constexpr float kMaxValue = 1e30f;  // a loaded value may be near a float's end
 
 constexpr size_t kDirtyBytes = 1 + 2 * sizeof(uint32_t);
 // A normal's shares in their map: the entry, its links, its hash bucket.
@@ -137,8 +136,7 @@ void HuangGuide::update(GuideDelta& delta) {
     }
     Learned& state = learned_[id.value];
     float& q = state.q[t.action];
-    q = std::min((1 - params_.alpha) * q + params_.alpha * (t.reward + params_.gamma * future),
-                 kMaxValue);
+    q = (1 - params_.alpha) * q + params_.alpha * (t.reward + params_.gamma * future);
     uint32_t& count = state.count[t.action];
     if (count != ~0u) ++count;
     ++samples_seen_;
