@@ -29,10 +29,10 @@ Made by \`bash tests/bench/complexity.sh build\`, which runs
       --size 256x256 --seconds 3 --seeds 3 --ref-seconds 60 -o DIR
 
 Each part is measured on and off: next event estimation (\`nee\`), Russian roulette, picking lights
-by power (\`light-table\`), and a table of the thesis' kind from coarse to fine (\`grid\`: cells along
-the scene's longest side; a state has 26 directions). Efficiency is that of \`none\` with all parts
-on; the words are explained in [charts/README.md](charts/README.md). Three seeds of three seconds:
-differences of a tenth are noise.
+by power (\`light-table\`), and a table of the thesis' kind from coarse to fine (\`grid\`: cells
+along the scene's longest side; a state has 26 directions). Efficiency is that of \`none\` with all
+parts on; the words are explained in [charts/README.md](charts/README.md). Three seeds of three
+seconds: differences of a tenth are noise.
 
 A part that cannot matter is off by itself; \`stats.json\` says so under \`parts\`:
 
