@@ -14,6 +14,9 @@ const kStateWords = {
 const kEnded = ['succeeded', 'canceled', 'failed'];
 const kMethodWords = {
   none: 'no learning',
+  adaptive: 'adaptive',
+  'dahm-keller': 'Dahm-Keller',
+  ppg: 'PPG',
   huang: 'huang',
   'huang-published': 'huang as published',
 };

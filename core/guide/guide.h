@@ -15,7 +15,9 @@
 
 #include "core/base/ids.h"
 #include "core/base/result.h"
+#include "core/guide/direction_tree.h"
 #include "core/guide/table_file.h"
+#include "core/math/frame.h"
 #include "core/math/ray.h"
 
 namespace qray {
@@ -24,9 +26,9 @@ constexpr size_t kDefaultTableBytes = size_t{256} << 20;  // of memory, unless a
 
 // One lookup, shared by sample, pdf_w and record.
 struct GuidePoint {
-  StateId state;     // invalid: nothing is known here yet
-  uint64_t key = 0;  // the state's name in the table, known or not
-  Vec3 n;            // unit; the hemisphere that is sampled lies about it
+  StateId state;           // invalid: nothing is known here yet
+  uint64_t key = 0;        // the state's name in the table, known or not
+  Frame frame{{0, 0, 1}};  // z: the hemisphere that is sampled lies about it
 };
 
 struct GuideSample {
@@ -34,14 +36,30 @@ struct GuideSample {
   float pdf_w = 0;  // what pdf_w(point, wi) gives
 };
 
+// What a table expects where it knows enough. Nothing rests on it being right.
+struct GuideExpectation {
+  bool credible = false;
+  // Mean over the projected hemisphere of the radiance that arrives, the light's share that nee
+  // counts left out: a diffuse surface sends reflectance x arriving.
+  Rgb arriving;
+  float deviation = 0;  // standard, of the luminance of one sample of `arriving`
+};
+
 // One scattering event of a path, as a guide learns from it.
 struct GuideVertex {
   GuidePoint at;
+  Vec3 p;                 // metres
   Vec3 wi;                // the direction taken
+  float bsdf_pdf_w = 0;   // the BSDF's density for it
+  float f_cos = 0;        // luminance of f |cos|
   float pdf_w = 0;        // the density it was drawn with
+  float albedo = 0;       // luminance of the surface's, seen from where the path came
   bool guidable = false;  // not a delta lobe
   bool lands = false;     // the next vertex of the path is where the ray landed
-  float emitted = 0;      // luminance emitted toward here by what the ray reached, no MIS weight
+  // What the direction was paid: radiance, nee's share left out, the further path as the guide
+  // expects it where it can, else as it went.
+  Rgb arriving;
+  float emitted = 0;  // luminance emitted toward here by what the ray reached, no MIS weight
 };
 
 // What one tile of one pass learned; each guide has its own kind.
@@ -70,6 +88,8 @@ class Guide {
   virtual GuideSample sample(const GuidePoint& point, Vec2 u) const = 0;
   virtual float pdf_w(const GuidePoint& point, Vec3 wi) const = 0;  // integrates to 1
 
+  virtual GuideExpectation expectation(const GuidePoint&) const { return {}; }
+
   virtual std::unique_ptr<GuideDelta> make_delta() const = 0;
   virtual void record(std::span<const GuideVertex> path, GuideDelta& delta) const = 0;
   // Deltas arrive in the order of their tiles, whatever thread made them. `delta` came from
@@ -92,14 +112,29 @@ struct HuangParams {
   bool operator==(const HuangParams&) const = default;
 };
 
+// Parameters of `adaptive`; docs/guiding.md has what each is worth.
+struct AdaptiveParams {
+  DirectionParams direction;
+  float split_samples = 2000;  // a place that was hit more often in a pass is cut in two
+  float keep = 0.7f;           // of what earlier passes learned, each pass
+  bool operator==(const AdaptiveParams&) const = default;
+};
+
+// What a guide is made for.
+struct GuideSetup {
+  Bounds3 bounds;             // of the scene, metres
+  float brightest_light = 1;  // luminance
+  size_t max_bytes = kDefaultTableBytes;
+  HuangParams huang;
+  AdaptiveParams adaptive;
+};
+
 // The method's name in a table's header: methods that learn the same values share tables.
 std::string_view table_method(std::string_view method);
 
 // The one list of methods. "none" gives a null guide. A guide takes at most `max_bytes` of memory
 // (as its stats() count it): then it adds no states, and goes on learning about those it has.
 std::span<const std::string_view> method_names();
-Result<std::unique_ptr<Guide>> make_guide(std::string_view method, const Bounds3& bounds,
-                                          const HuangParams& huang,
-                                          size_t max_bytes = kDefaultTableBytes);
+Result<std::unique_ptr<Guide>> make_guide(std::string_view method, const GuideSetup& setup);
 
 }  // namespace qray

@@ -63,7 +63,7 @@ std::string_view HuangGuide::method() const {
 
 GuidePoint HuangGuide::find(Vec3 p, Vec3 n) const {
   const SurfaceGrid::State s = grid_.state_at(p, n);
-  return {frozen_index_.find(s.key), s.key, s.n};
+  return {frozen_index_.find(s.key), s.key, Frame(s.n)};
 }
 
 float HuangGuide::guide_fraction(const GuidePoint&, bool diffuse) const {
@@ -72,7 +72,7 @@ float HuangGuide::guide_fraction(const GuidePoint&, bool diffuse) const {
 }
 
 GuideSample HuangGuide::sample(const GuidePoint& point, Vec2 u) const {
-  const Frame frame(point.n);
+  const Frame& frame = point.frame;
   if (!point.state.valid()) {
     return {frame.to_world(square_to_uniform_hemisphere(u)), kUniformHemispherePdfW};
   }
@@ -94,7 +94,7 @@ GuideSample HuangGuide::sample(const GuidePoint& point, Vec2 u) const {
 }
 
 float HuangGuide::pdf_w(const GuidePoint& point, Vec3 wi) const {
-  if (dot(point.n, wi) <= 0) return 0;
+  if (dot(point.frame.z, wi) <= 0) return 0;
   if (!point.state.valid() || density_ == Density::kAsPublished) return kUniformHemispherePdfW;
   const size_t a = static_cast<size_t>(nearest_direction26(wi));
   return frozen_[point.state.value].weight[a] * kUniformHemispherePdfW;

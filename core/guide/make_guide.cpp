@@ -1,10 +1,14 @@
 #include <array>
 
+#include "core/guide/adaptive.h"
+#include "core/guide/dahm_keller.h"
 #include "core/guide/huang.h"
+#include "core/guide/ppg.h"
 
 namespace qray {
 namespace {
-constexpr std::array<std::string_view, 3> kMethods = {"none", "huang-published", "huang"};
+constexpr std::array<std::string_view, 6> kMethods = {
+    "none", "huang-published", "huang", "dahm-keller", "ppg", "adaptive"};
 }
 
 std::span<const std::string_view> method_names() { return kMethods; }
@@ -13,18 +17,18 @@ std::string_view table_method(std::string_view method) {
   return method == "huang-published" ? "huang" : method;
 }
 
-Result<std::unique_ptr<Guide>> make_guide(std::string_view method, const Bounds3& bounds,
-                                          const HuangParams& huang, size_t max_bytes) {
-  using Density = HuangGuide::Density;
-  if (method == "none") return std::unique_ptr<Guide>();
-  if (method == "huang") {
-    return std::unique_ptr<Guide>(
-        std::make_unique<HuangGuide>(Density::kExact, bounds, huang, max_bytes));
-  }
-  if (method == "huang-published") {
-    return std::unique_ptr<Guide>(
-        std::make_unique<HuangGuide>(Density::kAsPublished, bounds, huang, max_bytes));
-  }
+Result<std::unique_ptr<Guide>> make_guide(std::string_view method, const GuideSetup& setup) {
+  const auto huang = [&setup](HuangGuide::Density density) {
+    return std::make_unique<HuangGuide>(density, setup.bounds, setup.huang, setup.max_bytes);
+  };
+  std::unique_ptr<Guide> guide;
+  if (method == "none") return guide;
+  if (method == "huang-published") guide = huang(HuangGuide::Density::kAsPublished);
+  if (method == "huang") guide = huang(HuangGuide::Density::kExact);
+  if (method == "dahm-keller") guide = std::make_unique<DahmKellerGuide>(setup);
+  if (method == "ppg") guide = std::make_unique<PpgGuide>(setup);
+  if (method == "adaptive") guide = std::make_unique<AdaptiveGuide>(setup);
+  if (guide) return guide;
   std::string known;
   for (std::string_view name : kMethods) known += (known.empty() ? "" : ", ") + std::string(name);
   return Error{ErrorCode::kInvalid,

@@ -60,7 +60,7 @@ Result<JobResult> run_job(const PreparedScene& scene, const RenderSettings& sett
                           std::optional<TableFile> table_in, Film& film, TaskPool& pool,
                           RenderObserver& observer, std::stop_token stop, const Clock& clock) {
   Result<std::unique_ptr<Guide>> made =
-      make_guide(settings.method, scene.bounds, settings.huang, settings.max_table_bytes);
+      make_guide(settings.method, scene.guide_setup(settings));
   if (!made.ok()) return made.error();
   const std::unique_ptr<Guide> guide = std::move(made).value();
   std::optional<TableHeader> parent;

@@ -16,6 +16,7 @@ struct Frame {
     x = {1 + sign * sqr(n.x) * a, sign * b, -sign * n.x};
     y = {b, sign + sqr(n.y) * a, -n.y};
   }
+  Frame(Vec3 x_, Vec3 y_, Vec3 z_) : x(x_), y(y_), z(z_) {}  // orthonormal, right-handed
   Vec3 to_local(Vec3 v) const { return {dot(v, x), dot(v, y), dot(v, z)}; }
   Vec3 to_world(Vec3 v) const { return x * v.x + y * v.y + z * v.z; }
 };

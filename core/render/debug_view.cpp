@@ -47,7 +47,7 @@ Result<Image> render_debug_view(const PreparedScene& scene, const RenderSettings
   std::unique_ptr<Guide> guide;
   if (view == DebugView::kState) {
     const std::string method = settings.method == "none" ? "huang" : settings.method;
-    Result<std::unique_ptr<Guide>> made = make_guide(method, scene.bounds, settings.huang);
+    Result<std::unique_ptr<Guide>> made = make_guide(method, scene.guide_setup(settings));
     if (!made) return made.error();
     guide = std::move(made).value();
   }

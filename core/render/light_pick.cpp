@@ -101,6 +101,18 @@ LightPick LightPick::uniform() const {
   return other;
 }
 
+float LightPick::brightest() const {
+  float brightest = 0;
+  for (const EmittingTriangle& t : triangles_)
+    brightest = std::max(brightest, luminance(t.emission));
+  if (!environment_.present()) return brightest;
+  float texel = environment_.image.empty() ? 1.0f : 0.0f;
+  for (int y = 0; y < environment_.image.height(); ++y)
+    for (int x = 0; x < environment_.image.width(); ++x)
+      texel = std::max(texel, luminance(environment_.image.rgb(x, y)));
+  return std::max(brightest, texel * luminance(environment_.radiance));
+}
+
 bool LightPick::picks_uniformly() const {
   for (uint32_t i = 1; i < picker_.size(); ++i)
     if (std::abs(picker_.probability(i) / picker_.probability(0) - 1) > 1e-3f) return false;

@@ -24,6 +24,7 @@ class LightPick {
   // The same lights, each picked as often as any other.
   LightPick uniform() const;
   bool picks_uniformly() const;  // are all picked alike, by their power or by uniform()?
+  float brightest() const;       // luminance emitted by any light
   bool empty() const { return triangles_.empty() && !environment_.present(); }
 
   // False: this choice of light sends nothing to p (it faces away).

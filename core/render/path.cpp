@@ -12,6 +12,7 @@ namespace {
 
 constexpr uint64_t kTimedEvery = 64;
 constexpr size_t kRaysAtOnce = 1024;
+constexpr float kLeastSurvival = 0.05f;
 
 // Adds the cycles of a scope to `total` when `on`.
 class CycleScope {
@@ -76,17 +77,15 @@ PathCounters& PathCounters::operator+=(const PathCounters& o) {
 
 PathTracer::PathTracer(const PreparedScene& scene, const LightPick& lights,
                        const RenderSettings& settings, const Guide* guide)
-    : scene_(scene), lights_(lights), settings_(settings), guide_(guide) {}
+    : scene_(scene), lights_(lights), settings_(settings), guide_(guide), learner_(guide) {}
 
-void PathTracer::sample(const Ray& ray, Sampler& sampler, GuideDelta* learn, Rgb& pixel) {
+void PathTracer::sample(const Ray& ray, Sampler& sampler, GuideDelta* learn, float pixel_luminance,
+                        Rgb& pixel) {
   timed_ = counters_.paths++ % kTimedEvery == 0;
   const CycleScope scope(timed_, counters_.timed_total);
-  events_.clear();
-  const Rgb radiance = walk(ray, sampler, learn != nullptr, pixel);
-  if (learn) {
-    const CycleScope guiding(timed_, counters_.timed_guiding);
-    guide_->record(events_, *learn);
-  }
+  learner_.begin(learn);
+  const Rgb radiance = walk(ray, sampler, pixel_luminance, pixel);
+  learner_.end();
   if (is_finite(radiance)) {
     pixel += radiance;
   } else {
@@ -102,16 +101,30 @@ inline bool PathTracer::intersect(const Ray& ray, Hit& hit) {
 }
 
 void PathTracer::flush() {
-  if (waiting_.empty()) return;
   const uint64_t start = cycle_count();
-  scene_.accel->occluded(waiting_rays_);
-  const uint64_t cycles = (cycle_count() - start) / kTimedEvery;  // as paths are timed: one in many
-  counters_.timed_tracing += cycles;
-  counters_.timed_total += cycles;
+  if (!waiting_.empty()) scene_.accel->occluded(waiting_rays_);
+  const uint64_t traced = cycle_count();
   counters_.rays += waiting_rays_.size();
-  for (size_t i = 0; i < waiting_.size(); ++i)
-    if (!waiting_rays_[i].occluded()) *waiting_[i].pixel += waiting_[i].light;
-  discard();
+  for (size_t i = 0; i < waiting_.size(); ++i) {
+    const Waiting& w = waiting_[i];
+    if (waiting_rays_[i].occluded()) continue;
+    *w.pixel += w.light;
+    if (w.vertex != PathLearner::kNoVertex) learner_.direct(w.vertex, w.scattered);
+  }
+  waiting_.clear();
+  waiting_rays_.clear();
+  learner_.flush();
+  // As paths are timed: one in many.
+  const uint64_t learned = cycle_count();
+  counters_.timed_tracing += (traced - start) / kTimedEvery;
+  counters_.timed_guiding += (learned - traced) / kTimedEvery;
+  counters_.timed_total += (learned - start) / kTimedEvery;
+}
+
+void PathTracer::discard() {
+  waiting_.clear();
+  waiting_rays_.clear();
+  learner_.discard();
 }
 
 inline float PathTracer::mixture_pdf_w(const Vertex& v, Vec3 wi, float bsdf_pdf_w) {
@@ -142,6 +155,26 @@ inline PathTracer::Connection PathTracer::connect(const Vertex& v, Vec2 u, float
           {v.ray_origin(light.wi), light.wi, std::max(t_max, 0.0f)}};
 }
 
+// Russian roulette. Where the table is credible, by the noise that what follows would bring into
+// the pixel, with the table's expectation as control variate (after Rath et al. 2022, "EARS", and
+// Mueller et al. 2020, "Neural Control Variates"); else by throughput from some depth on.
+inline PathTracer::Survival PathTracer::survival(const Vertex& v, Rgb throughput,
+                                                 float pixel_luminance, int depth) {
+  if (guide_ && v.kind == BsdfKind::kDiffuse) {
+    const CycleScope guiding(timed_, counters_.timed_guiding);
+    const GuideExpectation expected = guide_->expectation(v.at);
+    if (expected.credible) {
+      const Rgb control = v.sp.reflectance * expected.arriving;
+      if (learner_.on()) learner_.expected(control);
+      if (!settings_.russian_roulette || !(pixel_luminance > 0)) return {};
+      const float noise = luminance(throughput * v.sp.reflectance) * expected.deviation;
+      return {std::clamp(noise / pixel_luminance, kLeastSurvival, 1.0f), control};
+    }
+  }
+  if (!settings_.russian_roulette || depth < kRouletteFromDepth) return {};
+  return {std::min(0.95f, max_component(throughput)), {}};
+}
+
 // Chooses wi_ with weight_, pdf_w_ and delta_. False: the path ends here.
 inline bool PathTracer::scatter(const Vertex& v, float u_lobe, Vec2 u) {
   delta_ = false;
@@ -155,6 +188,7 @@ inline bool PathTracer::scatter(const Vertex& v, float u_lobe, Vec2 u) {
     }
     const Vec3 wi_local = v.frame.to_local(wi_);
     const BsdfEval eval = v.eval(wi_local);
+    bsdf_pdf_w_ = eval.pdf_w;
     pdf_w_ = lerp(v.guide_fraction, eval.pdf_w, guide_pdf_w);
     if (eval.f_cos.is_black() || !v.sides_agree(wi_, wi_local)) return false;
     weight_ = eval.f_cos / pdf_w_;
@@ -169,7 +203,7 @@ inline bool PathTracer::scatter(const Vertex& v, float u_lobe, Vec2 u) {
   wi_ = v.frame.to_world(s->wi);
   delta_ = s->delta;
   weight_ = s->weight;
-  pdf_w_ = s->pdf_w;
+  pdf_w_ = bsdf_pdf_w_ = s->pdf_w;
   if (delta_) {
     weight_ *= 1 / (1 - v.guide_fraction);
   } else if (v.guide_fraction > 0) {
@@ -179,7 +213,7 @@ inline bool PathTracer::scatter(const Vertex& v, float u_lobe, Vec2 u) {
   return v.sides_agree(wi_, s->wi) && !weight_.is_black();
 }
 
-Rgb PathTracer::walk(Ray ray, Sampler& sampler, bool learning, Rgb& pixel) {
+Rgb PathTracer::walk(Ray ray, Sampler& sampler, float pixel_luminance, Rgb& pixel) {
   if (lights_.empty()) return {};  // black, whatever the path
   Rgb radiance, throughput{1.0f};
   delta_ = true;  // nee cannot make the camera's ray
@@ -195,7 +229,7 @@ Rgb PathTracer::walk(Ray ray, Sampler& sampler, bool learning, Rgb& pixel) {
                               ? 1.0f
                               : power_heuristic(pdf_w_, lights_.pdf_w_environment(ray.d));
         radiance += throughput * emitted * mis;
-        if (!events_.empty()) events_.back().emitted = luminance(emitted);
+        learner_.emitted(emitted, mis);
       }
       return radiance;
     }
@@ -213,7 +247,7 @@ Rgb PathTracer::walk(Ray ray, Sampler& sampler, bool learning, Rgb& pixel) {
             pdf_w_, lights_.pdf_w_triangle(hit.mesh, hit.triangle, hit.t, std::abs(cos_geometric)));
       }
       radiance += throughput * emitted * mis;
-      if (!events_.empty()) events_.back().emitted = luminance(emitted);
+      learner_.emitted(emitted, mis);
     }
     if (depth >= settings_.max_depth) return radiance;
 
@@ -233,11 +267,10 @@ Rgb PathTracer::walk(Ray ray, Sampler& sampler, bool learning, Rgb& pixel) {
       const CycleScope guiding(timed_, counters_.timed_guiding);
       v.at = guide_->find(surface.p, cos_geometric > 0 ? surface.ng : -surface.ng);
       v.guide_fraction = guide_->guide_fraction(v.at, v.kind == BsdfKind::kDiffuse);
-      if (learning) {
-        // Mirrors and clear glass are passed over: what is seen in them counts as seen directly.
-        if (!events_.empty()) events_.back().lands = true;
-        events_.push_back({v.at, {}, 0, false, false, 0});
-      }
+      if (learner_.on())
+        learner_.vertex(
+            v.at, surface.p,
+            luminance(v.kind == BsdfKind::kDiffuse ? v.sp.reflectance : v.bsdf.albedo(v.sp, v.wo)));
     }
 
     // 3. Light straight from a light. Its ray waits to be traced with others.
@@ -246,24 +279,27 @@ Rgb PathTracer::walk(Ray ray, Sampler& sampler, bool learning, Rgb& pixel) {
       if (!connection.light.is_black()) {
         const Rgb light = throughput * connection.light;
         if (!is_finite(light)) return light;
-        waiting_.push_back({light, &pixel});
+        waiting_.push_back({light, &pixel, connection.light, learner_.current()});
         waiting_rays_.emplace_back(connection.ray);
       }
     }
 
-    // 4. Russian roulette by throughput.
-    if (settings_.russian_roulette && depth >= kRouletteFromDepth) {
-      const float survive = std::min(0.95f, max_component(throughput));
-      if (!(u.d.x < survive)) return radiance;
-      throughput *= 1 / survive;
+    // 4. Russian roulette.
+    const Survival survival = this->survival(v, throughput, pixel_luminance, depth);
+    float inverse_chance = 1;
+    if (survival.chance < 1) {
+      if (!(u.d.x < survival.chance)) return radiance + throughput * survival.control;
+      inverse_chance = 1 / survival.chance;
+      radiance += throughput * survival.control * (1 - inverse_chance);
+      throughput *= inverse_chance;
     }
 
     // 5. The next direction.
     const bool scattered = scatter(v, u.c.y, u.b);
-    if (learning && v.kind != BsdfKind::kDelta && !delta_) {
-      events_.back().wi = wi_;
-      events_.back().pdf_w = pdf_w_;
-      events_.back().guidable = true;
+    if (delta_) {
+      if (scattered) learner_.scattered_delta(v.kind != BsdfKind::kDelta, weight_ * inverse_chance);
+    } else {
+      learner_.scattered(wi_, pdf_w_, bsdf_pdf_w_, scattered ? weight_ : Rgb{}, inverse_chance);
     }
     if (!scattered) return radiance;
     throughput *= weight_;

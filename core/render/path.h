@@ -7,6 +7,7 @@
 
 #include "core/guide/guide.h"
 #include "core/math/sampler.h"
+#include "core/render/path_learner.h"
 #include "core/render/prepared_scene.h"
 #include "core/render/settings.h"
 #include "core/scene/surface.h"
@@ -32,10 +33,11 @@ class PathTracer {
   // Adds the radiance arriving at the ray's origin along it to `pixel`, some of it only at flush():
   // rays to lights are traced many at once. `pixel` must live until then. A sample that is not
   // finite adds nothing and is counted. When `learn` is given, the path's scattering events are
-  // recorded there.
-  void sample(const Ray& ray, Sampler& sampler, GuideDelta* learn, Rgb& pixel);
+  // recorded there by flush(). `pixel_luminance`: about what the pixel's will be; 0: not known.
+  void sample(const Ray& ray, Sampler& sampler, GuideDelta* learn, float pixel_luminance,
+              Rgb& pixel);
   void flush();
-  void discard() { waiting_.clear(), waiting_rays_.clear(); }  // instead of flush()
+  void discard();  // instead of flush()
 
   const PathCounters& counters() const { return counters_; }
 
@@ -45,9 +47,16 @@ class PathTracer {
     Rgb light;  // weighted, if the ray is free
     Ray ray;
   };
-  Rgb walk(Ray ray, Sampler& sampler, bool learning, Rgb& pixel);
+  // A path goes on with probability `chance`; `control` is paid to one that ends, and paid back by
+  // one that goes on: the mean is the same whatever it is.
+  struct Survival {
+    float chance = 1;
+    Rgb control;
+  };
+  Rgb walk(Ray ray, Sampler& sampler, float pixel_luminance, Rgb& pixel);
   bool intersect(const Ray& ray, Hit& hit);
   Connection connect(const Vertex& v, Vec2 u, float u_light);
+  Survival survival(const Vertex& v, Rgb throughput, float pixel_luminance, int depth);
   bool scatter(const Vertex& v, float u_lobe, Vec2 u);
   float mixture_pdf_w(const Vertex& v, Vec3 wi, float bsdf_pdf_w);
   float ray_offset(Vec3 p, float t) const;
@@ -63,13 +72,16 @@ class PathTracer {
   Vec3 wi_;          // world
   Rgb weight_;       // f |cos| / pdf
   float pdf_w_ = 0;  // of the whole mixture
+  float bsdf_pdf_w_ = 0;
   bool delta_ = true;
-  std::vector<GuideVertex> events_;
+  PathLearner learner_;
 
   // Light that arrives if its ray is free, and where it belongs.
   struct Waiting {
     Rgb light;
     Rgb* pixel;
+    Rgb scattered;    // the same, before the path's throughput
+    uint32_t vertex;  // the learner's
   };
   std::vector<Waiting> waiting_;
   std::vector<OcclusionRay> waiting_rays_;  // parallel to waiting_

@@ -70,6 +70,10 @@ ShadingPoint PreparedScene::textured_point(const MeshShading& mesh, Vec2 uv) con
   return sp;
 }
 
+GuideSetup PreparedScene::guide_setup(const RenderSettings& settings) const {
+  return {bounds, lights.brightest(), settings.max_table_bytes, settings.huang, settings.adaptive};
+}
+
 Result<std::shared_ptr<const PreparedScene>> prepare_scene(LoadedScene loaded, int build_threads) {
   Result<std::shared_ptr<PreparedScene>> prepared = prepare(std::move(loaded), build_threads);
   if (!prepared.ok()) return prepared.error();

@@ -10,6 +10,7 @@
 #include "core/bsdf/bsdf.h"
 #include "core/import/load_scene.h"
 #include "core/render/light_pick.h"
+#include "core/render/settings.h"
 #include "core/scene/surface.h"
 
 namespace qray {
@@ -46,6 +47,7 @@ struct PreparedScene {
     if (m.interpolated) interpolate_vertices(*m.mesh, hit.triangle, hit.barycentric, surface);
     return surface;
   }
+  GuideSetup guide_setup(const RenderSettings& settings) const;
   // The material's parameters at uv, textures looked up.
   ShadingPoint shading_point(const MeshShading& mesh, Vec2 uv) const {
     return mesh.textured ? textured_point(mesh, uv) : mesh.constant;

@@ -25,6 +25,7 @@ struct RenderSettings {
   int learning_samples = 16;     // a pixel, the guide's at most; never over 1/4 of the job
   size_t max_table_bytes = kDefaultTableBytes;  // of memory; a full table adds no states
   HuangParams huang;
+  AdaptiveParams adaptive;
   std::vector<int> passes;  // replay: samples of each pass; overrides samples and seconds
 };
 

@@ -79,8 +79,9 @@ struct TaughtGuide {
   std::vector<Vec2> u = random_points();
 
   TaughtGuide() {
-    const Bounds3 box{{0, 0, 0}, {1, 1, 1}};
-    guide = std::move(make_guide("huang", box, HuangParams())).value();
+    GuideSetup setup;
+    setup.bounds = {{0, 0, 0}, {1, 1, 1}};
+    guide = std::move(make_guide("huang", setup)).value();
     for (Vec2 p : u) points.push_back({p.x, 0, p.y});
     const auto delta = guide->make_delta();
     for (size_t i = 0; i < kInputs; ++i) {

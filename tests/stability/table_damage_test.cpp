@@ -17,7 +17,7 @@ using test::formatted;
 const char* kTitle = "A damaged table, or another scene's";
 
 std::unique_ptr<Guide> guide_of(const PreparedScene& scene, const RenderSettings& settings) {
-  return make_guide(settings.method, scene.bounds, settings.huang).value();
+  return make_guide(settings.method, scene.guide_setup(settings)).value();
 }
 
 // As a job takes a file: decoded, then loaded into its guide.

@@ -86,7 +86,7 @@ TEST(HuangChi2, SampleTellsTheSameDensityAsPdf) {
           const GuideSample s = guide.sample(point, random.next_2d());
           EXPECT_NEAR(length(s.wi), 1, 1e-5f);
           // A direction in the horizon's rounding has density 0 in one of the two.
-          if (dot(s.wi, point.n) > 1e-4f) {
+          if (dot(s.wi, point.frame.z) > 1e-4f) {
             EXPECT_EQ(s.pdf_w, guide.pdf_w(point, s.wi));
           }
         }

@@ -31,30 +31,46 @@ Means means_of(const PreparedScene& scene, const std::string& method, int sample
   return means;
 }
 
-TableFile learned(const PreparedScene& scene, bool nee) {
-  RenderSettings settings = test::small_settings("huang", kSide, 64, 99);
+TableFile learned(const PreparedScene& scene, const std::string& method, bool nee) {
+  RenderSettings settings = test::small_settings(method, kSide, 64, 99);
   settings.nee = nee;
   settings.learning_samples = 16;
   return *test::render(scene, settings).job.table;
 }
 
+std::vector<std::string> unbiased_methods(const PreparedScene& scene) {
+  std::vector<std::string> methods;
+  for (std::string_view method : method_names()) {
+    const auto guide = make_guide(method, scene.guide_setup({}));
+    if (guide.value() && guide.value()->unbiased()) methods.emplace_back(method);
+  }
+  return methods;
+}
+
 class Unbiased : public ::testing::TestWithParam<const char*> {};
 
-TEST_P(Unbiased, HuangHasTheMeanOfNone) {
+TEST_P(Unbiased, MethodsHaveTheMeanOfNone) {
   const auto scene = test::included_scene(GetParam());
+  const std::vector<std::string> methods = unbiased_methods(*scene);
+  ASSERT_GE(methods.size(), 3u);
+  const int tests = 3 * 2 * 2 * static_cast<int>(methods.size()) * kRegions * kRegions;
   for (bool nee : {true, false}) {
     const Means none = means_of(*scene, "none", 16, nee);
-    const Means cold = means_of(*scene, "huang", 16, nee);
-    const Means warm = means_of(*scene, "huang", 16, nee, learned(*scene, nee));
-    for (const Means* huang : {&cold, &warm}) {
-      EXPECT_LT(std::abs(test::z_test(huang->whole, none.whole).z), 3)
-          << GetParam() << " nee " << nee << ": " << huang->whole.mean() << " against "
-          << none.whole.mean() << " +- " << none.whole.standard_error();
-      for (size_t i = 0; i < none.regions.size(); ++i)
-        EXPECT_GT(test::z_test(huang->regions[i], none.regions[i]).p_value,
-                  test::significance(3 * 2 * 2 * kRegions * kRegions))
-            << GetParam() << " nee " << nee << " region " << i << ": " << huang->regions[i].mean()
-            << " against " << none.regions[i].mean();
+    for (const std::string& method : methods) {
+      const Means cold = means_of(*scene, method, 16, nee);
+      const Means warm = means_of(*scene, method, 16, nee, learned(*scene, method, nee));
+      for (const Means* means : {&cold, &warm}) {
+        const std::string which = GetParam() + (", " + method) + (nee ? ", nee" : "") +
+                                  (means == &warm ? ", warm" : ", cold");
+        EXPECT_GT(test::z_test(means->whole, none.whole).p_value, test::significance(tests))
+            << which << ": " << means->whole.mean() << " against " << none.whole.mean() << " +- "
+            << none.whole.standard_error();
+        for (size_t i = 0; i < none.regions.size(); ++i)
+          EXPECT_GT(test::z_test(means->regions[i], none.regions[i]).p_value,
+                    test::significance(tests))
+              << which << ", region " << i << ": " << means->regions[i].mean() << " against "
+              << none.regions[i].mean();
+      }
     }
   }
 }
@@ -62,7 +78,8 @@ TEST_P(Unbiased, HuangHasTheMeanOfNone) {
 TEST_P(Unbiased, HuangAsPublishedIsBrighter) {
   const auto scene = test::included_scene(GetParam());
   const Means none = means_of(*scene, "none", 64, false);
-  const Means published = means_of(*scene, "huang-published", 64, false, learned(*scene, false));
+  const Means published =
+      means_of(*scene, "huang-published", 64, false, learned(*scene, "huang", false));
   const double ratio = published.whole.mean() / none.whole.mean();
   RecordProperty("brightness_over_truth", std::to_string(ratio));
   std::printf("%s: huang-published is %.2f times as bright as the truth\n", GetParam(), ratio);

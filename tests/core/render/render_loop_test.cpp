@@ -41,8 +41,8 @@ bool same_bits(const Image& a, const Image& b) {
 
 TEST(RenderLoop, SameBitsForAnyNumberOfThreads) {
   const auto scene = test::prepare(test::room());
-  for (const char* method : {"none", "huang", "huang-published"}) {
-    const RenderSettings settings = small(method, 12);
+  for (std::string_view method : method_names()) {
+    const RenderSettings settings = small(std::string(method), 12);
     const Outcome one = run(*scene, settings, 1);
     for (int threads : {2, 4}) {
       const Outcome many = run(*scene, settings, threads);

@@ -1,0 +1,86 @@
+// The table that grows where its data supports it (design, section 4): places by a SpatialTree,
+// directions by DirectionTrees, integer sums of what each direction was paid, and of what arrives
+// in all, which Russian roulette reads (path.cpp).
+//
+// Sums are added to atomically while a pass runs, so record() needs no delta, and neither threads
+// nor order change a bit. Radiance counts in units of the scene's brightest light.
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <memory>
+
+#include "core/guide/guide.h"
+#include "core/guide/spatial_tree.h"
+
+namespace qray {
+
+class AdaptiveGuide final : public Guide {
+ public:
+  explicit AdaptiveGuide(const GuideSetup& setup);
+
+  std::string_view method() const override { return "adaptive"; }
+  bool unbiased() const override { return true; }
+
+  GuidePoint find(Vec3 p, Vec3 n) const override;
+  float guide_fraction(const GuidePoint& point, bool diffuse) const override;
+  GuideSample sample(const GuidePoint& point, Vec2 u) const override;
+  float pdf_w(const GuidePoint& point, Vec3 wi) const override;
+  GuideExpectation expectation(const GuidePoint& point) const override;
+
+  std::unique_ptr<GuideDelta> make_delta() const override;
+  void record(std::span<const GuideVertex> path, GuideDelta& delta) const override;
+  void update(GuideDelta&) override {}
+  void end_pass() override;
+
+  GuideStats stats() const override;
+  std::vector<TableSection> save() const override;
+  Status load(std::span<const TableSection> sections) override;
+
+ private:
+  using Cells = DirectionTrees::Cells;
+
+  // What sampling reads of a place and a face.
+  struct State {
+    uint64_t key = 0;
+    uint32_t root = 0;  // of its directions
+    Rgb arriving;       // radiance
+    float deviation = 0;
+    bool credible = false;
+  };
+  // What is learned of it: n samples of y = radiance x cos / (pi pdf), in fixed point.
+  struct Sums {
+    std::atomic<int64_t> n{0}, y[3]{};
+    // Of luminance squared: whole parts and what is left of them, since squares range widely.
+    std::atomic<int64_t> square_hi{0}, square_lo{0};
+    Sums() = default;
+    Sums(const Sums& o) { *this = o; }
+    Sums& operator=(const Sums& o);
+    void scale(int64_t numerator, int64_t denominator);
+  };
+  static constexpr uint32_t kNoState = ~0u;
+  using Faces = std::array<uint32_t, SpatialTree::kFaces>;  // states, or kNoState
+  static Faces no_states() {
+    Faces faces;
+    faces.fill(kNoState);
+    return faces;
+  }
+
+  std::vector<int> cut_places();  // how many times each state was halved
+  void summarize(State& state, const Sums& sums) const;
+  Status load_state(ByteReader& in);
+
+  AdaptiveParams params_;
+  size_t max_bytes_;
+  double radiance_unit_;  // a power of two, at least the brightest light's luminance
+  SpatialTree tree_;
+  std::vector<Faces> faces_;  // by the tree's node; of leaves
+  std::vector<State> states_;
+  mutable std::vector<Sums> sums_;  // parallel to states_
+  mutable DirectionTrees directions_;
+  // Places and faces that were hit and have no state yet, by node x face.
+  mutable std::unique_ptr<std::atomic<bool>[]> seen_;
+  mutable std::atomic<uint64_t> samples_seen_{0}, refused_{0};
+};
+
+}  // namespace qray

@@ -1,0 +1,267 @@
+#include "core/guide/dahm_keller.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "core/base/check.h"
+#include "core/guide/direction_tree.h"
+#include "core/math/warp.h"
+
+namespace qray {
+namespace {
+
+constexpr size_t kRecordBytes = 8 + DahmKellerGuide::kCells * 8;
+// Added to every cell, in means of the state's Q: the paper does not say how cells that were dark so
+// far stay possible.
+constexpr float kLeast = 0.25f;
+constexpr float kOneMinusEpsilon = 0x1.fffffep-1f;
+
+// Means of cos(theta) over the cells: z of square_to_uniform_hemisphere(), integrated numerically.
+const DahmKellerGuide::Values& mean_cosines() {
+  static const DahmKellerGuide::Values cosines = [] {
+    DahmKellerGuide::Values mean{};
+    constexpr int kSide = DahmKellerGuide::kSide, kFine = 16;
+    for (int y = 0; y < kSide * kFine; ++y)
+      for (int x = 0; x < kSide * kFine; ++x) {
+        constexpr float kStep = 1.0f / (kSide * kFine);
+        const Vec3 d = square_to_uniform_hemisphere(
+            {(static_cast<float>(x) + 0.5f) * kStep, (static_cast<float>(y) + 0.5f) * kStep});
+        mean[static_cast<size_t>(y / kFine * kSide + x / kFine)] += d.z / (kFine * kFine);
+      }
+    return mean;
+  }();
+  return cosines;
+}
+
+}  // namespace
+
+struct DahmKellerGuide::Delta final : GuideDelta {
+  struct Transition {
+    uint64_t state;
+    uint64_t next;  // kNowhere: the path left the scene
+    float emitted;
+    float albedo;  // where the ray landed
+    uint32_t cell;
+  };
+  static constexpr uint64_t kNowhere = ~uint64_t{0};
+  std::vector<Transition> transitions;
+};
+
+DahmKellerGuide::DahmKellerGuide(const GuideSetup& setup)
+    : grid_(setup.bounds, setup.huang.grid), max_bytes_(setup.max_bytes) {
+  constexpr size_t kStateBytes =
+      2 * (sizeof(Learned) + sizeof(Frozen) + sizeof(uint32_t)) + 2 * KeyIndex::kMaxBytesPerKey;
+  constexpr size_t kEmptyBytes = 2 * KeyIndex::kMinBytes;
+  max_states_ = max_bytes_ > kEmptyBytes ? (max_bytes_ - kEmptyBytes) / kStateBytes : 0;
+}
+
+GuidePoint DahmKellerGuide::find(Vec3 p, Vec3 n) const {
+  const SurfaceGrid::State s = grid_.state_at(p, n);
+  return {frozen_index_.find(s.key), s.key, Frame(s.n)};
+}
+
+float DahmKellerGuide::guide_fraction(const GuidePoint& point, bool diffuse) const {
+  if (!point.state.valid()) return 0;
+  return diffuse ? 1.0f : 0.5f;
+}
+
+// The inverse of square_to_uniform_hemisphere().
+int DahmKellerGuide::cell_of(Vec3 local) {
+  const float scale = 1 / std::sqrt(1 + std::max(local.z, 0.0f));
+  const Vec2 u = disk_to_square({local.x * scale, local.y * scale});
+  return static_cast<int>(u.y * kSide) * kSide + static_cast<int>(u.x * kSide);
+}
+
+GuideSample DahmKellerGuide::sample(const GuidePoint& point, Vec2 u) const {
+  const auto& cdf = frozen_[point.state.value].cdf;
+  const size_t cell =
+      static_cast<size_t>(std::upper_bound(cdf.begin(), cdf.end() - 1, u.x) - cdf.begin());
+  const float below = cell > 0 ? cdf[cell - 1] : 0, chance = cdf[cell] - below;
+  // What u.x says beside the cell is the place within it along x.
+  const float x = std::clamp((u.x - below) / chance, 0.0f, kOneMinusEpsilon);
+  constexpr float kWidth = 1.0f / kSide;
+  const Vec3 d = square_to_uniform_hemisphere({(static_cast<float>(cell % kSide) + x) * kWidth,
+                                               (static_cast<float>(cell / kSide) + u.y) * kWidth});
+  return {point.frame.to_world(d), chance * kCells * kUniformHemispherePdfW};
+}
+
+float DahmKellerGuide::pdf_w(const GuidePoint& point, Vec3 wi) const {
+  const Vec3 local = point.frame.to_local(wi);
+  if (local.z <= 0) return 0;
+  const auto& cdf = frozen_[point.state.value].cdf;
+  const size_t cell = static_cast<size_t>(cell_of(local));
+  return (cdf[cell] - (cell > 0 ? cdf[cell - 1] : 0)) * kCells * kUniformHemispherePdfW;
+}
+
+std::unique_ptr<GuideDelta> DahmKellerGuide::make_delta() const {
+  return std::make_unique<Delta>();
+}
+
+void DahmKellerGuide::record(std::span<const GuideVertex> path, GuideDelta& delta) const {
+  auto& transitions = static_cast<Delta&>(delta).transitions;
+  for (size_t i = 0; i < path.size(); ++i) {
+    const GuideVertex& v = path[i];
+    if (!v.guidable) continue;
+    const Vec3 local = v.at.frame.to_local(v.wi);
+    if (local.z <= 0) continue;
+    const bool lands = v.lands && i + 1 < path.size();
+    transitions.push_back({v.at.key, lands ? path[i + 1].at.key : Delta::kNowhere, v.emitted,
+                           lands ? path[i + 1].albedo : 0, static_cast<uint32_t>(cell_of(local))});
+  }
+}
+
+void DahmKellerGuide::update(GuideDelta& delta) {
+  auto& transitions = static_cast<Delta&>(delta).transitions;
+  for (const Delta::Transition& t : transitions) {
+    StateId id = learned_index_.find(t.state);
+    if (!id.valid()) {
+      if (learned_.size() >= max_states_) {
+        ++refused_;
+        continue;
+      }
+      id = learned_index_.find_or_insert(t.state);
+      learned_.emplace_back();
+    }
+    float target = t.emitted;
+    if (t.next != Delta::kNowhere) {
+      const StateId next = learned_index_.find(t.next);
+      if (next.valid()) target += t.albedo * learned_[next.value].scattered;
+    }
+    if (!std::isfinite(target)) continue;
+    Learned& state = learned_[id.value];
+    uint32_t& visits = state.visits[t.cell];
+    const float change = (target - state.q[t.cell]) / (1 + static_cast<float>(visits));
+    state.q[t.cell] += change;
+    // Lambert's f cos: albedo / pi times cos over cells of 2 pi / 64.
+    state.scattered =
+        std::max(0.0f, state.scattered + change * mean_cosines()[t.cell] * (2.0f / kCells));
+    if (visits != ~0u) ++visits;
+    ++samples_seen_;
+    if (!state.dirty) dirty_.push_back(id.value);
+    state.dirty = true;
+  }
+  transitions.clear();
+}
+
+void DahmKellerGuide::freeze(uint32_t index) {
+  const Learned& learned = learned_[index];
+  const StateId id = frozen_index_.find_or_insert(learned_index_.keys()[index]);
+  if (id.value >= frozen_.size()) frozen_.resize(id.value + 1);
+  // Cells that were never drawn count as the mean of those that were.
+  double sum = 0;
+  int known = 0;
+  for (size_t k = 0; k < kCells; ++k) {
+    if (learned.visits[k] == 0) continue;
+    sum += learned.q[k];
+    ++known;
+  }
+  const double mean = sum > 0 ? sum / known : 1;
+  double total = 0;
+  std::array<double, kCells> below;
+  for (size_t k = 0; k < kCells; ++k) {
+    const double q = learned.visits[k] == 0 ? mean
+                     : sum > 0              ? static_cast<double>(learned.q[k])
+                                            : 1;
+    total += q + kLeast * mean;
+    below[k] = total;
+  }
+  for (size_t k = 0; k < kCells; ++k)
+    frozen_[id.value].cdf[k] = k + 1 == kCells ? 1.0f : static_cast<float>(below[k] / total);
+}
+
+void DahmKellerGuide::end_pass() {
+  for (uint32_t i : dirty_) {
+    freeze(i);
+    learned_[i].dirty = false;
+  }
+  dirty_.clear();
+}
+
+GuideStats DahmKellerGuide::stats() const {
+  return {learned_.size(),
+          learned_index_.bytes() + frozen_index_.bytes() + learned_.capacity() * sizeof(Learned) +
+              frozen_.capacity() * sizeof(Frozen) + dirty_.capacity() * sizeof(uint32_t),
+          samples_seen_, refused_};
+}
+
+const DahmKellerGuide::Values* DahmKellerGuide::values(uint64_t key) const {
+  const StateId id = learned_index_.find(key);
+  return id.valid() ? &learned_[id.value].q : nullptr;
+}
+
+std::vector<TableSection> DahmKellerGuide::save() const {
+  std::vector<uint32_t> order(learned_.size());
+  std::iota(order.begin(), order.end(), 0u);
+  const auto& keys = learned_index_.keys();
+  std::sort(order.begin(), order.end(), [&](uint32_t a, uint32_t b) { return keys[a] < keys[b]; });
+  ByteWriter grid;
+  grid.i64(grid_.cell_exponent());
+  for (int axis = 0; axis < 3; ++axis) grid.f32(grid_.origin_cells()[axis]);
+  grid.u64(samples_seen_);
+  ByteWriter states;
+  states.u64(order.size());
+  for (uint32_t i : order) {
+    states.u64(keys[i]);
+    for (size_t k = 0; k < kCells; ++k) {
+      states.f32(learned_[i].q[k]);
+      states.u32(learned_[i].visits[k]);
+    }
+  }
+  return {{"DGRD", grid.take()}, {"DQ64", states.take()}};
+}
+
+Status DahmKellerGuide::load(std::span<const TableSection> sections) {
+  QRAY_CHECK(learned_.empty());
+  if (sections.size() != 2 || sections[0].tag != "DGRD" || sections[1].tag != "DQ64")
+    return Error{ErrorCode::kCorrupt, "expected the sections DGRD and DQ64", "table"};
+  ByteReader grid(sections[0].bytes);
+  const int64_t exponent = grid.i64();
+  Vec3 origin;
+  for (int axis = 0; axis < 3; ++axis) origin[axis] = grid.f32();
+  const uint64_t samples_seen = grid.u64();
+  if (!grid.ok() || grid.remaining() != 0)
+    return Error{ErrorCode::kCorrupt, "wrong size", "table:DGRD"};
+  if (exponent != grid_.cell_exponent() || !(origin == grid_.origin_cells()))
+    return Error{ErrorCode::kConflict, "the table's grid is not this job's", "table:DGRD"};
+  ByteReader in(sections[1].bytes);
+  const uint64_t count = in.u64();
+  if (!in.ok() || count != in.remaining() / kRecordBytes || in.remaining() % kRecordBytes != 0)
+    return Error{ErrorCode::kCorrupt, "wrong size for " + std::to_string(count) + " states",
+                 "table:DQ64"};
+  if (count > max_states_)
+    return Error{ErrorCode::kTooLarge,
+                 "the table's " + std::to_string(count) + " states do not fit into the " +
+                     std::to_string(max_bytes_) + " bytes of memory that a table may take here, " +
+                     "enough for " + std::to_string(max_states_),
+                 "table:DQ64"};
+  uint64_t last_key = 0;
+  for (uint64_t i = 0; i < count; ++i) {
+    const uint64_t key = in.u64();
+    Learned state;
+    bool good = (i == 0 || key > last_key) && key >> 60 == 0;
+    for (size_t k = 0; k < kCells; ++k) {
+      state.q[k] = in.f32();
+      state.visits[k] = in.u32();
+      good = good && std::isfinite(state.q[k]) && state.q[k] >= 0;
+      state.scattered += state.q[k] * mean_cosines()[k] * (2.0f / kCells);
+    }
+    if (!good) {
+      learned_ = {};
+      learned_index_ = {};
+      dirty_ = {};
+      return Error{ErrorCode::kCorrupt, "expected rising keys and finite values >= 0",
+                   "table:DQ64, state " + std::to_string(i)};
+    }
+    last_key = key;
+    learned_index_.find_or_insert(key);
+    state.dirty = true;
+    learned_.push_back(state);
+    dirty_.push_back(static_cast<uint32_t>(i));
+  }
+  samples_seen_ = samples_seen;
+  end_pass();
+  return {};
+}
+
+}  // namespace qray

@@ -1,0 +1,101 @@
+// Which way, for one state: a quadtree over the unit square, which the concentric map lays over the
+// projected hemisphere (design, section 4), so that a tree without data samples by the cosine and
+// no cell lies below the horizon. What is learned are integer sums, exactly associative: the same
+// bits whatever the threads and the order.
+//
+// Estimates are shrunk toward the parent cell's (Buehlmann's credibility): a cell that n samples of
+// mean weight w hit has (S + k w m_parent) / (W + k w).
+//
+// Trees are rebuilt between passes; in between add() may be called from any thread.
+#pragma once
+
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "core/math/vec.h"
+
+namespace qray {
+
+// The inverse of square_to_disk(); within 2e-5. Results lie in [0, 1).
+Vec2 disk_to_square(Vec2 d);
+
+struct DirectionParams {
+  float shrinkage = 16;       // k, in samples
+  float split_share = 0.01f;  // of what arrives: a cell with more is cut in four, one with less
+                              // than a quarter of it is not
+  int max_depth = 6;          // cells are at least 2^-max_depth wide
+  bool operator==(const DirectionParams&) const = default;
+};
+
+class DirectionTrees {
+ public:
+  // What a cell was hit by: n samples; W = sum 1/p, S = sum Y/p; p in the square's measure.
+  struct Sums {
+    int64_t s = 0, w = 0;
+    uint32_t n = 0;
+  };
+  // A cell of a tree taken out of the store: 0 is the whole square, children are four in a row.
+  // Sums are those of the leaves; others are zero.
+  struct Cell {
+    Sums sums;
+    uint32_t child = 0;  // the first of four; 0: a leaf
+    uint32_t depth = 0;
+    double mean = 1;  // of Y, shrunk
+  };
+  using Cells = std::vector<Cell>;
+
+  // Density at u, over the unit square.
+  float pdf(uint32_t root, Vec2 u) const;
+  // Follows the density; `density` is pdf() at the result.
+  Vec2 sample(uint32_t root, Vec2 u, float& density) const;
+  void add(uint32_t root, Vec2 u, int64_t s, int64_t w);
+  float cell_size(uint32_t root, Vec2 u) const;  // the side of the cell that holds u
+
+  // Between passes.
+  Cells take(uint32_t root) const;
+  uint32_t put(const Cells& cells);  // a new tree; its root
+  size_t nodes() const { return nodes_.size(); }
+  size_t bytes() const {
+    return nodes_.capacity() * sizeof(Node) + sums_.capacity() * sizeof(Quad);
+  }
+  void clear() { nodes_.clear(), sums_.clear(); }
+  void reserve(size_t nodes) { nodes_.reserve(nodes), sums_.reserve(nodes); }
+
+  static Cells one_cell() { return Cells(1); }
+  // Fills `mean` of every cell, from S and W by credibility, or from S and the cell's area alone;
+  // all 1 without data. take() fills it with the density.
+  static void estimate(Cells& cells, float shrinkage);
+  static void estimate_by_area(Cells& cells);
+  // Cuts and joins cells as their shares ask for; the estimates must be filled, and stay so.
+  static void adapt(Cells& cells, const DirectionParams& params);
+  static Sums total(const Cells& cells);
+  // Sums become numerator / denominator of what they were, rounded toward zero.
+  static void scale(Cells& cells, int64_t numerator, int64_t denominator);
+  static int64_t scaled(int64_t v, int64_t numerator, int64_t denominator) {
+    return v / denominator * numerator + v % denominator * numerator / denominator;
+  }
+
+ private:
+  // Four quadrants: left before right, then bottom before top.
+  struct Node {
+    uint16_t p[4];      // chances of the quadrants in 2^-16, at least 1 each, sum 2^16
+    uint16_t first;     // node of the first child, counted from the root
+    uint16_t children;  // bit q: quadrant q has a node of its own
+    uint32_t child(int q) const {
+      return first + static_cast<uint32_t>(__builtin_popcount(children & ((1u << q) - 1)));
+    }
+  };
+  struct Quad {
+    std::atomic<int64_t> s[4]{}, w[4]{};
+    std::atomic<uint32_t> n[4]{};
+    Quad() = default;
+    Quad(const Quad& o);
+  };
+
+  std::vector<Node> nodes_;
+  std::vector<Quad> sums_;  // parallel to nodes_
+};
+
+}  // namespace qray

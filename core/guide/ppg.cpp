@@ -1,0 +1,320 @@
+#include "core/guide/ppg.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+
+#include "core/base/check.h"
+#include "core/math/hash.h"
+#include "core/math/warp.h"
+
+namespace qray {
+namespace {
+
+constexpr double kRadianceOne = 0x1p32;  // of radiance_unit_, in fixed point
+constexpr double kMaxPaid = 1024;        // radiance units
+constexpr float kSplitSamples = 4000;    // c, of the spatial tree's c sqrt(2^k)
+constexpr DirectionParams kDirection{.shrinkage = 0, .split_share = 0.01f, .max_depth = 12};
+// Adam (Kingma and Ba 2015), with the course notes' rate and regularisation.
+constexpr float kRate = 0.01f, kBeta1 = 0.9f, kBeta2 = 0.999f, kRegular = 0.01f;
+constexpr float kMaxTheta = 20;
+constexpr size_t kMaxCells = 1 << 17;
+constexpr float kOneMinusEpsilon = 0x1.fffffep-1f;
+
+Vec3 to_direction(Vec2 u) {
+  const float z = 2 * u.x - 1, r = std::sqrt(std::max(0.0f, 1 - z * z)), phi = 2 * kPi * u.y;
+  return {r * std::cos(phi), r * std::sin(phi), z};
+}
+Vec2 to_square(Vec3 w) {
+  const float phi = std::atan2(w.y, w.x) * (0.5f * kInvPi);
+  return {std::clamp(0.5f * (w.z + 1), 0.0f, kOneMinusEpsilon),
+          std::clamp(phi < 0 ? phi + 1 : phi, 0.0f, kOneMinusEpsilon)};
+}
+
+// Numbers in [-1/2, 1/2) from what is being splatted, so that they depend on no thread.
+struct Jitter {
+  uint64_t bits;
+  float next() {
+    bits = mix64(bits);
+    return to_unit_float(static_cast<uint32_t>(bits >> 32)) - 0.5f;
+  }
+};
+uint64_t bits_of(Vec3 v) {
+  return mix64(std::bit_cast<uint32_t>(v.x) ^
+               mix64(std::bit_cast<uint32_t>(v.y) ^ mix64(std::bit_cast<uint32_t>(v.z))));
+}
+
+}  // namespace
+
+struct PpgGuide::Delta final : GuideDelta {
+  struct Event {
+    uint32_t leaf;
+    float gradient;  // of the KL divergence, by theta
+  };
+  std::vector<Event> events;
+};
+
+PpgGuide::PpgGuide(const GuideSetup& setup)
+    : max_bytes_(setup.max_bytes),
+      radiance_unit_(std::exp2(std::ceil(std::log2(std::max(setup.brightest_light, 1e-30f))))),
+      tree_(setup.bounds) {
+  DirectionTrees::Cells cells = DirectionTrees::one_cell();
+  DirectionTrees::adapt(cells, kDirection);
+  leaves_.push_back({.root = directions_.put(cells)});
+}
+
+GuidePoint PpgGuide::find(Vec3 p, Vec3) const {
+  const uint32_t leaf = tree_.leaf_at(p);
+  return {StateId(leaf), SpatialTree::halves(tree_.nodes()[leaf]),
+          Frame({1, 0, 0}, {0, 1, 0}, {0, 0, 1})};
+}
+
+float PpgGuide::guide_fraction(const GuidePoint& point, bool) const {
+  const Leaf& leaf = leaves_[point.state.value];
+  return leaf.ready ? leaf.fraction : 0;
+}
+
+GuideSample PpgGuide::sample(const GuidePoint& point, Vec2 u) const {
+  float density;
+  const Vec2 square = directions_.sample(leaves_[point.state.value].root, u, density);
+  return {to_direction(square), density * kUniformSpherePdfW};
+}
+
+float PpgGuide::pdf_w(const GuidePoint& point, Vec3 wi) const {
+  return directions_.pdf(leaves_[point.state.value].root, to_square(wi)) * kUniformSpherePdfW;
+}
+
+std::unique_ptr<GuideDelta> PpgGuide::make_delta() const { return std::make_unique<Delta>(); }
+
+void PpgGuide::record(std::span<const GuideVertex> path, GuideDelta& delta) const {
+  for (const GuideVertex& v : path) {
+    if (!v.guidable || !(v.pdf_w > 0)) continue;
+    const Leaf& at = leaves_[v.at.state.value];
+    const double paid = luminance(v.arriving) / v.pdf_w / radiance_unit_;
+    if (!(paid < kMaxPaid)) continue;  // NaN too
+    // 1. The radiance, into a leaf nearby and a direction nearby.
+    Jitter jitter{bits_of(v.p) ^ mix64(bits_of(v.wi))};
+    const Vec3 size = tree_.extent(v.at.state.value);
+    const Leaf& leaf = leaves_[tree_.leaf_at(
+        v.p + Vec3{size.x * jitter.next(), size.y * jitter.next(), size.z * jitter.next()})];
+    Vec2 u = to_square(v.wi);
+    const float width = directions_.cell_size(leaf.root, u);
+    u.x = std::clamp(u.x + width * jitter.next(), 0.0f, kOneMinusEpsilon);
+    u.y += width * jitter.next();
+    u.y = std::min(u.y - std::floor(u.y), kOneMinusEpsilon);
+    directions_.add(leaf.root, u, static_cast<int64_t>(paid * kRadianceOne), 1);
+    // 2. How the chance of the guide should change.
+    float gradient = 0;
+    if (at.ready) {
+      const float guide_pdf_w = pdf_w(v.at, v.wi);
+      const float product = v.f_cos * luminance(v.arriving) / static_cast<float>(radiance_unit_);
+      gradient = -product * (guide_pdf_w - v.bsdf_pdf_w) / (v.pdf_w * v.pdf_w) * at.fraction *
+                 (1 - at.fraction);
+    }
+    static_cast<Delta&>(delta).events.push_back({v.at.state.value, gradient});
+  }
+}
+
+void PpgGuide::step(Leaf& leaf, float gradient) {
+  gradient += kRegular * leaf.theta;
+  ++leaf.steps;
+  leaf.first_moment = kBeta1 * leaf.first_moment + (1 - kBeta1) * gradient;
+  leaf.second_moment = kBeta2 * leaf.second_moment + (1 - kBeta2) * gradient * gradient;
+  const float steps = static_cast<float>(leaf.steps);
+  const float first = leaf.first_moment / (1 - std::pow(kBeta1, steps));
+  const float second = leaf.second_moment / (1 - std::pow(kBeta2, steps));
+  leaf.theta -= kRate * first / (std::sqrt(second) + 1e-8f);
+  leaf.theta = std::clamp(leaf.theta, -kMaxTheta, kMaxTheta);
+}
+
+void PpgGuide::update(GuideDelta& delta) {
+  auto& events = static_cast<Delta&>(delta).events;
+  for (const Delta::Event& e : events) {
+    Leaf& leaf = leaves_[e.leaf];
+    ++leaf.samples;
+    if (leaf.ready && std::isfinite(e.gradient)) step(leaf, e.gradient);
+  }
+  iteration_samples_ += static_cast<int64_t>(events.size());
+  samples_seen_ += events.size();
+  events.clear();
+}
+
+void PpgGuide::end_pass() {
+  for (Leaf& leaf : leaves_) leaf.fraction = 1 / (1 + std::exp(-leaf.theta));
+  if (iteration_samples_ == 0 || iteration_samples_ < 2 * last_iteration_samples_) return;
+  last_iteration_samples_ = iteration_samples_;
+  iteration_samples_ = 0;
+  // 1. Space: leaves with too many samples are cut, and cut again.
+  const float most = kSplitSamples * std::exp2(0.5f * static_cast<float>(iteration_++));
+  const bool may_grow = stats().bytes < max_bytes_ / 2;  // an iteration at most doubles it
+  std::vector<uint32_t> tree_of(leaves_.size());         // whose directions a leaf has
+  for (uint32_t i = 0; i < tree_of.size(); ++i) tree_of[i] = i;
+  for (uint32_t i = 0; may_grow && i < leaves_.size(); ++i) {
+    if (tree_.nodes()[i].child != 0 || static_cast<float>(leaves_[i].samples) <= most ||
+        tree_.nodes()[i].depth >= SpatialTree::kMaxDepth)
+      continue;
+    tree_.split(i);
+    leaves_[i].samples /= 2;
+    for (int half = 0; half < 2; ++half) leaves_.push_back(Leaf(leaves_[i]));
+  }
+  tree_.index_top();
+  // 2. Directions: what this iteration learned is what the next one samples.
+  DirectionTrees next;
+  next.reserve(directions_.nodes());
+  for (uint32_t i = 0; i < leaves_.size(); ++i) {
+    if (tree_.nodes()[i].child != 0) continue;
+    DirectionTrees::Cells cells = directions_.take(leaves_[i].root);
+    if (DirectionTrees::total(cells).s > 0) {
+      DirectionTrees::estimate_by_area(cells);
+      if (may_grow) DirectionTrees::adapt(cells, kDirection);
+      leaves_[i].ready = true;
+    }
+    DirectionTrees::scale(cells, 0, 1);
+    leaves_[i].root = next.put(cells);
+    leaves_[i].samples = 0;
+  }
+  directions_ = std::move(next);
+}
+
+GuideStats PpgGuide::stats() const {
+  return {(leaves_.size() + 1) / 2,
+          directions_.bytes() + leaves_.capacity() * sizeof(Leaf) + tree_.bytes(), samples_seen_};
+}
+
+// Sections: PCUB (the cube, the unit, the samples seen, iterations), PDTR (a record per leaf, by
+// rising halves: the chance's state, then the direction cells depth first: a byte, 1 for one that
+// is cut and then its quarters' chances). What the current iteration has learned so far is left
+// out.
+std::vector<TableSection> PpgGuide::save() const {
+  ByteWriter cube;
+  cube.i64(tree_.cube_exponent());
+  for (int axis = 0; axis < 3; ++axis) cube.f32(tree_.origin()[axis]);
+  cube.f64(radiance_unit_);
+  cube.u64(samples_seen_);
+  cube.i64(last_iteration_samples_);
+  cube.u32(static_cast<uint32_t>(iteration_));
+  std::vector<std::pair<uint64_t, uint32_t>> order;
+  for (uint32_t i = 0; i < leaves_.size(); ++i)
+    if (tree_.nodes()[i].child == 0) order.emplace_back(SpatialTree::halves(tree_.nodes()[i]), i);
+  std::sort(order.begin(), order.end());
+  ByteWriter out;
+  out.u64(order.size());
+  for (const auto& [halves, i] : order) {
+    const Leaf& leaf = leaves_[i];
+    out.u64(halves);
+    out.u8(leaf.ready);
+    for (float v : {leaf.theta, leaf.first_moment, leaf.second_moment}) out.f32(v);
+    out.u32(leaf.steps);
+    const DirectionTrees::Cells cells = directions_.take(leaf.root);
+    std::vector<uint32_t> open{0};
+    while (!open.empty()) {
+      const DirectionTrees::Cell& c = cells[open.back()];
+      open.pop_back();
+      out.u8(c.child != 0);
+      for (uint32_t q = 0; c.child != 0 && q < 4; ++q)
+        out.u16(static_cast<uint16_t>(std::lround(cells[c.child + q].mean / c.mean * 0x1p14)));
+      for (uint32_t q = 4; c.child != 0 && q-- > 0;) open.push_back(c.child + q);
+    }
+  }
+  return {{"PCUB", cube.take()}, {"PDTR", out.take()}};
+}
+
+Status PpgGuide::load_leaf(ByteReader& in) {
+  const uint64_t halves = in.u64();
+  const int depth = std::bit_width(halves) - 1;
+  bool good = depth >= 0 && depth <= SpatialTree::kMaxDepth;
+  Leaf leaf;
+  const uint8_t ready = in.u8();
+  leaf.ready = ready != 0;
+  for (float* v : {&leaf.theta, &leaf.first_moment, &leaf.second_moment}) {
+    *v = in.f32();
+    good = good && std::isfinite(*v);
+  }
+  leaf.steps = in.u32();
+  good = good && ready <= 1 && std::abs(leaf.theta) <= kMaxTheta && leaf.second_moment >= 0;
+  leaf.fraction = 1 / (1 + std::exp(-leaf.theta));
+  DirectionTrees::Cells cells = DirectionTrees::one_cell();
+  std::vector<uint32_t> open{0};
+  while (good && !open.empty() && in.ok()) {
+    const uint32_t c = open.back();
+    open.pop_back();
+    const uint8_t cut = in.u8();
+    good = cut <= 1 && (c != 0 || cut == 1) &&
+           (cut == 0 || (cells[c].depth < kDirection.max_depth && cells.size() < kMaxCells));
+    if (!good || cut == 0) continue;
+    const uint32_t child = static_cast<uint32_t>(cells.size());
+    cells[c].child = child;
+    cells.resize(child + 4);
+    int sum = 0;
+    for (uint32_t q = 0; q < 4; ++q) {
+      const int chance = in.u16();
+      good = good && chance > 0;
+      sum += chance;
+      cells[child + q].depth = cells[c].depth + 1;
+      cells[child + q].mean = cells[c].mean * chance * 0x1p-14;
+    }
+    good = good && sum == 1 << 16;
+    for (uint32_t q = 4; q-- > 0;) open.push_back(child + q);
+  }
+  if (!good || !in.ok())
+    return Error{ErrorCode::kCorrupt, "expected halves, a finite chance and whole trees", ""};
+  const uint32_t node = tree_.reach(halves);
+  leaves_.resize(tree_.nodes().size());
+  if (leaves_[node].root != kNoRoot) return Error{ErrorCode::kCorrupt, "a place stands twice", ""};
+  leaf.root = directions_.put(cells);
+  leaves_[node] = leaf;
+  return {};
+}
+
+Status PpgGuide::load(std::span<const TableSection> sections) {
+  QRAY_CHECK(samples_seen_ == 0);
+  if (sections.size() != 2 || sections[0].tag != "PCUB" || sections[1].tag != "PDTR")
+    return Error{ErrorCode::kCorrupt, "expected the sections PCUB and PDTR", "table"};
+  ByteReader cube(sections[0].bytes);
+  const int64_t exponent = cube.i64();
+  Vec3 origin;
+  for (int axis = 0; axis < 3; ++axis) origin[axis] = cube.f32();
+  const double unit = cube.f64();
+  const uint64_t samples_seen = cube.u64();
+  const int64_t last_iteration_samples = cube.i64();
+  const uint32_t iteration = cube.u32();
+  if (!cube.ok() || cube.remaining() != 0 || last_iteration_samples < 0 ||
+      last_iteration_samples > int64_t{1} << 60 || iteration > 64)
+    return Error{ErrorCode::kCorrupt, "wrong size or iterations", "table:PCUB"};
+  if (exponent != tree_.cube_exponent() || !(origin == tree_.origin()) || unit != radiance_unit_)
+    return Error{ErrorCode::kConflict, "the table's cube or unit is not this scene's",
+                 "table:PCUB"};
+  ByteReader in(sections[1].bytes);
+  const uint64_t count = in.u64();
+  directions_.clear();
+  leaves_[0].root = kNoRoot;
+  Status status;
+  uint64_t i = 0;
+  for (; i < count && status.ok(); ++i) {
+    if (stats().bytes > max_bytes_)
+      status = Error{ErrorCode::kTooLarge,
+                     "the table's " + std::to_string(count) + " places need more than the " +
+                         std::to_string(max_bytes_) + " bytes allowed",
+                     ""};
+    else
+      status = load_leaf(in);
+  }
+  // The leaves must share out all of space.
+  for (uint32_t node = 0; status.ok() && node < leaves_.size(); ++node)
+    if ((tree_.nodes()[node].child == 0) != (leaves_[node].root != kNoRoot))
+      status = Error{ErrorCode::kCorrupt, "places are missing or hold one another", ""};
+  if (status.ok() && (!in.ok() || in.remaining() != 0))
+    status = Error{ErrorCode::kCorrupt, "wrong size for " + std::to_string(count) + " places", ""};
+  if (!status.ok()) {
+    Error error = status.error();
+    error.where = "table:PDTR, place " + std::to_string(i > 0 ? i - 1 : 0);
+    return error;
+  }
+  samples_seen_ = samples_seen;
+  last_iteration_samples_ = last_iteration_samples;
+  iteration_ = static_cast<int>(iteration);
+  tree_.index_top();
+  return {};
+}
+
+}  // namespace qray

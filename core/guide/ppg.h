@@ -1,0 +1,63 @@
+// Practical Path Guiding (Mueller, Gross, Novak 2017) with the improvements of its author's course
+// notes (Mueller 2019, "Practical Path Guiding in Production"): a binary tree over space, in each
+// of its leaves a quadtree over the sphere of directions (by cos theta and phi, which keeps areas);
+// iterations that double, each sampling what the one before learned; radiance without nee's share;
+// the chance to draw from the tree rather than the BSDF learned per leaf (Adam, on the KL
+// divergence); samples splatted at a place and direction moved at random within a leaf's size.
+// Its passes' combination by inverse variance is the renderer's (render_loop.cpp).
+#pragma once
+
+#include "core/guide/direction_tree.h"
+#include "core/guide/guide.h"
+#include "core/guide/spatial_tree.h"
+
+namespace qray {
+
+class PpgGuide final : public Guide {
+ public:
+  explicit PpgGuide(const GuideSetup& setup);
+
+  std::string_view method() const override { return "ppg"; }
+  bool unbiased() const override { return true; }
+
+  GuidePoint find(Vec3 p, Vec3 n) const override;
+  float guide_fraction(const GuidePoint& point, bool diffuse) const override;
+  GuideSample sample(const GuidePoint& point, Vec2 u) const override;
+  float pdf_w(const GuidePoint& point, Vec3 wi) const override;
+
+  std::unique_ptr<GuideDelta> make_delta() const override;
+  void record(std::span<const GuideVertex> path, GuideDelta& delta) const override;
+  void update(GuideDelta& delta) override;
+  void end_pass() override;
+
+  GuideStats stats() const override;
+  std::vector<TableSection> save() const override;
+  Status load(std::span<const TableSection> sections) override;
+
+ private:
+  static constexpr uint32_t kNoRoot = ~0u;
+  struct Leaf {
+    uint32_t root = kNoRoot;  // of its directions
+    bool ready = false;
+    int64_t samples = 0;  // of this iteration
+    // Adam's state; the chance of the guide is 1 / (1 + exp(-theta)).
+    float fraction = 0.5f;  // that
+    float theta = 0, first_moment = 0, second_moment = 0;
+    uint32_t steps = 0;
+  };
+  struct Delta;
+
+  void step(Leaf& leaf, float gradient);
+  Status load_leaf(ByteReader& in);
+
+  size_t max_bytes_;
+  double radiance_unit_;
+  SpatialTree tree_;
+  std::vector<Leaf> leaves_;  // by the tree's node; of leaves
+  mutable DirectionTrees directions_;
+  int64_t iteration_samples_ = 0, last_iteration_samples_ = 0;
+  int iteration_ = 0;
+  uint64_t samples_seen_ = 0;
+};
+
+}  // namespace qray

@@ -1,0 +1,68 @@
+#include "core/render/path_learner.h"
+
+namespace qray {
+
+void PathLearner::begin(GuideDelta* delta) {
+  delta_ = delta;
+  begin_ = vertices_.size();
+}
+
+void PathLearner::end() {
+  if (has_vertex()) paths_.push_back({begin_, vertices_.size(), delta_});
+}
+
+void PathLearner::vertex(const GuidePoint& at, Vec3 p, float albedo) {
+  if (has_vertex()) vertices_.back().lands = true;
+  GuideVertex& v = vertices_.emplace_back();
+  v.at = at;
+  v.p = p;
+  v.albedo = albedo;
+  notes_.emplace_back();
+}
+
+void PathLearner::emitted(Rgb radiance, float mis) {
+  if (!has_vertex()) return;
+  vertices_.back().emitted = luminance(radiance);
+  notes_.back().emitted += notes_.back().between * radiance * mis;
+}
+
+void PathLearner::scattered(Vec3 wi, float pdf_w, float bsdf_pdf_w, Rgb weight,
+                            float inverse_chance) {
+  if (!has_vertex()) return;
+  GuideVertex& v = vertices_.back();
+  v.wi = wi;
+  v.pdf_w = pdf_w;
+  v.bsdf_pdf_w = bsdf_pdf_w;
+  v.f_cos = luminance(weight) * pdf_w;
+  v.guidable = true;
+  notes_.back().weight = weight * inverse_chance;
+}
+
+void PathLearner::scattered_delta(bool at_vertex, Rgb weight) {
+  if (!has_vertex()) return;
+  notes_.back().between *= weight;
+  if (at_vertex) notes_.back().weight = Rgb{1.0f};
+}
+
+void PathLearner::flush() {
+  for (const Path& path : paths_) {
+    for (size_t i = path.end; i-- > path.begin;) {
+      const Note& x = notes_[i];
+      vertices_[i].arriving = x.emitted;
+      if (!vertices_[i].lands) continue;
+      const Note& y = notes_[i + 1];
+      const Rgb further = y.credible ? y.expected : y.weight * vertices_[i + 1].arriving;
+      vertices_[i].arriving += x.between * (y.direct + further);
+    }
+    guide_->record(std::span(vertices_).subspan(path.begin, path.end - path.begin), *path.delta);
+  }
+  discard();
+}
+
+void PathLearner::discard() {
+  vertices_.clear();
+  notes_.clear();
+  paths_.clear();
+}
+
+}  // namespace qray

@@ -1,0 +1,67 @@
+// What a path tells the guide: at every vertex that scatters, what the direction taken was paid.
+// Light that waits for its shadow ray arrives later, so paths are kept until a whole batch of rays
+// is answered, then handed over. One per PathTracer.
+#pragma once
+
+#include <vector>
+
+#include "core/guide/guide.h"
+
+namespace qray {
+
+class PathLearner {
+ public:
+  static constexpr uint32_t kNoVertex = ~0u;
+
+  explicit PathLearner(const Guide* guide) : guide_(guide) {}
+
+  void begin(GuideDelta* delta);  // a path; null: nothing is learned from it
+  void end();
+  bool on() const { return delta_ != nullptr; }
+
+  // The path's next vertex where a guide may learn. Mirrors and clear glass are passed over: what
+  // is seen in them counts as seen directly.
+  void vertex(const GuidePoint& at, Vec3 p, float albedo);
+  uint32_t current() const {
+    return on() ? static_cast<uint32_t>(vertices_.size() - 1) : kNoVertex;
+  }
+  // Light emitted toward the last vertex; `mis`: its weight against nee.
+  void emitted(Rgb radiance, float mis);
+  // What the guide expects the current vertex to scatter on, of radiance that arrives.
+  void expected(Rgb scattered) {
+    notes_.back().expected = scattered, notes_.back().credible = true;
+  }
+  // The path goes on with `weight`, f |cos| / pdf; black if it was absorbed.
+  void scattered(Vec3 wi, float pdf_w, float bsdf_pdf_w, Rgb weight, float inverse_chance);
+  // The same by a mirror or clear glass, `at_vertex` if a vertex of the path is there.
+  void scattered_delta(bool at_vertex, Rgb weight);
+  // Direct light that a vertex (as current() told it) scatters on.
+  void direct(uint32_t vertex, Rgb radiance) { notes_[vertex].direct += radiance; }
+
+  void flush();    // all direct light is there: record the paths
+  void discard();  // forget them
+
+ private:
+  struct Note {
+    Rgb emitted;        // toward the vertex, weighted, in its direction
+    Rgb between{1.0f};  // factor of the mirrors between it and the next vertex
+    Rgb direct;         // that it scatters on
+    Rgb weight;         // of what arrives in the direction taken
+    Rgb expected;
+    bool credible = false;
+  };
+  struct Path {
+    size_t begin, end;
+    GuideDelta* delta;
+  };
+  bool has_vertex() const { return on() && vertices_.size() > begin_; }
+
+  const Guide* guide_;
+  GuideDelta* delta_ = nullptr;
+  size_t begin_ = 0;
+  std::vector<GuideVertex> vertices_;
+  std::vector<Note> notes_;  // parallel
+  std::vector<Path> paths_;
+};
+
+}  // namespace qray

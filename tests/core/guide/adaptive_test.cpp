@@ -1,0 +1,147 @@
+#include "core/guide/adaptive.h"
+
+#include <gtest/gtest.h>
+
+#include "core/base/byte_io.h"
+#include "core/math/warp.h"
+#include "tests/support/random.h"
+
+namespace qray {
+namespace {
+
+GuideSetup setup_of(size_t max_bytes = kDefaultTableBytes) {
+  GuideSetup setup;
+  setup.bounds = {{0, 0, 0}, {4, 2, 3}};
+  setup.brightest_light = 50;
+  setup.max_bytes = max_bytes;
+  return setup;
+}
+
+// Random events on the floor and a wall, more of them and brighter at x = 3; every `shuffle`-th
+// event first where that is over 1.
+void teach(AdaptiveGuide& guide, uint64_t seed, int events, int shuffle = 1) {
+  test::Random random(seed);
+  std::vector<GuideVertex> all;
+  for (int i = 0; i < events; ++i) {
+    GuideVertex v;
+    const bool wall = random.next() < 0.3f;
+    const float x = 4 * std::sqrt(random.next());
+    const Vec3 n = wall ? Vec3{0, 0, 1} : Vec3{0, 1, 0};
+    v.at = guide.find({x, wall ? 2 * random.next() : 0, wall ? 0 : 3 * random.next()}, n);
+    const Vec3 local = square_to_cosine_hemisphere(random.next_2d());
+    v.wi = v.at.frame.to_world(local);
+    v.pdf_w = cosine_hemisphere_pdf_w(local.z);
+    v.guidable = true;
+    v.arriving = Rgb{x > 3 ? 20.0f : 1.0f} * random.next();
+    all.push_back(v);
+  }
+  const std::unique_ptr<GuideDelta> delta = guide.make_delta();
+  for (int first = 0; first < shuffle; ++first)
+    for (size_t i = static_cast<size_t>(first); i < all.size(); i += static_cast<size_t>(shuffle))
+      guide.record({&all[i], 1}, *delta);
+  guide.end_pass();
+}
+
+Bytes bytes_of(const Guide& guide) {
+  TableFile file;
+  file.sections = guide.save();
+  return encode_table(file);
+}
+
+std::unique_ptr<AdaptiveGuide> taught(int passes, int shuffle = 1) {
+  auto guide = std::make_unique<AdaptiveGuide>(setup_of());
+  for (int pass = 0; pass < passes; ++pass)
+    teach(*guide, static_cast<uint64_t>(pass), 20000, shuffle);
+  return guide;
+}
+
+TEST(Adaptive, UntaughtItGuidesNowhere) {
+  const AdaptiveGuide guide(setup_of());
+  const GuidePoint point = guide.find({1, 0, 1}, {0, 1, 0});
+  EXPECT_FALSE(point.state.valid());
+  EXPECT_EQ(guide.guide_fraction(point, true), 0);
+  EXPECT_FALSE(guide.expectation(point).credible);
+}
+
+TEST(Adaptive, PlacesThatAreHitOftenAreCutFiner) {
+  const auto guide = taught(12);
+  const auto at = [&](float x) { return guide->find({x, 0, 1}, {0, 1, 0}); };
+  EXPECT_EQ(guide->guide_fraction(at(3.5f), true), 1);
+  EXPECT_NEAR(guide->expectation(at(3.7f)).arriving.g, 10, 2);
+  EXPECT_NEAR(guide->expectation(at(2.2f)).arriving.g, 0.5f, 0.25f);
+  EXPECT_NE(at(3.7f).state, at(2.2f).state);
+  EXPECT_FALSE(guide->find({1, 0, 1}, {0, -1, 0}).state.valid());  // a side that nothing hit
+  EXPECT_GT(guide->stats().states, 20u);
+  EXPECT_EQ(guide->stats().samples_seen, 11u * 20000);  // the first pass only says where states are
+}
+
+TEST(Adaptive, TheOrderOfEventsChangesNoBit) {
+  EXPECT_EQ(bytes_of(*taught(4)), bytes_of(*taught(4, 7)));
+}
+
+TEST(Adaptive, SavedLoadedAndSavedAgainItIsTheSameFile) {
+  const auto guide = taught(5);
+  AdaptiveGuide other(setup_of());
+  const Status loaded = other.load(guide->save());
+  ASSERT_TRUE(loaded.ok()) << loaded.error().text();
+  EXPECT_EQ(bytes_of(other), bytes_of(*guide));
+  test::Random random(4);
+  for (int i = 0; i < 1000; ++i) {
+    const Vec3 p{4 * random.next(), 0, 3 * random.next()}, n{0, 1, 0};
+    const GuidePoint a = guide->find(p, n), b = other.find(p, n);
+    ASSERT_EQ(a.key, b.key);
+    ASSERT_EQ(guide->guide_fraction(a, true), other.guide_fraction(b, true));
+    if (guide->guide_fraction(a, true) == 0) continue;
+    const float expected = guide->expectation(a).arriving.r;
+    EXPECT_NEAR(other.expectation(b).arriving.r / expected, 1, 0.02);  // sums faded after it
+  }
+}
+
+TEST(Adaptive, AFullTableLearnsNoMoreStatesAndSaysSo) {
+  constexpr size_t kBytes = 200'000;
+  AdaptiveGuide guide(setup_of(kBytes));
+  for (uint64_t pass = 0; pass < 10; ++pass) teach(guide, pass, 40000);
+  EXPECT_LE(guide.stats().bytes, kBytes);
+  AdaptiveGuide tiny(setup_of(1));
+  teach(tiny, 1, 1000);
+  EXPECT_EQ(tiny.stats().states, 0u);
+  EXPECT_GT(tiny.stats().refused, 0u);
+}
+
+TEST(Adaptive, ATableThatIsTooLargeOrOfAnotherCubeIsRefused) {
+  const auto guide = taught(5);
+  AdaptiveGuide small(setup_of(10'000));
+  const Status large = small.load(guide->save());
+  ASSERT_FALSE(large.ok());
+  EXPECT_EQ(large.error().code, ErrorCode::kTooLarge);
+  GuideSetup elsewhere = setup_of();
+  elsewhere.bounds.hi.x = 40;
+  AdaptiveGuide other(elsewhere);
+  const Status conflict = other.load(guide->save());
+  ASSERT_FALSE(conflict.ok());
+  EXPECT_EQ(conflict.error().code, ErrorCode::kConflict);
+}
+
+TEST(Adaptive, NoFiniteEventSpoilsTheTable) {
+  AdaptiveGuide guide(setup_of());
+  for (int pass = 0; pass < 4; ++pass) {
+    teach(guide, 1, 5000);
+    GuideVertex v;
+    v.at = guide.find({1, 0, 1}, {0, 1, 0});
+    v.guidable = true;
+    v.wi = {0, 1, 0};
+    for (float pdf : {1e-30f, 1e30f})
+      for (float radiance : {1e30f, std::numeric_limits<float>::infinity(),
+                             std::numeric_limits<float>::quiet_NaN()}) {
+        v.pdf_w = pdf;
+        v.arriving = Rgb{radiance};
+        guide.record({&v, 1}, *guide.make_delta());
+      }
+  }
+  const GuidePoint point = guide.find({1, 0, 1}, {0, 1, 0});
+  EXPECT_LT(guide.expectation(point).arriving.r, 5);
+  EXPECT_TRUE(std::isfinite(guide.pdf_w(point, {0, 1, 0})));
+}
+
+}  // namespace
+}  // namespace qray
