@@ -7,8 +7,9 @@
 
 namespace qray {
 namespace {
-constexpr std::array<std::string_view, 6> kMethods = {
-    "none", "huang-published", "huang", "dahm-keller", "ppg", "adaptive"};
+// `adaptive` can be made, but is not offered before it holds what docs/stability.md asks of it.
+constexpr std::array<std::string_view, 5> kMethods = {"none", "huang-published", "huang",
+                                                      "dahm-keller", "ppg"};
 }
 
 std::span<const std::string_view> method_names() { return kMethods; }

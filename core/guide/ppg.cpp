@@ -56,7 +56,7 @@ struct PpgGuide::Delta final : GuideDelta {
 
 PpgGuide::PpgGuide(const GuideSetup& setup)
     : max_bytes_(setup.max_bytes),
-      radiance_unit_(std::exp2(std::ceil(std::log2(std::max(setup.brightest_light, 1e-30f))))),
+      radiance_unit_(std::max(static_cast<double>(setup.brightest_light), 1e-30)),
       tree_(setup.bounds) {
   DirectionTrees::Cells cells = DirectionTrees::one_cell();
   DirectionTrees::adapt(cells, kDirection);
@@ -146,13 +146,17 @@ void PpgGuide::end_pass() {
   iteration_samples_ = 0;
   // 1. Space: leaves with too many samples are cut, and cut again.
   const float most = kSplitSamples * std::exp2(0.5f * static_cast<float>(iteration_++));
-  const bool may_grow = stats().bytes < max_bytes_ / 2;  // an iteration at most doubles it
-  std::vector<uint32_t> tree_of(leaves_.size());         // whose directions a leaf has
+  const bool may_grow = bytes() < max_bytes_ / 2;  // an iteration at most doubles it
+  std::vector<uint32_t> tree_of(leaves_.size());   // whose directions a leaf has
   for (uint32_t i = 0; i < tree_of.size(); ++i) tree_of[i] = i;
-  for (uint32_t i = 0; may_grow && i < leaves_.size(); ++i) {
+  for (uint32_t i = 0; i < leaves_.size(); ++i) {
     if (tree_.nodes()[i].child != 0 || static_cast<float>(leaves_[i].samples) <= most ||
         tree_.nodes()[i].depth >= SpatialTree::kMaxDepth)
       continue;
+    if (!may_grow) {
+      ++refused_;
+      continue;
+    }
     tree_.split(i);
     leaves_[i].samples /= 2;
     for (int half = 0; half < 2; ++half) leaves_.push_back(Leaf(leaves_[i]));
@@ -164,7 +168,9 @@ void PpgGuide::end_pass() {
   for (uint32_t i = 0; i < leaves_.size(); ++i) {
     if (tree_.nodes()[i].child != 0) continue;
     DirectionTrees::Cells cells = directions_.take(leaves_[i].root);
-    if (DirectionTrees::total(cells).s > 0) {
+    const bool learned = DirectionTrees::total(cells).s > 0, fits = bytes() <= max_bytes_;
+    if (learned && !fits) ++refused_;
+    if (learned && fits) {
       DirectionTrees::estimate_by_area(cells);
       if (may_grow) DirectionTrees::adapt(cells, kDirection);
       leaves_[i].ready = true;
@@ -176,9 +182,15 @@ void PpgGuide::end_pass() {
   directions_ = std::move(next);
 }
 
+size_t PpgGuide::bytes() const {
+  return directions_.bytes() + leaves_.capacity() * sizeof(Leaf) + tree_.bytes();
+}
+
+// A tree that nothing was learned into is no table.
 GuideStats PpgGuide::stats() const {
-  return {(leaves_.size() + 1) / 2,
-          directions_.bytes() + leaves_.capacity() * sizeof(Leaf) + tree_.bytes(), samples_seen_};
+  const auto ready =
+      std::count_if(leaves_.begin(), leaves_.end(), [](const Leaf& leaf) { return leaf.ready; });
+  return {static_cast<size_t>(ready), ready > 0 ? bytes() : 0, samples_seen_, refused_};
 }
 
 // Sections: PCUB (the cube, the unit, the samples seen, iterations), PDTR (a record per leaf, by
@@ -189,7 +201,6 @@ std::vector<TableSection> PpgGuide::save() const {
   ByteWriter cube;
   cube.i64(tree_.cube_exponent());
   for (int axis = 0; axis < 3; ++axis) cube.f32(tree_.origin()[axis]);
-  cube.f64(radiance_unit_);
   cube.u64(samples_seen_);
   cube.i64(last_iteration_samples_);
   cube.u32(static_cast<uint32_t>(iteration_));
@@ -274,16 +285,14 @@ Status PpgGuide::load(std::span<const TableSection> sections) {
   const int64_t exponent = cube.i64();
   Vec3 origin;
   for (int axis = 0; axis < 3; ++axis) origin[axis] = cube.f32();
-  const double unit = cube.f64();
   const uint64_t samples_seen = cube.u64();
   const int64_t last_iteration_samples = cube.i64();
   const uint32_t iteration = cube.u32();
   if (!cube.ok() || cube.remaining() != 0 || last_iteration_samples < 0 ||
       last_iteration_samples > int64_t{1} << 60 || iteration > 64)
     return Error{ErrorCode::kCorrupt, "wrong size or iterations", "table:PCUB"};
-  if (exponent != tree_.cube_exponent() || !(origin == tree_.origin()) || unit != radiance_unit_)
-    return Error{ErrorCode::kConflict, "the table's cube or unit is not this scene's",
-                 "table:PCUB"};
+  if (exponent != tree_.cube_exponent() || !(origin == tree_.origin()))
+    return Error{ErrorCode::kConflict, "the table's cube is not this scene's", "table:PCUB"};
   ByteReader in(sections[1].bytes);
   const uint64_t count = in.u64();
   directions_.clear();

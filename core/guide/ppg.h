@@ -47,6 +47,7 @@ class PpgGuide final : public Guide {
   };
   struct Delta;
 
+  size_t bytes() const;
   void step(Leaf& leaf, float gradient);
   Status load_leaf(ByteReader& in);
 
@@ -57,7 +58,7 @@ class PpgGuide final : public Guide {
   mutable DirectionTrees directions_;
   int64_t iteration_samples_ = 0, last_iteration_samples_ = 0;
   int iteration_ = 0;
-  uint64_t samples_seen_ = 0;
+  uint64_t samples_seen_ = 0, refused_ = 0;
 };
 
 }  // namespace qray
