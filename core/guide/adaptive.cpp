@@ -333,13 +333,12 @@ Status AdaptiveGuide::load(std::span<const TableSection> sections) {
   Status status;
   uint64_t i = 0;
   for (; i < count && status.ok(); ++i) {
-    if (stats().bytes > max_bytes_)
+    status = load_state(in);
+    if (status.ok() && stats().bytes > max_bytes_)
       status = Error{ErrorCode::kTooLarge,
                      "the table's " + std::to_string(count) + " states need more than the " +
                          std::to_string(max_bytes_) + " bytes allowed",
                      ""};
-    else
-      status = load_state(in);
   }
   if (status.ok() && (!in.ok() || in.remaining() != 0))
     status = Error{ErrorCode::kCorrupt, "wrong size for " + std::to_string(count) + " states", ""};

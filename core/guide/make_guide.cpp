@@ -10,7 +10,7 @@ namespace {
 // `adaptive` can be made, but is not offered before it holds what docs/stability.md asks of it.
 constexpr std::array<std::string_view, 5> kMethods = {"none", "huang-published", "huang",
                                                       "dahm-keller", "ppg"};
-}
+}  // namespace
 
 std::span<const std::string_view> method_names() { return kMethods; }
 

@@ -300,13 +300,12 @@ Status PpgGuide::load(std::span<const TableSection> sections) {
   Status status;
   uint64_t i = 0;
   for (; i < count && status.ok(); ++i) {
-    if (stats().bytes > max_bytes_)
+    status = load_leaf(in);
+    if (status.ok() && stats().bytes > max_bytes_)
       status = Error{ErrorCode::kTooLarge,
                      "the table's " + std::to_string(count) + " places need more than the " +
                          std::to_string(max_bytes_) + " bytes allowed",
                      ""};
-    else
-      status = load_leaf(in);
   }
   // The leaves must share out all of space.
   for (uint32_t node = 0; status.ok() && node < leaves_.size(); ++node)

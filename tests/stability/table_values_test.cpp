@@ -116,7 +116,7 @@ TEST(TableValues, MaxBackupOverestimates) {
       const test::Sampled sampled = test::sample_seeds(*scene, settings, method, warm, &reference);
       test::check_method(row, formatted("gamma %g", double{gamma}), sampled, none, &none);
       if (method == "huang") huang_error = test::median(sampled.relmse);
-      if (gamma == 1 && (method == "dahm-keller" || method == "adaptive")) {  // no max there
+      if (gamma == 1 && method == "adaptive") {  // no max there
         EXPECT_LT(test::median(sampled.relmse), huang_error) << method;
       }
     }
