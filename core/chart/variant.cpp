@@ -102,8 +102,7 @@ Result<std::vector<std::string>> parse_variants(std::string_view list) {
 
 MethodTraits method_traits(std::string_view variant) {
   const std::string_view method = next_part(variant, ':');
-  const Result<std::unique_ptr<Guide>> guide =
-      make_guide(method, GuideSetup{});
+  const Result<std::unique_ptr<Guide>> guide = make_guide(method, GuideSetup{});
   QRAY_CHECK(guide.ok());
   if (!guide.value()) return {};
   return {true, guide.value()->unbiased()};

@@ -59,8 +59,7 @@ bool table_fits(const TableHeader& header, const SceneHash& hash) {
 Result<JobResult> run_job(const PreparedScene& scene, const RenderSettings& settings,
                           std::optional<TableFile> table_in, Film& film, TaskPool& pool,
                           RenderObserver& observer, std::stop_token stop, const Clock& clock) {
-  Result<std::unique_ptr<Guide>> made =
-      make_guide(settings.method, scene.guide_setup(settings));
+  Result<std::unique_ptr<Guide>> made = make_guide(settings.method, scene.guide_setup(settings));
   if (!made.ok()) return made.error();
   const std::unique_ptr<Guide> guide = std::move(made).value();
   std::optional<TableHeader> parent;

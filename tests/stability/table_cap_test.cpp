@@ -139,7 +139,8 @@ TEST(TableCap, ATableOverTheCapIsRefused) {
     ASSERT_FALSE(refused.ok()) << method;
     EXPECT_EQ(refused.error().code, ErrorCode::kTooLarge) << method;
     const std::string& told = refused.error().message;
-    EXPECT_NE(told.find(std::to_string(settings.max_table_bytes) + " bytes"), std::string::npos) << told;
+    EXPECT_NE(told.find(std::to_string(settings.max_table_bytes) + " bytes"), std::string::npos)
+        << told;
     if (test::is_huang(method)) {
       EXPECT_NE(told.find(std::to_string(test::huang_states(table).size()) + " states"),
                 std::string::npos)
