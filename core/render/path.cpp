@@ -13,6 +13,9 @@ namespace {
 constexpr uint64_t kTimedEvery = 64;
 constexpr size_t kRaysAtOnce = 1024;
 constexpr float kLeastSurvival = 0.05f;
+// The root of the cost of a path so far over that of its going on, were noises known exactly (Rath
+// et al. 2022); they are not: see docs/guiding.md.
+constexpr float kRouletteFactor = 4;
 
 // Adds the cycles of a scope to `total` when `on`.
 class CycleScope {
@@ -79,12 +82,12 @@ PathTracer::PathTracer(const PreparedScene& scene, const LightPick& lights,
                        const RenderSettings& settings, const Guide* guide)
     : scene_(scene), lights_(lights), settings_(settings), guide_(guide), learner_(guide) {}
 
-void PathTracer::sample(const Ray& ray, Sampler& sampler, GuideDelta* learn, float pixel_luminance,
+void PathTracer::sample(const Ray& ray, Sampler& sampler, GuideDelta* learn, float pixel_deviation,
                         Rgb& pixel) {
   timed_ = counters_.paths++ % kTimedEvery == 0;
   const CycleScope scope(timed_, counters_.timed_total);
   learner_.begin(learn);
-  const Rgb radiance = walk(ray, sampler, pixel_luminance, pixel);
+  const Rgb radiance = walk(ray, sampler, pixel_deviation, pixel);
   learner_.end();
   if (is_finite(radiance)) {
     pixel += radiance;
@@ -159,16 +162,17 @@ inline PathTracer::Connection PathTracer::connect(const Vertex& v, Vec2 u, float
 // the pixel, with the table's expectation as control variate (after Rath et al. 2022, "EARS", and
 // Mueller et al. 2020, "Neural Control Variates"); else by throughput from some depth on.
 inline PathTracer::Survival PathTracer::survival(const Vertex& v, Rgb throughput,
-                                                 float pixel_luminance, int depth) {
+                                                 float pixel_deviation, int depth) {
   if (guide_ && v.kind == BsdfKind::kDiffuse) {
     const CycleScope guiding(timed_, counters_.timed_guiding);
     const GuideExpectation expected = guide_->expectation(v.at);
     if (expected.credible) {
       const Rgb control = v.sp.reflectance * expected.arriving;
       if (learner_.on()) learner_.expected(control);
-      if (!settings_.russian_roulette || !(pixel_luminance > 0)) return {};
-      const float noise = luminance(throughput * v.sp.reflectance) * expected.deviation;
-      return {std::clamp(noise / pixel_luminance, kLeastSurvival, 1.0f), control};
+      if (!settings_.russian_roulette || !(pixel_deviation > 0)) return {};
+      const float noise =
+          kRouletteFactor * luminance(throughput * v.sp.reflectance) * expected.deviation;
+      return {std::clamp(noise / pixel_deviation, kLeastSurvival, 1.0f), control};
     }
   }
   if (!settings_.russian_roulette || depth < kRouletteFromDepth) return {};
@@ -213,7 +217,7 @@ inline bool PathTracer::scatter(const Vertex& v, float u_lobe, Vec2 u) {
   return v.sides_agree(wi_, s->wi) && !weight_.is_black();
 }
 
-Rgb PathTracer::walk(Ray ray, Sampler& sampler, float pixel_luminance, Rgb& pixel) {
+Rgb PathTracer::walk(Ray ray, Sampler& sampler, float pixel_deviation, Rgb& pixel) {
   if (lights_.empty()) return {};  // black, whatever the path
   Rgb radiance, throughput{1.0f};
   delta_ = true;  // nee cannot make the camera's ray
@@ -285,7 +289,7 @@ Rgb PathTracer::walk(Ray ray, Sampler& sampler, float pixel_luminance, Rgb& pixe
     }
 
     // 4. Russian roulette.
-    const Survival survival = this->survival(v, throughput, pixel_luminance, depth);
+    const Survival survival = this->survival(v, throughput, pixel_deviation, depth);
     float inverse_chance = 1;
     if (survival.chance < 1) {
       if (!(u.d.x < survival.chance)) return radiance + throughput * survival.control;

@@ -33,8 +33,8 @@ class PathTracer {
   // Adds the radiance arriving at the ray's origin along it to `pixel`, some of it only at flush():
   // rays to lights are traced many at once. `pixel` must live until then. A sample that is not
   // finite adds nothing and is counted. When `learn` is given, the path's scattering events are
-  // recorded there by flush(). `pixel_luminance`: about what the pixel's will be; 0: not known.
-  void sample(const Ray& ray, Sampler& sampler, GuideDelta* learn, float pixel_luminance,
+  // recorded there by flush(). `pixel_deviation`: of a sample of this pixel, about; 0: not known.
+  void sample(const Ray& ray, Sampler& sampler, GuideDelta* learn, float pixel_deviation,
               Rgb& pixel);
   void flush();
   void discard();  // instead of flush()
@@ -53,10 +53,10 @@ class PathTracer {
     float chance = 1;
     Rgb control;
   };
-  Rgb walk(Ray ray, Sampler& sampler, float pixel_luminance, Rgb& pixel);
+  Rgb walk(Ray ray, Sampler& sampler, float pixel_deviation, Rgb& pixel);
   bool intersect(const Ray& ray, Hit& hit);
   Connection connect(const Vertex& v, Vec2 u, float u_light);
-  Survival survival(const Vertex& v, Rgb throughput, float pixel_luminance, int depth);
+  Survival survival(const Vertex& v, Rgb throughput, float pixel_deviation, int depth);
   bool scatter(const Vertex& v, float u_lobe, Vec2 u);
   float mixture_pdf_w(const Vertex& v, Vec3 wi, float bsdf_pdf_w);
   float ray_offset(Vec3 p, float t) const;

@@ -1,11 +1,15 @@
 #include "core/render/pixel_estimate.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace qray {
 namespace {
 
 constexpr int kRadiusPx = 4;
+constexpr float kKeep = 0.5f;          // of earlier passes, each pass: the guide gets better
+constexpr float kDeviation = 1.2533f;  // over the mean absolute distance (of a normal variable),
+                                       // which outliers move less than the mean square
 
 // Means over 2 kRadiusPx + 1 values along a line, fewer at its ends.
 void blur_line(float* values, int count, size_t stride, std::vector<double>& sums) {
@@ -22,19 +26,34 @@ void blur_line(float* values, int count, size_t stride, std::vector<double>& sum
 
 }  // namespace
 
-void PixelEstimate::update(const Film& film) {
-  if (film.version() == 0) return;
+void PixelEstimate::update(const Film& film, uint64_t samples) {
+  if (samples <= samples_) return;
   const Image image = film.develop();
   width_ = image.width();
   const size_t width = static_cast<size_t>(width_), height = static_cast<size_t>(image.height());
-  luminance_.resize(width * height);
-  for (int y = 0; y < image.height(); ++y)
-    for (int x = 0; x < width_; ++x)
-      luminance_[static_cast<size_t>(y) * width + static_cast<size_t>(x)] =
-          luminance(image.rgb(x, y));
+  const float before = static_cast<float>(samples_), all = static_cast<float>(samples);
+  const float pass = all - before;
+  const bool first = samples_ == 0, second = distance_.empty();
+  mean_.resize(width * height);
+  if (!first) distance_.resize(width * height);
+  for (size_t i = 0; i < mean_.size(); ++i) {
+    const int x = static_cast<int>(i % width), y = static_cast<int>(i / width);
+    const float mean = luminance(image.rgb(x, y));
+    if (!first) {
+      // The pass and what was before are independent: variance (1 / pass + 1 / before).
+      const float of_pass = (mean * all - mean_[i] * before) / pass;
+      const float distance = std::abs(of_pass - mean_[i]) / std::sqrt(1 / pass + 1 / before);
+      distance_[i] = second ? distance : lerp(kKeep, distance, distance_[i]);
+    }
+    mean_[i] = mean;
+  }
+  samples_ = samples;
+  if (first) return;
+  deviation_ = distance_;
+  for (float& d : deviation_) d *= kDeviation;
   std::vector<double> sums;
-  for (size_t y = 0; y < height; ++y) blur_line(&luminance_[y * width], width_, 1, sums);
-  for (size_t x = 0; x < width; ++x) blur_line(&luminance_[x], image.height(), width, sums);
+  for (size_t y = 0; y < height; ++y) blur_line(&deviation_[y * width], width_, 1, sums);
+  for (size_t x = 0; x < width; ++x) blur_line(&deviation_[x], image.height(), width, sums);
 }
 
 }  // namespace qray

@@ -1,5 +1,6 @@
-// About how bright each pixel will be: the picture so far, blurred. Russian roulette weighs a
-// path's worth against it. Updated between passes; read by any thread in between.
+// How noisy one sample of each pixel is, about: from how far each pass' picture lies from that of
+// all passes before it, blurred. Russian roulette weighs against it what a path may still bring.
+// Updated between passes; read by any thread in between.
 #pragma once
 
 #include <vector>
@@ -10,17 +11,21 @@ namespace qray {
 
 class PixelEstimate {
  public:
-  void update(const Film& film);
-  // Luminance; 0: not known.
-  float at(int x, int y) const {
-    return luminance_.empty() ? 0.0f
-                              : luminance_[static_cast<size_t>(y) * static_cast<size_t>(width_) +
+  // `samples`: a pixel, in the film.
+  void update(const Film& film, uint64_t samples);
+  // Standard deviation of a sample's luminance; 0: not known.
+  float deviation(int x, int y) const {
+    return deviation_.empty() ? 0.0f
+                              : deviation_[static_cast<size_t>(y) * static_cast<size_t>(width_) +
                                            static_cast<size_t>(x)];
   }
 
  private:
   int width_ = 0;
-  std::vector<float> luminance_;
+  uint64_t samples_ = 0;
+  std::vector<float> mean_;      // luminance, of all samples so far
+  std::vector<float> distance_;  // a pass' from the mean before, per sample; faded over passes
+  std::vector<float> deviation_;
 };
 
 }  // namespace qray

@@ -154,7 +154,7 @@ class Renderer {
 
   void render_pass(int samples) {
     updates_.start_pass();
-    if (guide_) estimate_.update(film_);
+    if (guide_) estimate_.update(film_, done_);
     const size_t tiles = static_cast<size_t>(film_.tile_count());
     size_t finished = 0;
     pool_.run(tiles, [&](size_t tile, int worker) {
@@ -187,7 +187,8 @@ class Renderer {
           const Vec2 lens = camera_.has_lens() ? sampler.next_2d() : Vec2{};
           const Ray ray = camera_.ray(
               {static_cast<float>(x) + in_pixel.x, static_cast<float>(y) + in_pixel.y}, lens);
-          worker.tracer.sample(ray, sampler, delta.get(), estimate_.at(x, y), worker.sums[pixel]);
+          worker.tracer.sample(ray, sampler, delta.get(), estimate_.deviation(x, y),
+                               worker.sums[pixel]);
         }
       }
     }
