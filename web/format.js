@@ -14,7 +14,6 @@ const kStateWords = {
 const kEnded = ['succeeded', 'canceled', 'failed'];
 const kMethodWords = {
   none: 'no learning',
-  'dahm-keller': 'Dahm-Keller',
   ppg: 'PPG',
   huang: 'huang',
   'huang-published': 'huang as published',
