@@ -15,7 +15,6 @@ constexpr size_t kRecordBytes = 8 + DahmKellerGuide::kCells * 8;
 // Added to every cell, in means of the state's Q: the paper does not say how cells that were dark
 // so far stay possible.
 constexpr float kLeast = 0.25f;
-constexpr float kOneMinusEpsilon = 0x1.fffffep-1f;
 
 // Means of cos(theta) over the cells: z of square_to_uniform_hemisphere(), integrated numerically.
 const DahmKellerGuide::Values& mean_cosines() {

@@ -8,7 +8,6 @@
 namespace qray {
 namespace {
 
-constexpr float kOneMinusEpsilon = 0x1.fffffep-1f;
 constexpr float kChance = 0x1p-16f;
 constexpr uint32_t kMinSplitSamples = 32;
 constexpr uint32_t kNew = ~0u;        // a cell that this round made

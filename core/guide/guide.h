@@ -88,6 +88,8 @@ class Guide {
   virtual GuideSample sample(const GuidePoint& point, Vec2 u) const = 0;
   virtual float pdf_w(const GuidePoint& point, Vec3 wi) const = 0;  // integrates to 1
 
+  // Whether the method has expectations at all, and what it expects.
+  virtual bool expects() const { return false; }
   virtual GuideExpectation expectation(const GuidePoint&) const { return {}; }
 
   virtual std::unique_ptr<GuideDelta> make_delta() const = 0;

@@ -19,7 +19,6 @@ constexpr DirectionParams kDirection{.shrinkage = 0, .split_share = 0.01f, .max_
 constexpr float kRate = 0.01f, kBeta1 = 0.9f, kBeta2 = 0.999f, kRegular = 0.01f;
 constexpr float kMaxTheta = 20;
 constexpr size_t kMaxCells = 1 << 17;
-constexpr float kOneMinusEpsilon = 0x1.fffffep-1f;
 
 Vec3 to_direction(Vec2 u) {
   const float z = 2 * u.x - 1, r = std::sqrt(std::max(0.0f, 1 - z * z)), phi = 2 * kPi * u.y;
@@ -147,8 +146,6 @@ void PpgGuide::end_pass() {
   // 1. Space: leaves with too many samples are cut, and cut again.
   const float most = kSplitSamples * std::exp2(0.5f * static_cast<float>(iteration_++));
   const bool may_grow = bytes() < max_bytes_ / 2;  // an iteration at most doubles it
-  std::vector<uint32_t> tree_of(leaves_.size());   // whose directions a leaf has
-  for (uint32_t i = 0; i < tree_of.size(); ++i) tree_of[i] = i;
   for (uint32_t i = 0; i < leaves_.size(); ++i) {
     if (tree_.nodes()[i].child != 0 || static_cast<float>(leaves_[i].samples) <= most ||
         tree_.nodes()[i].depth >= SpatialTree::kMaxDepth)
@@ -193,7 +190,7 @@ GuideStats PpgGuide::stats() const {
   return {static_cast<size_t>(ready), ready > 0 ? bytes() : 0, samples_seen_, refused_};
 }
 
-// Sections: PCUB (the cube, the unit, the samples seen, iterations), PDTR (a record per leaf, by
+// Sections: PCUB (the cube, the samples seen, iterations), PDTR (a record per leaf, by
 // rising halves: the chance's state, then the direction cells depth first: a byte, 1 for one that
 // is cut and then its quarters' chances). What the current iteration has learned so far is left
 // out.

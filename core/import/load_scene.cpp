@@ -9,6 +9,7 @@
 #include "core/import/obj.h"
 #include "core/import/ply.h"
 #include "core/scene/scene_hash.h"
+#include "core/scene/surface.h"
 
 namespace qray {
 namespace {
@@ -39,8 +40,8 @@ bool has_light(const Scene& scene) {
          });
 }
 
-// Rays start off their surface by 2^-19 of its distance from the origin (core/render/path.cpp):
-// more than a thousandth of the scene begins to show.
+// Rays start off their surface by kRayOffset of its distance from the origin: more than a
+// thousandth of the scene begins to show.
 void warn_of_distance(const Scene& scene, const std::string& file,
                       std::vector<std::string>& warnings) {
   const Bounds3 box = scene.bounds();
@@ -49,7 +50,7 @@ void warn_of_distance(const Scene& scene, const std::string& file,
     largest = std::max({largest, std::abs(box.lo[axis]), std::abs(box.hi[axis])});
     widest = std::max(widest, box.hi[axis] - box.lo[axis]);
   }
-  if (largest * 0x1p-19f <= 1e-3f * widest) return;
+  if (largest * kRayOffset <= 1e-3f * widest) return;
   char text[160];
   std::snprintf(text, sizeof text,
                 ": %g m wide, but %g m from the origin, where positions are held to %.2g m: "

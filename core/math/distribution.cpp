@@ -7,8 +7,6 @@
 namespace qray {
 namespace {
 
-constexpr float kOneMinusEpsilon = 0x1.fffffep-1f;
-
 // Fills cdf (size n + 1, from 0 to 1); returns the sum. A zero sum gives the uniform cdf.
 double fill_cdf(std::span<const float> weights, std::span<float> cdf) {
   double sum = 0;

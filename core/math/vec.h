@@ -9,6 +9,7 @@ namespace qray {
 
 constexpr float kPi = std::numbers::pi_v<float>;
 constexpr float kInvPi = std::numbers::inv_pi_v<float>;
+constexpr float kOneMinusEpsilon = 0x1.fffffep-1f;  // the greatest float below 1
 
 struct Vec2 {
   float x = 0, y = 0;

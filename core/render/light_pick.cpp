@@ -9,7 +9,6 @@ namespace qray {
 namespace {
 
 constexpr uint32_t kNoTriangle = ~0u;
-constexpr float kOneMinusEpsilon = 0x1.fffffep-1f;
 
 Vec3 rotate_y(Vec3 d, float degrees) {
   if (degrees == 0) return d;

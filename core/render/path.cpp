@@ -80,7 +80,12 @@ PathCounters& PathCounters::operator+=(const PathCounters& o) {
 
 PathTracer::PathTracer(const PreparedScene& scene, const LightPick& lights,
                        const RenderSettings& settings, const Guide* guide)
-    : scene_(scene), lights_(lights), settings_(settings), guide_(guide), learner_(guide) {}
+    : scene_(scene),
+      lights_(lights),
+      settings_(settings),
+      guide_(guide),
+      guide_expects_(guide && guide->expects()),
+      learner_(guide) {}
 
 void PathTracer::sample(const Ray& ray, Sampler& sampler, GuideDelta* learn, float pixel_deviation,
                         Rgb& pixel) {
@@ -136,10 +141,10 @@ inline float PathTracer::mixture_pdf_w(const Vertex& v, Vec3 wi, float bsdf_pdf_
   return lerp(v.guide_fraction, bsdf_pdf_w, guide_->pdf_w(v.at, wi));
 }
 
-// Three times the rounding noise seen of o + t d and of the largest triangle's coordinates.
+// More than the rounding noise of o + t d and of the largest triangle's coordinates.
 inline float PathTracer::ray_offset(Vec3 p, float t) const {
   const float largest = std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z), t});
-  return std::max(largest * 0x1p-19f, scene_.ray_epsilon);
+  return std::max(largest * kRayOffset, scene_.ray_epsilon);
 }
 
 // Light from a point of a light, should nothing be in between; black: none.
@@ -163,7 +168,7 @@ inline PathTracer::Connection PathTracer::connect(const Vertex& v, Vec2 u, float
 // Mueller et al. 2020, "Neural Control Variates"); else by throughput from some depth on.
 inline PathTracer::Survival PathTracer::survival(const Vertex& v, Rgb throughput,
                                                  float pixel_deviation, int depth) {
-  if (guide_ && v.kind == BsdfKind::kDiffuse) {
+  if (guide_expects_ && v.kind == BsdfKind::kDiffuse) {
     const CycleScope guiding(timed_, counters_.timed_guiding);
     const GuideExpectation expected = guide_->expectation(v.at);
     if (expected.credible) {

@@ -65,6 +65,7 @@ class PathTracer {
   const LightPick& lights_;
   const RenderSettings& settings_;
   const Guide* guide_;
+  const bool guide_expects_;
   PathCounters counters_;
   bool timed_ = false;
 

@@ -118,6 +118,7 @@ class Renderer {
         camera_(settings.camera.value_or(scene.scene.camera), settings.width, settings.height),
         uniform_lights_(settings.light_table ? LightPick() : scene.lights.uniform()),
         lights_(settings.light_table ? scene.lights : uniform_lights_),
+        parts_(parts()),
         plan_(settings),
         updates_(guide) {
     for (int i = 0; i < pool.threads(); ++i)
@@ -154,7 +155,7 @@ class Renderer {
 
   void render_pass(int samples) {
     updates_.start_pass();
-    if (guide_) estimate_.update(film_, done_);
+    if (guide_ && guide_->expects()) estimate_.update(film_, done_);
     const size_t tiles = static_cast<size_t>(film_.tile_count());
     size_t finished = 0;
     pool_.run(tiles, [&](size_t tile, int worker) {
@@ -229,7 +230,7 @@ class Renderer {
     stats.method = settings_.method;
     stats.unbiased = !guide_ || guide_->unbiased();
     stats.nee = settings_.nee;
-    stats.parts = parts();
+    stats.parts = parts_;
     stats.seed = settings_.seed;
     stats.width = settings_.width;
     stats.height = settings_.height;
@@ -272,6 +273,7 @@ class Renderer {
   PixelEstimate estimate_;
   LightPick uniform_lights_;
   const LightPick& lights_;
+  const std::map<std::string, std::string> parts_;
   PassPlan plan_;
   OrderedUpdates updates_;
   std::vector<Worker> workers_;

@@ -5,6 +5,10 @@
 
 namespace qray {
 
+// How far off their surface rays start, of the largest coordinate: three times the rounding noise
+// seen of o + t d.
+constexpr float kRayOffset = 0x1p-19f;
+
 struct SurfacePoint {
   Vec3 p;   // metres
   Vec3 ng;  // geometric normal, unit, by the winding; not flipped
