@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/chart/variant.h"
+#include "core/render/variant.h"
 #include "core/image/metrics.h"
 #include "core/job/run_job.h"
 

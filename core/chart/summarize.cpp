@@ -5,7 +5,7 @@
 #include <map>
 
 #include "core/chart/statistics.h"
-#include "core/chart/variant.h"
+#include "core/render/variant.h"
 
 namespace qray {
 namespace {

@@ -7,7 +7,7 @@
 #include <ctime>
 #include <fstream>
 
-#include "core/chart/variant.h"
+#include "core/render/variant.h"
 #include "core/cmd/build_commit.h"
 #include "core/cmd/render_options.h"
 

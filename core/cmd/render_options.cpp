@@ -3,6 +3,8 @@
 #include <CLI/CLI.hpp>
 #include <charconv>
 
+#include "core/render/variant.h"
+
 namespace qray::cmd {
 
 void add_render_options(CLI::App& app, RenderOptions& o) {
@@ -45,7 +47,11 @@ Result<RenderSettings> make_settings(const RenderOptions& o, const Scene& scene)
     std::tie(settings.width, settings.height) = size.value();
   }
   settings.nee = !o.no_nee;
-  if (o.method) settings.method = *o.method;
+  if (o.method) {
+    Result<RenderSettings> variant = apply_variant(*o.method, settings);
+    if (!variant) return variant.error();
+    settings = std::move(variant).value();
+  }
   if (o.seconds) {
     settings.seconds = *o.seconds;
     settings.samples = 0;

@@ -1,4 +1,4 @@
-#include "core/chart/variant.h"
+#include "core/render/variant.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "core/chart/variant.h"
+#include "core/render/variant.h"
 
 #include <algorithm>
 #include <charconv>
@@ -34,6 +34,15 @@ constexpr Key kKeys[] = {
      [](auto v, RenderSettings& s) { return set_number(v, s.huang.grid); }},
     {"alpha", "a number", [](auto v, RenderSettings& s) { return set_number(v, s.huang.alpha); }},
     {"gamma", "a number", [](auto v, RenderSettings& s) { return set_number(v, s.huang.gamma); }},
+    {"split", "samples",
+     [](auto v, RenderSettings& s) { return set_number(v, s.adaptive.split_samples); }},
+    {"keep", "a number", [](auto v, RenderSettings& s) { return set_number(v, s.adaptive.keep); }},
+    {"shrinkage", "samples",
+     [](auto v, RenderSettings& s) { return set_number(v, s.adaptive.direction.shrinkage); }},
+    {"share", "a number",
+     [](auto v, RenderSettings& s) { return set_number(v, s.adaptive.direction.split_share); }},
+    {"levels", "a whole number",
+     [](auto v, RenderSettings& s) { return set_number(v, s.adaptive.direction.max_depth); }},
 };
 
 // The part before the first `separator`; `rest` keeps what comes after it.
