@@ -13,7 +13,7 @@ const Rgb kBelow{0.18f};
 Vec3 direction_of(int x, int y) {
   const float phi = (static_cast<float>(x) + 0.5f) * (2 * kPi / kLobeWidth) - kPi;
   const float up = kPi / 2 - (static_cast<float>(y) + 0.5f) * (kPi / kLobeHeight);
-  return {std::cos(up) * std::sin(phi), std::sin(up), -std::cos(up) * std::cos(phi)};
+  return {-std::cos(up) * std::sin(phi), std::sin(up), std::cos(up) * std::cos(phi)};
 }
 
 void draw_sphere(const Guide& guide, const GuidePoint& at, bool known, Vec3 facing, Image& image) {
