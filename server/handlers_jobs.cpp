@@ -10,29 +10,13 @@
 #include "server/query.h"
 #include "server/reply.h"
 #include "server/tile_stream.h"
+#include "server/turn.h"
 
 namespace qray::server {
 namespace {
 
 constexpr int kTilesAtOnce = 256;  // 4 MB
 constexpr uint64_t kMaxImageBytes = uint64_t{1} << 30;
-
-// Lets few in at a time, and gives up rather than pile up threads.
-class Turn {
- public:
-  explicit Turn(std::counting_semaphore<>& semaphore)
-      : semaphore_(semaphore), mine_(semaphore.try_acquire_for(std::chrono::seconds(10))) {}
-  ~Turn() {
-    if (mine_) semaphore_.release();
-  }
-  Turn(const Turn&) = delete;
-  Turn& operator=(const Turn&) = delete;
-  bool mine() const { return mine_; }
-
- private:
-  std::counting_semaphore<>& semaphore_;
-  bool mine_;
-};
 
 bool is_json(const httplib::Request& req) {
   std::string type = req.get_header_value("Content-Type");

@@ -12,6 +12,7 @@
 #include "server/handlers_jobs.h"
 #include "server/handlers_scenes.h"
 #include "server/handlers_tables.h"
+#include "server/handlers_views.h"
 #include "server/handlers_web.h"
 
 namespace qray::server {
@@ -78,6 +79,7 @@ struct Service::Parts {
   SteadyClock clock;
   std::unique_ptr<JobRunner> runner;
   std::unique_ptr<JobHandlers> job_handlers;
+  std::unique_ptr<ViewHandlers> view_handlers;
   WebHandlers web;
   EventHandlers event_handlers;
   std::unique_ptr<HttpServer> http;
@@ -108,8 +110,10 @@ Result<std::unique_ptr<Service>> Service::start(const Config& config, const Http
   parts->runner = std::make_unique<JobRunner>(stores, render_threads(config.threads),
                                               config.max_queued, parts->clock, now_ms);
   parts->job_handlers = std::make_unique<JobHandlers>(*parts->runner, stores);
+  parts->view_handlers = std::make_unique<ViewHandlers>(stores);
   Router router;
   parts->job_handlers->add_to(router);
+  parts->view_handlers->add_to(router);
   parts->event_handlers.add_to(router);
   parts->web.add_to(router);
   add_table_routes(router, *parts->tables);
@@ -128,6 +132,7 @@ Result<std::unique_ptr<Service>> Service::start(const Config& config, const Http
 void Service::stop() {
   if (!parts_->http) return;
   parts_->events.close();
+  parts_->view_handlers->stop();
   parts_->http->stop();
   parts_->runner->stop();
   parts_->http.reset();

@@ -9,10 +9,6 @@ namespace qray {
 // The ends of the scale; what lies outside has the colour of the end.
 constexpr float kErrorMapLow = 1e-4f, kErrorMapHigh = 1;
 
-// Viridis (van der Walt and Smith 2015), safe for the colour-blind and monotone in lightness, at
-// t in [0, 1]; linear Rec.709.
-Rgb viridis(float t);
-
 // Pictures of one size, 3 channels.
 Image error_map(const Image& picture, const Image& reference);
 

@@ -9,6 +9,7 @@
 #include "core/image/image_io.h"
 #include "core/image/tonemap.h"
 #include "core/import/resolve_scene.h"
+#include "core/job/run_job.h"
 
 namespace qray::cmd {
 namespace {
@@ -53,6 +54,18 @@ Result<TableFile> read_table(const std::filesystem::path& path) {
   Error error = table.error();
   error.where = path.string() + (error.where.empty() ? "" : ":" + error.where);
   return error;
+}
+
+Result<std::optional<TableFile>> read_fitting_table(const std::string& path,
+                                                    const SceneHash& hash) {
+  if (path.empty()) return std::optional<TableFile>();
+  Result<TableFile> table = read_table(path);
+  if (!table) return table.error();
+  if (!table_fits(table.value().header, hash))
+    return Error{ErrorCode::kConflict,
+                 "learned from another scene: geometry, materials and lights must be the same",
+                 path};
+  return std::optional(std::move(table).value());
 }
 
 Status write_text(const std::filesystem::path& path, std::string_view text) {

@@ -19,6 +19,8 @@ Result<std::shared_ptr<const PreparedScene>> prepare_named_scene(const std::stri
 Result<Image> read_linear_image(const std::filesystem::path& path);
 
 Result<TableFile> read_table(const std::filesystem::path& path);
+// None for an empty path. kConflict: learned from another scene.
+Result<std::optional<TableFile>> read_fitting_table(const std::string& path, const SceneHash& hash);
 Status write_text(const std::filesystem::path& path, std::string_view text);
 // Fails before hours of work when a result of this name cannot be written at their end.
 Status check_writable(const std::filesystem::path& path);

@@ -7,17 +7,16 @@
 #include "core/cmd/files.h"
 #include "core/cmd/progress_line.h"
 #include "core/cmd/render_options.h"
+#include "core/cmd/render_view.h"
 #include "core/cmd/report.h"
 #include "core/cmd/stop_on_signal.h"
 #include "core/job/run_job.h"
-#include "core/render/debug_view.h"
 #include "proto/stats_json.h"
 
 namespace qray::cmd {
 namespace {
 
 constexpr int64_t kMaxPixels = int64_t{1} << 28;
-constexpr int kViewSamples = 16;
 
 struct Options {
   RenderOptions render;
@@ -25,39 +24,25 @@ struct Options {
   int threads = default_threads();
   int table_mib = static_cast<int>(kDefaultTableBytes >> 20);
   std::string table_in, table_out, json, view = "beauty", out;
+  std::vector<int> pixel;
   bool quiet = false;
 };
+
+ViewOptions view_options(const Options& o) {
+  return {o.view, o.pixel, o.table_in, o.out, o.render.method.has_value(), o.quiet};
+}
 
 Status check_outputs(const Options& o) {
   if (Status s = check_picture_name(o.out); !s) return s;
   for (const std::string& name : {o.json, o.table_out})
     if (!name.empty())
       if (Status s = check_writable(name); !s) return s;
-  if (o.view != "beauty" && (!o.table_in.empty() || !o.table_out.empty() || !o.json.empty()))
-    return Error{ErrorCode::kInvalid, "only the view beauty has tables and statistics", "--view"};
-  return {};
-}
-
-Result<std::optional<TableFile>> read_fitting_table(const std::string& path,
-                                                    const SceneHash& hash) {
-  if (path.empty()) return std::optional<TableFile>();
-  Result<TableFile> table = read_table(path);
-  if (!table) return table.error();
-  if (!table_fits(table.value().header, hash))
-    return Error{ErrorCode::kConflict,
-                 "learned from another scene: geometry, materials and lights must be the same",
-                 path};
-  return std::optional(std::move(table).value());
-}
-
-Status render_view(const Options& o, const PreparedScene& scene, const RenderSettings& settings,
-                   TaskPool& pool, std::stop_token stop) {
-  const DebugView view = o.view == "albedo"   ? DebugView::kAlbedo
-                         : o.view == "normal" ? DebugView::kNormal
-                                              : DebugView::kState;
-  Result<Image> image = render_debug_view(scene, settings, view, kViewSamples, pool, stop);
-  if (!image) return image.error();
-  return write_image(o.out, image.value(), {{"view", o.view}});
+  if (o.view == "beauty" && !o.pixel.empty())
+    return Error{ErrorCode::kInvalid, "only the view lobe is of a pixel", "--pixel"};
+  if (o.view == "beauty") return {};
+  if (!o.table_out.empty() || !o.json.empty())
+    return Error{ErrorCode::kInvalid, "only the view beauty learns and has statistics", "--view"};
+  return check_view(view_options(o));
 }
 
 Status render_beauty(const Options& o, const PreparedScene& scene, const RenderSettings& settings,
@@ -106,7 +91,7 @@ Status run(const Options& o) {
   if (Status s = check_settings(settings, kMaxPixels); !s) return s;
   TaskPool pool(o.threads);
   return o.view == "beauty" ? render_beauty(o, scene, settings, pool, stop.token())
-                            : render_view(o, scene, settings, pool, stop.token());
+                            : render_view(view_options(o), scene, settings, pool, stop.token());
 }
 
 }  // namespace
@@ -125,8 +110,13 @@ void add_render(CLI::App& app, int& exit_code) {
       ->check(CLI::Range(1, 1 << 19))
       ->capture_default_str();
   sub->add_option("--json", o->json, "write statistics (docs/stats.md)");
-  sub->add_option("--view", o->view, "beauty, or without light: albedo, normal, state")
-      ->check(CLI::IsMember({"beauty", "albedo", "normal", "state"}));
+  sub->add_option("--view", o->view,
+                  "beauty, or without light: albedo, normal; of a table: state, beta (chance to "
+                  "guide), gain, lobe (the directions at a pixel). docs/guiding.md")
+      ->check(CLI::IsMember({"beauty", "albedo", "normal", "state", "beta", "gain", "lobe"}));
+  sub->add_option("--pixel", o->pixel, "X,Y from the top left: of the view lobe")
+      ->delimiter(',')
+      ->expected(2);
   sub->add_flag("-q,--quiet", o->quiet, "no progress");
   sub->add_option("-o,--out", o->out, "picture.exr (linear) or picture.png (sRGB)")->required();
   sub->callback([o, &exit_code] {

@@ -4,7 +4,6 @@
 #include <cstdio>
 
 #include "core/cmd/commands.h"
-#include "core/cmd/direction_cube.h"
 #include "core/cmd/files.h"
 #include "core/cmd/progress_line.h"
 #include "core/cmd/render_options.h"
@@ -12,6 +11,7 @@
 #include "core/cmd/stop_on_signal.h"
 #include "core/job/run_job.h"
 #include "core/render/debug_view.h"
+#include "core/render/direction_cube.h"
 
 namespace qray::cmd {
 namespace {
@@ -50,7 +50,10 @@ class Studio {
   }
 
   Result<Image> states(const RenderSettings& settings) {
-    return render_debug_view(scene_, settings, DebugView::kState, kStateSamples, pool_, stop_);
+    Result<std::unique_ptr<Guide>> grid = make_guide("huang", scene_.guide_setup(settings));
+    if (!grid) return grid.error();
+    return render_debug_view(scene_, settings, DebugView::kState, grid.value().get(), kStateSamples,
+                             pool_, stop_);
   }
 
  private:

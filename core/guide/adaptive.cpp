@@ -92,6 +92,11 @@ float AdaptiveGuide::pdf_w(const GuidePoint& point, Vec3 wi) const {
          kInvPi;
 }
 
+float AdaptiveGuide::gain(const GuidePoint& point) const {
+  if (!point.state.valid() || !states_[point.state.value].credible) return 1;
+  return static_cast<float>(directions_.second_moment(states_[point.state.value].root));
+}
+
 GuideExpectation AdaptiveGuide::expectation(const GuidePoint& point) const {
   if (!point.state.valid()) return {};
   const State& state = states_[point.state.value];

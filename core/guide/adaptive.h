@@ -26,6 +26,7 @@ class AdaptiveGuide final : public Guide {
   float guide_fraction(const GuidePoint& point, bool diffuse) const override;
   GuideSample sample(const GuidePoint& point, Vec2 u) const override;
   float pdf_w(const GuidePoint& point, Vec3 wi) const override;
+  float gain(const GuidePoint& point) const override;
   bool expects() const override { return true; }
   GuideExpectation expectation(const GuidePoint& point) const override;
 

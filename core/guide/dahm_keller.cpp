@@ -6,6 +6,7 @@
 
 #include "core/base/check.h"
 #include "core/guide/direction_tree.h"
+#include "core/guide/gain.h"
 #include "core/math/warp.h"
 
 namespace qray {
@@ -93,6 +94,10 @@ float DahmKellerGuide::pdf_w(const GuidePoint& point, Vec3 wi) const {
   return (cdf[cell] - (cell > 0 ? cdf[cell - 1] : 0)) * kCells * kUniformHemispherePdfW;
 }
 
+float DahmKellerGuide::gain(const GuidePoint& point) const {
+  return point.state.valid() ? frozen_[point.state.value].gain : 1;
+}
+
 std::unique_ptr<GuideDelta> DahmKellerGuide::make_delta() const {
   return std::make_unique<Delta>();
 }
@@ -158,13 +163,19 @@ void DahmKellerGuide::freeze(uint32_t index) {
   const double mean = sum > 0 ? sum / known : 1;
   double total = 0;
   std::array<double, kCells> below;
+  Values means, weights, shares;
+  shares.fill(1.0f / kCells);
   for (size_t k = 0; k < kCells; ++k) {
     const double q = learned.visits[k] == 0 ? mean
                      : sum > 0              ? static_cast<double>(learned.q[k])
                                             : 1;
     total += q + kLeast * mean;
     below[k] = total;
+    means[k] = static_cast<float>(q);
+    weights[k] = static_cast<float>(q + kLeast * mean);
   }
+  for (float& weight : weights) weight *= static_cast<float>(kCells / total);
+  frozen_[id.value].gain = gain_of_cells(shares, means, weights);
   for (size_t k = 0; k < kCells; ++k)
     frozen_[id.value].cdf[k] = k + 1 == kCells ? 1.0f : static_cast<float>(below[k] / total);
 }

@@ -30,6 +30,7 @@ class DahmKellerGuide final : public Guide {
   float guide_fraction(const GuidePoint& point, bool diffuse) const override;
   GuideSample sample(const GuidePoint& point, Vec2 u) const override;
   float pdf_w(const GuidePoint& point, Vec3 wi) const override;
+  float gain(const GuidePoint& point) const override;
 
   std::unique_ptr<GuideDelta> make_delta() const override;
   void record(std::span<const GuideVertex> path, GuideDelta& delta) const override;
@@ -51,6 +52,7 @@ class DahmKellerGuide final : public Guide {
   };
   struct Frozen {
     std::array<float, kCells> cdf;  // of the cells up to and with this one; the last is 1
+    float gain = 1;
   };
   struct Delta;
 

@@ -121,6 +121,26 @@ Vec2 DirectionTrees::sample(uint32_t root, Vec2 u, float& density) const {
   }
 }
 
+double DirectionTrees::second_moment(uint32_t root) const {
+  double sum = 0;
+  std::vector<std::pair<uint32_t, double>> open{{root, 1.0}};  // a node, its density^2 x area
+  while (!open.empty()) {
+    const auto [i, moment] = open.back();
+    open.pop_back();
+    const Node& node = nodes_[i];
+    for (int q = 0; q < 4; ++q) {
+      const double chance = static_cast<double>(kChance * static_cast<float>(node.p[q]));
+      const double part = moment * 4 * chance * chance;
+      if (node.children >> q & 1) {
+        open.emplace_back(root + node.child(q), part);
+      } else {
+        sum += part;
+      }
+    }
+  }
+  return sum;
+}
+
 void DirectionTrees::add(uint32_t root, Vec2 u, int64_t s, int64_t w) {
   for (uint32_t i = root;;) {
     const Node& node = nodes_[i];

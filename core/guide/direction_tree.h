@@ -50,6 +50,8 @@ class DirectionTrees {
   float pdf(uint32_t root, Vec2 u) const;
   // Follows the density; `density` is pdf() at the result.
   Vec2 sample(uint32_t root, Vec2 u, float& density) const;
+  // The integral of the squared density over the unit square: 1 where it is even, else more.
+  double second_moment(uint32_t root) const;
   void add(uint32_t root, Vec2 u, int64_t s, int64_t w);
   float cell_size(uint32_t root, Vec2 u) const;  // the side of the cell that holds u
 

@@ -88,6 +88,11 @@ class Guide {
   virtual GuideSample sample(const GuidePoint& point, Vec2 u) const = 0;
   virtual float pdf_w(const GuidePoint& point, Vec3 wi) const = 0;  // integrates to 1
 
+  // By how much less the learned density makes a sample's second moment than the density that the
+  // method starts from (over the projected hemisphere, the hemisphere or the sphere), if light
+  // arrives as the table says. 1 where nothing is known. For views; slower than a lookup.
+  virtual float gain(const GuidePoint&) const { return 1; }
+
   // Whether the method has expectations at all, and what it expects.
   virtual bool expects() const { return false; }
   virtual GuideExpectation expectation(const GuidePoint&) const { return {}; }

@@ -6,6 +6,7 @@
 #include <numeric>
 
 #include "core/base/check.h"
+#include "core/guide/gain.h"
 #include "core/math/frame.h"
 #include "core/math/hash.h"
 #include "core/math/warp.h"
@@ -100,6 +101,10 @@ float HuangGuide::pdf_w(const GuidePoint& point, Vec3 wi) const {
   return frozen_[point.state.value].weight[a] * kUniformHemispherePdfW;
 }
 
+float HuangGuide::gain(const GuidePoint& point) const {
+  return point.state.valid() ? frozen_[point.state.value].gain : 1;
+}
+
 std::unique_ptr<GuideDelta> HuangGuide::make_delta() const { return std::make_unique<Delta>(); }
 
 void HuangGuide::record(std::span<const GuideVertex> path, GuideDelta& delta) const {
@@ -186,7 +191,9 @@ void HuangGuide::end_pass() {
     const Values& q = learned_[i].q;
     const float max_q = *std::max_element(q.begin(), q.end());
     Frozen& state = frozen_[id.value];
-    state.weight = density_weights(q, shares_of(SurfaceGrid::normal_of(key), normal_code));
+    const Values& shares = shares_of(SurfaceGrid::normal_of(key), normal_code);
+    state.weight = density_weights(q, shares);
+    state.gain = gain_of_cells(shares, q, state.weight);
     for (size_t a = 0; a < q.size(); ++a) state.level[a] = level_of(q[a], max_q);
   }
   dirty_.clear();

@@ -33,6 +33,7 @@ class HuangGuide final : public Guide {
   float guide_fraction(const GuidePoint& point, bool diffuse) const override;
   GuideSample sample(const GuidePoint& point, Vec2 u) const override;
   float pdf_w(const GuidePoint& point, Vec3 wi) const override;
+  float gain(const GuidePoint& point) const override;
 
   std::unique_ptr<GuideDelta> make_delta() const override;
   void record(std::span<const GuideVertex> path, GuideDelta& delta) const override;
@@ -56,7 +57,8 @@ class HuangGuide final : public Guide {
     std::array<uint32_t, kDirections26> count{};
   };
   struct Frozen {
-    Values weight;                               // w_a
+    Values weight;  // w_a
+    float gain = 1;
     std::array<uint8_t, kDirections26> level{};  // how many of M/8..7M/8 lie below Q_a
   };
   struct Delta;

@@ -83,6 +83,11 @@ float PpgGuide::pdf_w(const GuidePoint& point, Vec3 wi) const {
   return directions_.pdf(leaves_[point.state.value].root, to_square(wi)) * kUniformSpherePdfW;
 }
 
+float PpgGuide::gain(const GuidePoint& point) const {
+  const Leaf& leaf = leaves_[point.state.value];
+  return leaf.ready ? static_cast<float>(directions_.second_moment(leaf.root)) : 1;
+}
+
 std::unique_ptr<GuideDelta> PpgGuide::make_delta() const { return std::make_unique<Delta>(); }
 
 void PpgGuide::record(std::span<const GuideVertex> path, GuideDelta& delta) const {

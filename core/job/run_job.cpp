@@ -56,23 +56,30 @@ bool table_fits(const TableHeader& header, const SceneHash& hash) {
          header.lights == hash.lights;
 }
 
+Result<std::unique_ptr<Guide>> load_guide(const PreparedScene& scene,
+                                          const RenderSettings& settings,
+                                          const std::optional<TableFile>& table) {
+  Result<std::unique_ptr<Guide>> made = make_guide(settings.method, scene.guide_setup(settings));
+  if (!made.ok() || !table) return made;
+  Guide* guide = made.value().get();
+  if (!guide || table->header.method != table_method(guide->method())) {
+    return Error{
+        ErrorCode::kInvalid,
+        "a table of method '" + table->header.method + "' does not serve '" + settings.method + "'",
+        "/table"};
+  }
+  if (Status loaded = guide->load(table->sections); !loaded.ok()) return loaded.error();
+  return made;
+}
+
 Result<JobResult> run_job(const PreparedScene& scene, const RenderSettings& settings,
                           std::optional<TableFile> table_in, Film& film, TaskPool& pool,
                           RenderObserver& observer, std::stop_token stop, const Clock& clock) {
-  Result<std::unique_ptr<Guide>> made = make_guide(settings.method, scene.guide_setup(settings));
+  Result<std::unique_ptr<Guide>> made = load_guide(scene, settings, table_in);
   if (!made.ok()) return made.error();
   const std::unique_ptr<Guide> guide = std::move(made).value();
   std::optional<TableHeader> parent;
-  if (table_in) {
-    if (!guide || table_in->header.method != table_method(guide->method())) {
-      return Error{ErrorCode::kInvalid,
-                   "a table of method '" + table_in->header.method + "' does not serve '" +
-                       settings.method + "'",
-                   "/table"};
-    }
-    if (Status loaded = guide->load(table_in->sections); !loaded.ok()) return loaded.error();
-    parent = std::move(table_in->header);
-  }
+  if (table_in) parent = std::move(table_in->header);
   Result<RenderStats> stats =
       render(scene, settings, guide.get(), film, pool, observer, std::move(stop), clock);
   if (!stats.ok()) return stats.error();

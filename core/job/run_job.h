@@ -14,6 +14,12 @@ struct JobResult {
   ImageMetadata metadata;          // for the picture: seed, samples, method, table, scene hash ...
 };
 
+// The settings' guide, null for the method none, with what `table` holds; its method must be the
+// settings' (else kInvalid).
+Result<std::unique_ptr<Guide>> load_guide(const PreparedScene& scene,
+                                          const RenderSettings& settings,
+                                          const std::optional<TableFile>& table);
+
 // `table_in` must be of the settings' method (else kInvalid). It is moved into the guide.
 Result<JobResult> run_job(const PreparedScene& scene, const RenderSettings& settings,
                           std::optional<TableFile> table_in, Film& film, TaskPool& pool,

@@ -1,5 +1,6 @@
 #include "core/render/debug_view.h"
 
+#include "core/image/false_color.h"
 #include "core/math/frame.h"
 #include "core/math/hash.h"
 #include "core/math/sampler.h"
@@ -7,28 +8,56 @@
 namespace qray {
 namespace {
 
-Rgb value_at(const PreparedScene& scene, DebugView view, const Guide* guide, const Ray& ray) {
-  Hit hit;
-  if (!scene.accel->intersect(ray, hit)) return {};
-  const MeshShading& mesh = scene.meshes[hit.mesh.value];
-  const SurfacePoint surface = scene.surface_at(ray, hit);
-  switch (view) {
-    case DebugView::kAlbedo:
-      return mesh.bsdf->albedo(scene.shading_point(mesh, surface.uv),
-                               Frame(surface.ns).to_local(-ray.d));
-    case DebugView::kNormal: {
-      const Vec3 n = surface.ns * 0.5f;
-      return {n.x + 0.5f, n.y + 0.5f, n.z + 0.5f};
-    }
-    case DebugView::kState: {
-      const Vec3 facing = dot(surface.ng, ray.d) > 0 ? -surface.ng : surface.ng;
-      return state_color(guide->find(surface.p, facing).key);
-    }
-  }
-  return {};
+struct ViewName {
+  DebugView view;
+  std::string_view name, scale;
+};
+constexpr ViewName kViewNames[] = {
+    {DebugView::kAlbedo, "albedo", "linear"},
+    {DebugView::kNormal, "normal", "(n + 1) / 2"},
+    {DebugView::kState, "state", "a colour a state, black: none"},
+    {DebugView::kBeta, "beta", "0 (dark) to 1 (bright)"},
+    {DebugView::kGain, "gain", "1 (dark) to 64 (bright), logarithmic"},
+};
+
+Rgb guide_color(DebugView view, const Guide& guide, bool learned, const SeenSurface& seen) {
+  const GuidePoint at = guide.find(seen.point.p, seen.facing);
+  if (view == DebugView::kState) return learned && !at.state.valid() ? Rgb{} : state_color(at.key);
+  if (seen.mesh->kind == BsdfKind::kDelta) return {};
+  if (view == DebugView::kGain) return viridis(log_scale(guide.gain(at), 1, kGainHigh));
+  return viridis(guide.guide_fraction(at, seen.mesh->kind == BsdfKind::kDiffuse));
+}
+
+Rgb value_at(const PreparedScene& scene, DebugView view, const Guide* guide, bool learned,
+             const Ray& ray) {
+  const std::optional<SeenSurface> seen = surface_seen(scene, ray);
+  if (!seen) return {};
+  if (shows_guide(view)) return guide_color(view, *guide, learned, *seen);
+  const MeshShading& mesh = *seen->mesh;
+  if (view == DebugView::kAlbedo)
+    return mesh.bsdf->albedo(scene.shading_point(mesh, seen->point.uv),
+                             Frame(seen->point.ns).to_local(-ray.d));
+  const Vec3 n = seen->point.ns * 0.5f;
+  return {n.x + 0.5f, n.y + 0.5f, n.z + 0.5f};
 }
 
 }  // namespace
+
+std::optional<DebugView> parse_debug_view(std::string_view name) {
+  for (const ViewName& v : kViewNames)
+    if (v.name == name) return v.view;
+  return std::nullopt;
+}
+
+std::string_view scale_of(DebugView view) { return kViewNames[static_cast<size_t>(view)].scale; }
+
+std::optional<SeenSurface> surface_seen(const PreparedScene& scene, const Ray& ray) {
+  Hit hit;
+  if (!scene.accel->intersect(ray, hit)) return std::nullopt;
+  const SurfacePoint point = scene.surface_at(ray, hit);
+  return SeenSurface{point, &scene.meshes[hit.mesh.value],
+                     dot(point.ng, ray.d) > 0 ? -point.ng : point.ng};
+}
 
 Rgb state_color(uint64_t key) {
   const uint64_t h = mix64(key + 1);
@@ -42,15 +71,10 @@ Rgb state_color(uint64_t key) {
 }
 
 Result<Image> render_debug_view(const PreparedScene& scene, const RenderSettings& settings,
-                                DebugView view, int samples_per_pixel, TaskPool& pool,
-                                std::stop_token stop) {
-  std::unique_ptr<Guide> guide;
-  if (view == DebugView::kState) {
-    const std::string method = settings.method == "none" ? "huang" : settings.method;
-    Result<std::unique_ptr<Guide>> made = make_guide(method, scene.guide_setup(settings));
-    if (!made) return made.error();
-    guide = std::move(made).value();
-  }
+                                DebugView view, const Guide* guide, int samples_per_pixel,
+                                TaskPool& pool, std::stop_token stop) {
+  QRAY_CHECK(guide || !shows_guide(view));
+  const bool learned = guide && guide->stats().samples_seen > 0;
   const CameraRays camera(settings.camera.value_or(scene.scene.camera), settings.width,
                           settings.height);
   Image image(settings.width, settings.height, 3);
@@ -63,7 +87,7 @@ Result<Image> render_debug_view(const PreparedScene& scene, const RenderSettings
         sampler.start(static_cast<uint32_t>(x), static_cast<uint32_t>(y), static_cast<uint32_t>(s));
         const Vec2 jitter = sampler.next_2d();
         const Vec2 pixel{static_cast<float>(x) + jitter.x, static_cast<float>(y) + jitter.y};
-        sum += value_at(scene, view, guide.get(), camera.ray(pixel, sampler.next_2d()));
+        sum += value_at(scene, view, guide, learned, camera.ray(pixel, sampler.next_2d()));
       }
       image.set_rgb(x, y, sum / static_cast<float>(samples_per_pixel));
     }

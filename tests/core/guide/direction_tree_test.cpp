@@ -94,6 +94,29 @@ TEST(DirectionTree, SamplesHaveTheDensityThatIsTold) {
   EXPECT_NEAR(integral, 1, 0.1);
 }
 
+TEST(DirectionTree, TheSecondMomentIsTheIntegralOfTheSquaredDensity) {
+  const Grown even = grown(0, {});
+  EXPECT_DOUBLE_EQ(even.trees.second_moment(even.root), 1);
+  DirectionTrees::Cells cells(5);
+  cells[0].child = 1;
+  for (uint32_t q = 1; q < 5; ++q) cells[q] = {{}, 0, 1, q == 2 ? 4.0 : 0.0};
+  DirectionTrees one;
+  EXPECT_NEAR(one.second_moment(one.put(cells)), 4, 1e-3);
+
+  const Grown g = grown(8, {});
+  constexpr int kSide = 256;  // finer than the cells
+  double integral = 0;
+  for (int y = 0; y < kSide; ++y)
+    for (int x = 0; x < kSide; ++x) {
+      const double density =
+          static_cast<double>(g.trees.pdf(g.root, {(static_cast<float>(x) + 0.5f) / kSide,
+                                                   (static_cast<float>(y) + 0.5f) / kSide}));
+      integral += density * density / (kSide * kSide);
+    }
+  EXPECT_GT(integral, 10);
+  EXPECT_NEAR(g.trees.second_moment(g.root) / integral, 1, 1e-5);
+}
+
 TEST(DirectionTree, NothingIsLostWhenCellsAreCutAndJoined) {
   Grown g = grown(3, {});
   const DirectionTrees::Sums before = DirectionTrees::total(g.cells);

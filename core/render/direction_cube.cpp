@@ -1,9 +1,9 @@
-#include "core/cmd/direction_cube.h"
+#include "core/render/direction_cube.h"
 
 #include <algorithm>
 #include <vector>
 
-namespace qray::cmd {
+namespace qray {
 namespace {
 
 struct Stroke {
@@ -78,12 +78,15 @@ void add_grid(const View& view, std::vector<Stroke>& strokes) {
       }
 }
 
-void add_arrow(const View& view, Vec3 direction, Rgb color, std::vector<Stroke>& strokes) {
+// Arrows that point away from the eye may pale.
+void add_arrow(const View& view, Vec3 direction, Rgb color, bool pales,
+               std::vector<Stroke>& strokes) {
   constexpr int kPieces = 10;
   const float shaft = view.scale * 0.022f, head = view.scale * 0.075f;
   const Vec3 head_start = direction * (1 - 0.2f / length(direction));
   const float toward_eye = dot(direction, view.toward);
-  const Rgb shade = lerp(std::clamp(0.3f - 0.3f * toward_eye, 0.0f, 0.75f), color, Rgb{0.85f});
+  const float pale = pales ? std::clamp(0.3f - 0.3f * toward_eye, 0.0f, 0.75f) : 0;
+  const Rgb shade = lerp(pale, color, Rgb{0.85f});
   for (int k = 0; k < kPieces; ++k) {
     const Vec3 a = head_start * (static_cast<float>(k) / kPieces);
     const Vec3 b = head_start * (static_cast<float>(k + 1) / kPieces);
@@ -94,27 +97,43 @@ void add_arrow(const View& view, Vec3 direction, Rgb color, std::vector<Stroke>&
                      dot(direction, view.toward), shade});
 }
 
-}  // namespace
-
-Image draw_direction_cube(int width, int height) {
+Image draw(int width, int height, const std::array<Rgb, kDirections26>& colors, bool pale,
+           Rgb background) {
   const View view(width, height);
   std::vector<Stroke> strokes;
   add_grid(view, strokes);
-  const Rgb through[3] = {{0.75f, 0.05f, 0.04f}, {0.03f, 0.42f, 0.08f}, {0.04f, 0.12f, 0.7f}};
-  for (int z = -1; z <= 1; ++z)
+  size_t i = 0;
+  for (int x = -1; x <= 1; ++x)
     for (int y = -1; y <= 1; ++y)
-      for (int x = -1; x <= 1; ++x) {
-        const int axes = std::abs(x) + std::abs(y) + std::abs(z);
-        if (axes == 0) continue;
+      for (int z = -1; z <= 1; ++z) {
+        if (x == 0 && y == 0 && z == 0) continue;
         const Vec3 direction{static_cast<float>(x), static_cast<float>(y), static_cast<float>(z)};
-        add_arrow(view, direction, through[axes - 1], strokes);
+        add_arrow(view, direction, colors[i++], pale, strokes);
       }
   std::stable_sort(strokes.begin(), strokes.end(),
                    [](const Stroke& a, const Stroke& b) { return a.depth < b.depth; });
   Image image(width, height, 3);
-  std::fill(image.data().begin(), image.data().end(), 1.0f);
+  for (int y = 0; y < height; ++y)
+    for (int x = 0; x < width; ++x) image.set_rgb(x, y, background);
   for (const Stroke& stroke : strokes) paint(image, stroke);
   return image;
 }
 
-}  // namespace qray::cmd
+}  // namespace
+
+Image draw_direction_cube(int width, int height) {
+  const Rgb through[3] = {{0.75f, 0.05f, 0.04f}, {0.03f, 0.42f, 0.08f}, {0.04f, 0.12f, 0.7f}};
+  std::array<Rgb, kDirections26> colors;
+  for (size_t i = 0; i < colors.size(); ++i) {
+    const Vec3 d = directions26()[i];
+    const int axes = (d.x != 0) + (d.y != 0) + (d.z != 0);
+    colors[i] = through[axes - 1];
+  }
+  return draw(width, height, colors, /*pale=*/true, Rgb{1.0f});
+}
+
+Image draw_direction_cube(int width, int height, const std::array<Rgb, kDirections26>& colors) {
+  return draw(width, height, colors, /*pale=*/false, Rgb{});
+}
+
+}  // namespace qray
