@@ -39,6 +39,9 @@ class DahmKellerGuide final : public Guide {
   GuideStats stats() const override;
   std::vector<TableSection> save() const override;
   Status load(std::span<const TableSection> sections) override;
+  // Values become means over all visits.
+  Status merge(const Guide& other) override;
+  std::vector<GuidePoint> known_points(size_t most) const override;
 
   const Values* values(uint64_t key) const;  // learned; for tests
 
@@ -55,6 +58,7 @@ class DahmKellerGuide final : public Guide {
   struct Delta;
 
   static int cell_of(Vec3 local);
+  Learned& learned_state(uint64_t key);  // there is room for it; end_pass() will freeze it
   void freeze(uint32_t index);
 
   SurfaceGrid grid_;

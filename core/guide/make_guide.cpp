@@ -12,6 +12,16 @@ namespace {
 constexpr std::array<std::string_view, 4> kMethods = {"none", "huang-published", "huang", "ppg"};
 }  // namespace
 
+Status Guide::merge(const Guide& other) {
+  if (other.method() != method())
+    return Error{ErrorCode::kInvalid,
+                 "a table of method '" + std::string(other.method()) +
+                     "' cannot be merged into one of '" + std::string(method()) + "'",
+                 "table"};
+  return Error{ErrorCode::kInvalid,
+               "tables of method '" + std::string(method()) + "' cannot be merged", "table"};
+}
+
 std::span<const std::string_view> method_names() { return kMethods; }
 
 std::string_view table_method(std::string_view method) {
