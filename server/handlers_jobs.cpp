@@ -34,13 +34,6 @@ class Turn {
   bool mine_;
 };
 
-bool is_json(const httplib::Request& req) {
-  std::string type = req.get_header_value("Content-Type");
-  type = type.substr(0, type.find(';'));
-  while (type.ends_with(' ')) type.pop_back();
-  return type == "application/json";
-}
-
 Error nothing_yet() { return {ErrorCode::kConflict, "nothing of this job has been rendered", ""}; }
 
 }  // namespace
@@ -104,10 +97,7 @@ std::optional<proto::Problem> JobHandlers::check_references(proto::JobRequest& r
 }
 
 void JobHandlers::create(const Request& req, Response& res) {
-  if (!is_json(req)) {
-    return reply_problem(
-        res, {415, "Unsupported media type", "expected Content-Type: application/json", {}});
-  }
+  if (!is_json(req)) return reply_not_json(res);
   auto parsed = proto::parse_job_request(req.body, limits_);
   if (const auto* problem = std::get_if<proto::Problem>(&parsed)) {
     return reply_problem(res, *problem);

@@ -110,9 +110,9 @@ Status merge(const Options& o) {
     if (!read) return read.error();
     tables.push_back(std::move(read).value());
   }
-  const Result<TableFile> merged = merge_tables(tables, kDefaultTableBytes);
+  const Result<MergedTable> merged = merge_tables(tables, kDefaultTableBytes);
   if (!merged) return merged.error();
-  return write_file_atomic(o.out, encode_table(merged.value()));
+  return write_file_atomic(o.out, encode_table(merged.value().file));
 }
 
 }  // namespace

@@ -15,6 +15,10 @@ constexpr CellFormat kFormat{"DGRD", "DQ64", DahmKellerGuide::kCells};
 // Added to every cell, in means of the state's Q: the paper does not say how cells that were dark
 // so far stay possible.
 constexpr float kLeast = 0.25f;
+// The rest is drawn from the BSDF, so that no surface multiplies a path's weight by more than 2
+// albedo. With all drawn from Q it is 10 albedo, and over several bounces the mean of any picture
+// rests on paths that it does not have (docs/guiding.md).
+constexpr float kGuided = 0.5f;
 
 // Means of cos(theta) over the cells: z of square_to_uniform_hemisphere(), integrated numerically.
 const DahmKellerGuide::Values& mean_cosines() {
@@ -67,9 +71,8 @@ GuidePoint DahmKellerGuide::find(Vec3 p, Vec3 n) const {
   return {frozen_index_.find(s.key), s.key, Frame(s.n)};
 }
 
-float DahmKellerGuide::guide_fraction(const GuidePoint& point, bool diffuse) const {
-  if (!point.state.valid()) return 0;
-  return diffuse ? 1.0f : 0.5f;
+float DahmKellerGuide::guide_fraction(const GuidePoint& point, bool) const {
+  return point.state.valid() ? kGuided : 0;
 }
 
 // The inverse of square_to_uniform_hemisphere().

@@ -5,7 +5,8 @@
 //   dw_i)
 // with a = 1 / (1 + visits) and the integral summed over y's cells, its BSDF taken for Lambert's.
 // States are a grid cell with the face's normal (surface_grid.h) where the paper has the nearest of
-// points scattered over the surfaces. The density is known, so the estimator is unbiased.
+// points scattered over the surfaces, and half of the directions are the BSDF's. The density is
+// known, so the estimator is unbiased.
 #pragma once
 
 #include <array>

@@ -7,9 +7,10 @@
 
 namespace qray {
 namespace {
-// `dahm-keller` and `adaptive` can be made, but are not offered before they hold what their tests
-// and docs/stability.md ask of them (docs/guiding.md).
-constexpr std::array<std::string_view, 4> kMethods = {"none", "huang-published", "huang", "ppg"};
+// `adaptive` can be made, but is not offered before it holds what its tests and docs/stability.md ask
+// of it (docs/guiding.md).
+constexpr std::array<std::string_view, 5> kMethods = {"none", "huang-published", "huang",
+                                                      "dahm-keller", "ppg"};
 }  // namespace
 
 Status Guide::merge(const Guide& other) {

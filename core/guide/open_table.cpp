@@ -11,7 +11,7 @@ namespace qray {
 namespace {
 
 constexpr int kMaxExponent = 100;  // of the grid's cells and of the cube, both ways
-constexpr size_t kDensitiesChecked = 64;
+constexpr size_t kDensitiesChecked = 32;
 constexpr double kDensityTolerance = 0.01;
 
 Error at_table(const Error& error, const std::string& id) {
@@ -77,7 +77,7 @@ Result<std::unique_ptr<Guide>> open_table(const TableFile& table, size_t max_byt
 }
 
 double density_integral(const Guide& guide, const GuidePoint& point) {
-  constexpr int kPoints = 1 << 16;  // of a rank-1 lattice by the golden ratio, twice
+  constexpr int kPoints = 1 << 15;  // of a rank-1 lattice by the golden ratio, twice
   double sum = 0;
   const auto add = [&](float pdf_w) {
     sum += static_cast<double>(pdf_w / (pdf_w + kUniformSpherePdfW)) / kPoints;
@@ -118,7 +118,7 @@ Result<TableCheck> check_table(const TableFile& table) {
   return check;
 }
 
-Result<TableFile> merge_tables(std::span<const TableFile> tables, size_t max_bytes) {
+Result<MergedTable> merge_tables(std::span<const TableFile> tables, size_t max_bytes) {
   std::vector<const TableFile*> order;
   for (const TableFile& table : tables) order.push_back(&table);
   std::ranges::sort(order, {}, [](const TableFile* t) { return t->header.id; });
@@ -152,7 +152,7 @@ Result<TableFile> merge_tables(std::span<const TableFile> tables, size_t max_byt
   merged.header.samples_seen = sum->stats().samples_seen;
   merged.sections = sum->save();
   merged.header.id = table_id(merged);
-  return merged;
+  return MergedTable{std::move(merged), sum->stats().states};
 }
 
 }  // namespace qray

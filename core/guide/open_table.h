@@ -26,9 +26,13 @@ struct TableCheck {
 // samples seen, and that sampled densities integrate to 1. kCorrupt names the place.
 Result<TableCheck> check_table(const TableFile& table);
 
+struct MergedTable {
+  TableFile file;  // its parents are what it was merged of
+  size_t states = 0;
+};
 // What all tables learned, in one: each has an id of its own, the first's method, scene and grid
 // (else kConflict, naming what differs). The order of `tables` changes no bit. At most `max_bytes`
 // of memory for each, and for the sum. Errors' places are "table <id>".
-Result<TableFile> merge_tables(std::span<const TableFile> tables, size_t max_bytes);
+Result<MergedTable> merge_tables(std::span<const TableFile> tables, size_t max_bytes);
 
 }  // namespace qray
