@@ -7,8 +7,8 @@
 
 namespace qray {
 namespace {
-// `adaptive` can be made, but is not offered before it holds what its tests and docs/stability.md ask
-// of it (docs/guiding.md).
+// `adaptive` can be made, but is not offered before it holds what its tests and docs/stability.md
+// ask of it (docs/guiding.md).
 constexpr std::array<std::string_view, 5> kMethods = {"none", "huang-published", "huang",
                                                       "dahm-keller", "ppg"};
 }  // namespace
