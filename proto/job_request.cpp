@@ -1,4 +1,5 @@
-// Strict reading of a job request: every field that is wrong is reported, by pointer.
+// Strict reading of requests: every field that is wrong is reported, by pointer. One file, as all
+// read through the same parser, behind the same wall.
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
@@ -278,24 +279,64 @@ void read_request(const Json& tree, const RequestLimits& limits, JobRequest& out
   in.refuse_unknown();
 }
 
-}  // namespace
+void read_merge(const Json& tree, std::vector<std::string>& tables,
+                std::vector<FieldError>& errors) {
+  ObjectReader in(tree, "", errors);
+  const Json* list = in.find("tables");
+  if (!list || !list->is_array() || list->size() < 2 || list->size() > kMaxMergedTables) {
+    in.wrong("tables", "expected 2.." + std::to_string(kMaxMergedTables) + " ids of tables, got " +
+                           (!list              ? "nothing"
+                            : list->is_array() ? std::to_string(list->size())
+                                               : shown(*list)));
+  } else {
+    for (size_t i = 0; i < list->size(); ++i) {
+      const Json& item = (*list)[i];
+      const std::string at = "tables/" + std::to_string(i);
+      if (!item.is_string() || !is_table_id(item.get_ref<const std::string&>())) {
+        in.wrong(at, "expected a table's id (32 hex digits), got " + shown(item));
+        continue;
+      }
+      std::string id = item.get<std::string>();
+      if (std::find(tables.begin(), tables.end(), id) != tables.end())
+        in.wrong(at, "expected different tables, got one twice");
+      tables.push_back(std::move(id));
+    }
+  }
+  in.refuse_unknown();
+}
 
-std::variant<JobRequest, Problem> parse_job_request(std::string_view json,
-                                                    const RequestLimits& limits) {
+// A request that `read(tree, request, errors)` takes apart.
+template <class Request, class Read>
+std::variant<Request, Problem> parse_request(std::string_view json, const RequestLimits& limits,
+                                             std::string title, Read read) {
   std::variant<Json, Problem> parsed = parse_tree(json, limits);
   if (Problem* bad = std::get_if<Problem>(&parsed)) return std::move(*bad);
   const Json& tree = std::get<Json>(parsed);
-
-  Problem wrong = problem(422, "Wrong job request", "");
-  JobRequest request;
+  Problem wrong = problem(422, std::move(title), "");
+  Request request;
   if (!tree.is_object()) {
     wrong.errors.push_back({"", "expected an object, got " + shown(tree)});
   } else {
-    read_request(tree, limits, request, wrong.errors);
+    read(tree, request, wrong.errors);
   }
   if (wrong.errors.empty()) return request;
   wrong.detail = wrong.errors.front().pointer + ": " + wrong.errors.front().detail;
   return wrong;
+}
+
+}  // namespace
+
+std::variant<JobRequest, Problem> parse_job_request(std::string_view json,
+                                                    const RequestLimits& limits) {
+  const auto read = [&](const Json& tree, JobRequest& request, std::vector<FieldError>& errors) {
+    read_request(tree, limits, request, errors);
+  };
+  return parse_request<JobRequest>(json, limits, "Wrong job request", read);
+}
+
+std::variant<std::vector<std::string>, Problem> parse_merge_request(std::string_view json,
+                                                                    const RequestLimits& limits) {
+  return parse_request<std::vector<std::string>>(json, limits, "Wrong merge request", read_merge);
 }
 
 }  // namespace qray::proto

@@ -85,6 +85,18 @@ Json job_json(const JobInfo& job) {
   return out;
 }
 
+Json table_json(const TableInfo& t) {
+  return {{"id", t.id},
+          {"scene", t.scene},
+          {"method", t.method},
+          {"parents", t.parents},
+          {"created", time_to_text(t.created_ms)},
+          {"bytes", t.bytes},
+          {"states", t.states},
+          {"samples_seen", t.samples_seen},
+          {"job", or_null(t.job)}};
+}
+
 }  // namespace
 
 std::string time_to_text(int64_t ms) {
@@ -110,19 +122,11 @@ std::string job_list_to_json(std::span<const JobInfo> jobs, std::string_view nex
   return text_of(out);
 }
 
+std::string table_to_json(const TableInfo& table) { return text_of(table_json(table)); }
+
 std::string table_list_to_json(std::span<const TableInfo> tables) {
   Json list = Json::array();
-  for (const TableInfo& t : tables) {
-    list.push_back({{"id", t.id},
-                    {"scene", t.scene},
-                    {"method", t.method},
-                    {"parents", t.parents},
-                    {"created", time_to_text(t.created_ms)},
-                    {"bytes", t.bytes},
-                    {"states", t.states},
-                    {"samples_seen", t.samples_seen},
-                    {"job", t.job}});
-  }
+  for (const TableInfo& t : tables) list.push_back(table_json(t));
   return text_of({{"tables", std::move(list)}});
 }
 

@@ -63,6 +63,11 @@ struct RequestLimits {
 // 400: not JSON; 413: too large; 422: every field that is wrong, by pointer.
 std::variant<JobRequest, Problem> parse_job_request(std::string_view json,
                                                     const RequestLimits& limits);
+// {"tables":[id, id...]}: two ids or more, at most `kMaxMergedTables`, each once. Problems as
+// above.
+constexpr size_t kMaxMergedTables = 16;
+std::variant<std::vector<std::string>, Problem> parse_merge_request(std::string_view json,
+                                                                    const RequestLimits& limits);
 // Gives the same request back when parsed.
 std::string job_request_to_json(const JobRequest& request);
 
@@ -94,7 +99,7 @@ struct TableInfo {
   std::vector<std::string> parents;
   int64_t created_ms = 0;
   uint64_t bytes = 0, states = 0, samples_seen = 0;
-  std::string job;
+  std::string job;  // that left it; empty: it was merged
 };
 
 struct SceneInfo {
@@ -105,6 +110,7 @@ struct SceneInfo {
 std::string job_to_json(const JobInfo& job);
 // `next`: the id to give as `before` for the following page; empty: this is the last.
 std::string job_list_to_json(std::span<const JobInfo> jobs, std::string_view next);
+std::string table_to_json(const TableInfo& table);
 std::string table_list_to_json(std::span<const TableInfo> tables);
 std::string scene_list_to_json(std::span<const SceneInfo> scenes);
 std::string health_to_json();

@@ -18,12 +18,6 @@ namespace {
 constexpr int kTilesAtOnce = 256;  // 4 MB
 constexpr uint64_t kMaxImageBytes = uint64_t{1} << 30;
 
-bool is_json(const httplib::Request& req) {
-  std::string type = req.get_header_value("Content-Type");
-  type = type.substr(0, type.find(';'));
-  while (type.ends_with(' ')) type.pop_back();
-  return type == "application/json";
-}
 
 Error nothing_yet() { return {ErrorCode::kConflict, "nothing of this job has been rendered", ""}; }
 
@@ -88,10 +82,7 @@ std::optional<proto::Problem> JobHandlers::check_references(proto::JobRequest& r
 }
 
 void JobHandlers::create(const Request& req, Response& res) {
-  if (!is_json(req)) {
-    return reply_problem(
-        res, {415, "Unsupported media type", "expected Content-Type: application/json", {}});
-  }
+  if (!is_json(req)) return reply_not_json(res);
   auto parsed = proto::parse_job_request(req.body, limits_);
   if (const auto* problem = std::get_if<proto::Problem>(&parsed)) {
     return reply_problem(res, *problem);

@@ -1,11 +1,30 @@
-// GET /v1/tables: what was learned, newest first. Any thread.
+// Tables: what was learned. List, look, merge, delete. A merge is a request's own work: some
+// seconds at most, one at a time. Any thread.
 #pragma once
+
+#include <functional>
+#include <mutex>
 
 #include "server/router.h"
 #include "server/store/table_store.h"
 
 namespace qray::server {
 
-void add_table_routes(Router& router, const TableStore& tables);
+class TableHandlers {
+ public:
+  // `now_ms`: the time of day.
+  TableHandlers(TableStore& tables, std::function<int64_t()> now_ms)
+      : tables_(tables), now_ms_(std::move(now_ms)) {}
+  void add_to(Router& router);
+
+ private:
+  void list(httplib::Response& res) const;
+  void merge(const httplib::Request& req, httplib::Response& res);
+  Result<proto::TableInfo> merged(const std::vector<proto::TableInfo>& infos);
+
+  TableStore& tables_;
+  std::function<int64_t()> now_ms_;
+  std::timed_mutex merging_;
+};
 
 }  // namespace qray::server

@@ -1,4 +1,4 @@
-// Query parameters of a request, checked. Pure functions.
+// What a request carries, checked: its type of body and its query parameters. Pure functions.
 #pragma once
 
 #include <httplib.h>
@@ -9,6 +9,13 @@
 #include "core/base/result.h"
 
 namespace qray::server {
+
+inline bool is_json(const httplib::Request& req) {
+  std::string type = req.get_header_value("Content-Type");
+  type = type.substr(0, type.find(';'));
+  while (type.ends_with(' ')) type.pop_back();
+  return type == "application/json";
+}
 
 // kInvalid names the parameter as "/name". Absent: `otherwise`.
 template <class T>

@@ -52,6 +52,11 @@ void reply_problem(httplib::Response& res, const proto::Problem& problem) {
   res.set_content(proto::problem_to_json(problem), "application/problem+json");
 }
 
+void reply_not_json(httplib::Response& res) {
+  reply_problem(res,
+                {415, "Unsupported media type", "expected Content-Type: application/json", {}});
+}
+
 void reply_error(httplib::Response& res, const Error& error) {
   const auto [status, title] = status_of(error.code);
   proto::Problem problem{status, title, error.text(), {}};

@@ -12,6 +12,7 @@ namespace qray::server {
 void reply_json(httplib::Response& res, int status, std::string json);
 void reply_bytes(httplib::Response& res, const Bytes& bytes, const char* content_type);
 void reply_problem(httplib::Response& res, const proto::Problem& problem);
+void reply_not_json(httplib::Response& res);  // 415
 // The status follows the code; `where` becomes the pointer when it is one ("/table").
 void reply_error(httplib::Response& res, const Error& error);
 

@@ -80,6 +80,7 @@ struct Service::Parts {
   std::unique_ptr<JobRunner> runner;
   std::unique_ptr<JobHandlers> job_handlers;
   std::unique_ptr<ViewHandlers> view_handlers;
+  std::unique_ptr<TableHandlers> table_handlers;
   WebHandlers web;
   EventHandlers event_handlers;
   std::unique_ptr<HttpServer> http;
@@ -111,12 +112,13 @@ Result<std::unique_ptr<Service>> Service::start(const Config& config, const Http
                                               config.max_queued, parts->clock, now_ms);
   parts->job_handlers = std::make_unique<JobHandlers>(*parts->runner, stores);
   parts->view_handlers = std::make_unique<ViewHandlers>(stores);
+  parts->table_handlers = std::make_unique<TableHandlers>(*parts->tables, now_ms);
   Router router;
   parts->job_handlers->add_to(router);
   parts->view_handlers->add_to(router);
   parts->event_handlers.add_to(router);
   parts->web.add_to(router);
-  add_table_routes(router, *parts->tables);
+  parts->table_handlers->add_to(router);
   add_scene_routes(router, parts->scenes);
   add_health_routes(router);
   parts->http = std::make_unique<HttpServer>(std::move(router), http);

@@ -14,6 +14,7 @@ const kStateWords = {
 const kEnded = ['succeeded', 'canceled', 'failed'];
 const kMethodWords = {
   none: 'no learning',
+  'dahm-keller': 'Dahm-Keller',
   ppg: 'PPG',
   huang: 'huang',
   'huang-published': 'huang as published',

@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 #include "core/base/check.h"
+#include "core/guide/cell_records.h"
 #include "core/guide/direction_tree.h"
 #include "core/guide/gain.h"
 #include "core/math/warp.h"
@@ -12,10 +12,14 @@
 namespace qray {
 namespace {
 
-constexpr size_t kRecordBytes = 8 + DahmKellerGuide::kCells * 8;
+constexpr CellFormat kFormat{"DGRD", "DQ64", DahmKellerGuide::kCells};
 // Added to every cell, in means of the state's Q: the paper does not say how cells that were dark
 // so far stay possible.
 constexpr float kLeast = 0.25f;
+// The rest is drawn from the BSDF, so that no surface multiplies a path's weight by more than 2
+// albedo. With all drawn from Q it is 10 albedo, and over several bounces the mean of any picture
+// rests on paths that it does not have (docs/guiding.md).
+constexpr float kGuided = 0.5f;
 
 // Means of cos(theta) over the cells: z of square_to_uniform_hemisphere(), integrated numerically.
 const DahmKellerGuide::Values& mean_cosines() {
@@ -32,6 +36,13 @@ const DahmKellerGuide::Values& mean_cosines() {
     return mean;
   }();
   return cosines;
+}
+
+float scattered_of(const DahmKellerGuide::Values& q) {
+  float sum = 0;
+  for (size_t k = 0; k < q.size(); ++k)
+    sum += q[k] * mean_cosines()[k] * (2.0f / DahmKellerGuide::kCells);
+  return sum;
 }
 
 }  // namespace
@@ -61,9 +72,8 @@ GuidePoint DahmKellerGuide::find(Vec3 p, Vec3 n) const {
   return {frozen_index_.find(s.key), s.key, Frame(s.n)};
 }
 
-float DahmKellerGuide::guide_fraction(const GuidePoint& point, bool diffuse) const {
-  if (!point.state.valid()) return 0;
-  return diffuse ? 1.0f : 0.5f;
+float DahmKellerGuide::guide_fraction(const GuidePoint& point, bool) const {
+  return point.state.valid() ? kGuided : 0;
 }
 
 // The inverse of square_to_uniform_hemisphere().
@@ -115,17 +125,21 @@ void DahmKellerGuide::record(std::span<const GuideVertex> path, GuideDelta& delt
   }
 }
 
+DahmKellerGuide::Learned& DahmKellerGuide::learned_state(uint64_t key) {
+  const StateId id = learned_index_.find_or_insert(key);
+  if (id.value >= learned_.size()) learned_.emplace_back();
+  Learned& state = learned_[id.value];
+  if (!state.dirty) dirty_.push_back(id.value);
+  state.dirty = true;
+  return state;
+}
+
 void DahmKellerGuide::update(GuideDelta& delta) {
   auto& transitions = static_cast<Delta&>(delta).transitions;
   for (const Delta::Transition& t : transitions) {
-    StateId id = learned_index_.find(t.state);
-    if (!id.valid()) {
-      if (learned_.size() >= max_states_) {
-        ++refused_;
-        continue;
-      }
-      id = learned_index_.find_or_insert(t.state);
-      learned_.emplace_back();
+    if (learned_.size() >= max_states_ && !learned_index_.find(t.state).valid()) {
+      ++refused_;
+      continue;
     }
     float target = t.emitted;
     if (t.next != Delta::kNowhere) {
@@ -133,7 +147,7 @@ void DahmKellerGuide::update(GuideDelta& delta) {
       if (next.valid()) target += t.albedo * learned_[next.value].scattered;
     }
     if (!std::isfinite(target)) continue;
-    Learned& state = learned_[id.value];
+    Learned& state = learned_state(t.state);
     uint32_t& visits = state.visits[t.cell];
     const float change = (target - state.q[t.cell]) / (1 + static_cast<float>(visits));
     state.q[t.cell] += change;
@@ -142,8 +156,6 @@ void DahmKellerGuide::update(GuideDelta& delta) {
         std::max(0.0f, state.scattered + change * mean_cosines()[t.cell] * (2.0f / kCells));
     if (visits != ~0u) ++visits;
     ++samples_seen_;
-    if (!state.dirty) dirty_.push_back(id.value);
-    state.dirty = true;
   }
   transitions.clear();
 }
@@ -201,77 +213,48 @@ const DahmKellerGuide::Values* DahmKellerGuide::values(uint64_t key) const {
 }
 
 std::vector<TableSection> DahmKellerGuide::save() const {
-  std::vector<uint32_t> order(learned_.size());
-  std::iota(order.begin(), order.end(), 0u);
-  const auto& keys = learned_index_.keys();
-  std::sort(order.begin(), order.end(), [&](uint32_t a, uint32_t b) { return keys[a] < keys[b]; });
-  ByteWriter grid;
-  grid.i64(grid_.cell_exponent());
-  for (int axis = 0; axis < 3; ++axis) grid.f32(grid_.origin_cells()[axis]);
-  grid.u64(samples_seen_);
-  ByteWriter states;
-  states.u64(order.size());
-  for (uint32_t i : order) {
-    states.u64(keys[i]);
-    for (size_t k = 0; k < kCells; ++k) {
-      states.f32(learned_[i].q[k]);
-      states.u32(learned_[i].visits[k]);
-    }
-  }
-  return {{"DGRD", grid.take()}, {"DQ64", states.take()}};
+  return save_cells(kFormat, grid_, samples_seen_, learned_index_.keys(), [this](size_t i) {
+    return CellRecord{learned_[i].q, learned_[i].visits};
+  });
 }
 
 Status DahmKellerGuide::load(std::span<const TableSection> sections) {
   QRAY_CHECK(learned_.empty());
-  if (sections.size() != 2 || sections[0].tag != "DGRD" || sections[1].tag != "DQ64")
-    return Error{ErrorCode::kCorrupt, "expected the sections DGRD and DQ64", "table"};
-  ByteReader grid(sections[0].bytes);
-  const int64_t exponent = grid.i64();
-  Vec3 origin;
-  for (int axis = 0; axis < 3; ++axis) origin[axis] = grid.f32();
-  const uint64_t samples_seen = grid.u64();
-  if (!grid.ok() || grid.remaining() != 0)
-    return Error{ErrorCode::kCorrupt, "wrong size", "table:DGRD"};
-  if (exponent != grid_.cell_exponent() || !(origin == grid_.origin_cells()))
-    return Error{ErrorCode::kConflict, "the table's grid is not this job's", "table:DGRD"};
-  ByteReader in(sections[1].bytes);
-  const uint64_t count = in.u64();
-  if (!in.ok() || count != in.remaining() / kRecordBytes || in.remaining() % kRecordBytes != 0)
-    return Error{ErrorCode::kCorrupt, "wrong size for " + std::to_string(count) + " states",
-                 "table:DQ64"};
-  if (count > max_states_)
-    return Error{ErrorCode::kTooLarge,
-                 "the table's " + std::to_string(count) + " states do not fit into the " +
-                     std::to_string(max_bytes_) + " bytes of memory that a table may take here, " +
-                     "enough for " + std::to_string(max_states_),
-                 "table:DQ64"};
-  uint64_t last_key = 0;
-  for (uint64_t i = 0; i < count; ++i) {
-    const uint64_t key = in.u64();
-    Learned state;
-    bool good = (i == 0 || key > last_key) && key >> 60 == 0;
-    for (size_t k = 0; k < kCells; ++k) {
-      state.q[k] = in.f32();
-      state.visits[k] = in.u32();
-      good = good && std::isfinite(state.q[k]) && state.q[k] >= 0;
-      state.scattered += state.q[k] * mean_cosines()[k] * (2.0f / kCells);
-    }
-    if (!good) {
-      learned_ = {};
-      learned_index_ = {};
-      dirty_ = {};
-      return Error{ErrorCode::kCorrupt, "expected rising keys and finite values >= 0",
-                   "table:DQ64, state " + std::to_string(i)};
-    }
-    last_key = key;
-    learned_index_.find_or_insert(key);
-    state.dirty = true;
-    learned_.push_back(state);
-    dirty_.push_back(static_cast<uint32_t>(i));
-  }
-  samples_seen_ = samples_seen;
+  const auto add = [this](uint64_t key, const CellRecord& record) {
+    Learned& state = learned_state(key);
+    std::ranges::copy(record.values, state.q.begin());
+    std::ranges::copy(record.counts, state.visits.begin());
+    state.scattered = scattered_of(state.q);
+  };
+  const Result<uint64_t> samples_seen =
+      load_cells(sections, kFormat, grid_, max_states_, max_bytes_, add);
+  if (!samples_seen.ok()) return samples_seen.error();
+  samples_seen_ = samples_seen.value();
   end_pass();
   return {};
+}
+
+Status DahmKellerGuide::merge(const Guide& other) {
+  const auto* from = dynamic_cast<const DahmKellerGuide*>(&other);
+  if (!from) return Guide::merge(other);
+  if (Status s = check_mergeable(grid_, from->grid_, learned_index_, from->learned_index_,
+                                 max_states_, max_bytes_);
+      !s.ok())
+    return s;
+  const auto& keys = from->learned_index_.keys();
+  for (size_t i = 0; i < keys.size(); ++i) {
+    Learned& state = learned_state(keys[i]);
+    for (size_t k = 0; k < kCells; ++k)
+      merge_cell(state.q[k], state.visits[k], from->learned_[i].q[k], from->learned_[i].visits[k]);
+    state.scattered = scattered_of(state.q);
+  }
+  samples_seen_ += from->samples_seen_;
+  end_pass();
+  return {};
+}
+
+std::vector<GuidePoint> DahmKellerGuide::known_points(size_t most) const {
+  return points_of(frozen_index_, most);
 }
 
 }  // namespace qray

@@ -5,7 +5,8 @@
 //   dw_i)
 // with a = 1 / (1 + visits) and the integral summed over y's cells, its BSDF taken for Lambert's.
 // States are a grid cell with the face's normal (surface_grid.h) where the paper has the nearest of
-// points scattered over the surfaces. The density is known, so the estimator is unbiased.
+// points scattered over the surfaces, and half of the directions are the BSDF's. The density is
+// known, so the estimator is unbiased.
 #pragma once
 
 #include <array>
@@ -40,6 +41,9 @@ class DahmKellerGuide final : public Guide {
   GuideStats stats() const override;
   std::vector<TableSection> save() const override;
   Status load(std::span<const TableSection> sections) override;
+  // Values become means over all visits.
+  Status merge(const Guide& other) override;
+  std::vector<GuidePoint> known_points(size_t most) const override;
 
   const Values* values(uint64_t key) const;  // learned; for tests
 
@@ -57,6 +61,7 @@ class DahmKellerGuide final : public Guide {
   struct Delta;
 
   static int cell_of(Vec3 local);
+  Learned& learned_state(uint64_t key);  // there is room for it; end_pass() will freeze it
   void freeze(uint32_t index);
 
   SurfaceGrid grid_;

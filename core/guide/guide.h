@@ -108,6 +108,14 @@ class Guide {
   virtual std::vector<TableSection> save() const = 0;
   // Into a fresh guide. kTooLarge: over the guide's memory.
   virtual Status load(std::span<const TableSection> sections) = 0;
+
+  // Adds what `other` learned in the same scene, between passes; it rules sampling at once. Which
+  // of two is added to which changes no bit of what is saved. kInvalid: another method's, or what
+  // this one's tables hold cannot be added; kConflict: another grid; kTooLarge: no room. An error
+  // leaves the guide as it was.
+  virtual Status merge(const Guide& other);
+  // Up to `most` of the states that sampling knows, spread over the table: for checks and views.
+  virtual std::vector<GuidePoint> known_points(size_t /*most*/) const { return {}; }
 };
 
 // Parameters of the thesis' method (section 4.2). The thesis prints no values: these made the least

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <numeric>
 
 #include "core/base/check.h"
+#include "core/guide/cell_records.h"
 #include "core/guide/gain.h"
 #include "core/math/frame.h"
 #include "core/math/hash.h"
@@ -15,7 +15,7 @@ namespace qray {
 namespace {
 
 constexpr uint32_t kNormalMask = (1u << 30) - 1;
-constexpr size_t kRecordBytes = 8 + kDirections26 * 8;
+constexpr CellFormat kFormat{"HGRD", "HQ26", kDirections26};
 
 constexpr size_t kDirtyBytes = 1 + 2 * sizeof(uint32_t);
 // A normal's shares in their map: the entry, its links, its hash bucket.
@@ -126,6 +126,12 @@ StateId HuangGuide::learned_state(uint64_t key) {
   return learned_index_.find_or_insert(key);
 }
 
+void HuangGuide::mark(StateId state) {
+  if (is_dirty_[state.value]) return;
+  is_dirty_[state.value] = 1;
+  dirty_.push_back(state.value);
+}
+
 void HuangGuide::update(GuideDelta& delta) {
   auto& transitions = static_cast<Delta&>(delta).transitions;
   for (const Delta::Transition& t : transitions) {
@@ -145,10 +151,7 @@ void HuangGuide::update(GuideDelta& delta) {
     uint32_t& count = state.count[t.action];
     if (count != ~0u) ++count;
     ++samples_seen_;
-    if (!is_dirty_[id.value]) {
-      is_dirty_[id.value] = 1;
-      dirty_.push_back(id.value);
-    }
+    mark(id);
   }
   transitions.clear();
 }
@@ -216,91 +219,53 @@ void HuangGuide::set_values(uint64_t key, const Values& values) {
   const StateId id = learned_state(key);
   QRAY_CHECK(id.valid());
   learned_[id.value].q = values;
-  if (!is_dirty_[id.value]) {
-    is_dirty_[id.value] = 1;
-    dirty_.push_back(id.value);
-  }
+  mark(id);
 }
 
 std::vector<TableSection> HuangGuide::save() const {
-  std::vector<uint32_t> order(learned_.size());
-  std::iota(order.begin(), order.end(), 0u);
-  const auto& keys = learned_index_.keys();
-  std::sort(order.begin(), order.end(), [&](uint32_t a, uint32_t b) { return keys[a] < keys[b]; });
-  ByteWriter grid;
-  grid.i64(grid_.cell_exponent());
-  for (int axis = 0; axis < 3; ++axis) grid.f32(grid_.origin_cells()[axis]);
-  grid.u64(samples_seen_);
-  ByteWriter states;
-  states.u64(order.size());
-  for (uint32_t i : order) {
-    states.u64(keys[i]);
-    for (size_t a = 0; a < kDirections26; ++a) {
-      states.f32(learned_[i].q[a]);
-      states.u32(learned_[i].count[a]);
-    }
-  }
-  return {{"HGRD", grid.take()}, {"HQ26", states.take()}};
+  return save_cells(kFormat, grid_, samples_seen_, learned_index_.keys(), [this](size_t i) {
+    return CellRecord{learned_[i].q, learned_[i].count};
+  });
 }
 
 Status HuangGuide::load(std::span<const TableSection> sections) {
   QRAY_CHECK(learned_.empty());
-  if (sections.size() != 2 || sections[0].tag != "HGRD" || sections[1].tag != "HQ26") {
-    return Error{ErrorCode::kCorrupt, "expected the sections HGRD and HQ26", "table"};
-  }
-  ByteReader grid(sections[0].bytes);
-  const int64_t exponent = grid.i64();
-  Vec3 origin;
-  for (int axis = 0; axis < 3; ++axis) origin[axis] = grid.f32();
-  const uint64_t samples_seen = grid.u64();
-  if (!grid.ok() || grid.remaining() != 0) {
-    return Error{ErrorCode::kCorrupt, "wrong size", "table:HGRD"};
-  }
-  if (exponent != grid_.cell_exponent() || !(origin == grid_.origin_cells())) {
-    return Error{ErrorCode::kConflict,
-                 "the table's grid (cells of 2^" + std::to_string(exponent) +
-                     " m) is not this job's (2^" + std::to_string(grid_.cell_exponent()) + " m)",
-                 "table:HGRD"};
-  }
-  ByteReader in(sections[1].bytes);
-  const uint64_t count = in.u64();
-  if (!in.ok() || count != in.remaining() / kRecordBytes || in.remaining() % kRecordBytes != 0) {
-    return Error{ErrorCode::kCorrupt, "wrong size for " + std::to_string(count) + " states",
-                 "table:HQ26"};
-  }
-  if (count > max_states_) {
-    return Error{ErrorCode::kTooLarge,
-                 "the table's " + std::to_string(count) + " states do not fit into the " +
-                     std::to_string(max_bytes_) + " bytes of memory that a table may take here, " +
-                     "enough for " + std::to_string(max_states_),
-                 "table:HQ26"};
-  }
-  uint64_t last_key = 0;
-  for (uint64_t i = 0; i < count; ++i) {
-    const uint64_t key = in.u64();
-    Learned state;
-    bool good = (i == 0 || key > last_key) && key >> 60 == 0;
-    for (size_t a = 0; a < kDirections26; ++a) {
-      state.q[a] = in.f32();
-      state.count[a] = in.u32();
-      good = good && std::isfinite(state.q[a]) && state.q[a] >= 0;
-    }
-    if (!good) {
-      learned_ = {};
-      learned_index_ = {};
-      is_dirty_ = {};
-      dirty_ = {};
-      return Error{ErrorCode::kCorrupt, "expected rising keys and finite values >= 0",
-                   "table:HQ26, state " + std::to_string(i)};
-    }
-    last_key = key;
-    learned_[learned_state(key).value] = state;
-    is_dirty_[i] = 1;
-    dirty_.push_back(static_cast<uint32_t>(i));
-  }
-  samples_seen_ = samples_seen;
+  const auto add = [this](uint64_t key, const CellRecord& record) {
+    const StateId id = learned_state(key);
+    std::ranges::copy(record.values, learned_[id.value].q.begin());
+    std::ranges::copy(record.counts, learned_[id.value].count.begin());
+    mark(id);
+  };
+  const Result<uint64_t> samples_seen =
+      load_cells(sections, kFormat, grid_, max_states_, max_bytes_, add);
+  if (!samples_seen.ok()) return samples_seen.error();
+  samples_seen_ = samples_seen.value();
   end_pass();
   return check_densities();
+}
+
+Status HuangGuide::merge(const Guide& other) {
+  const auto* from = dynamic_cast<const HuangGuide*>(&other);
+  if (!from) return Guide::merge(other);
+  if (Status s = check_mergeable(grid_, from->grid_, learned_index_, from->learned_index_,
+                                 max_states_, max_bytes_);
+      !s.ok())
+    return s;
+  const auto& keys = from->learned_index_.keys();
+  for (size_t i = 0; i < keys.size(); ++i) {
+    const StateId id = learned_state(keys[i]);
+    Learned& state = learned_[id.value];
+    for (size_t a = 0; a < kDirections26; ++a)
+      merge_cell(state.q[a], state.count[a], from->learned_[i].q[a], from->learned_[i].count[a]);
+    mark(id);
+  }
+  samples_seen_ += from->samples_seen_;
+  end_pass();
+  return {};
+}
+
+std::vector<GuidePoint> HuangGuide::known_points(size_t most) const {
+  return points_of(frozen_index_, most);
 }
 
 // A loaded table must sample densities that integrate to one (design, section 6).

@@ -43,6 +43,9 @@ class HuangGuide final : public Guide {
   GuideStats stats() const override;
   std::vector<TableSection> save() const override;
   Status load(std::span<const TableSection> sections) override;
+  // Values become means over all updates.
+  Status merge(const Guide& other) override;
+  std::vector<GuidePoint> known_points(size_t most) const override;
 
   // The learned values and how often each was updated; for views and tests.
   const Values* values(uint64_t key) const;
@@ -64,6 +67,7 @@ class HuangGuide final : public Guide {
   struct Delta;
 
   StateId learned_state(uint64_t key);  // invalid: there is no room for a new one
+  void mark(StateId state);             // end_pass() will freeze it
   const Values& shares_of(Vec3 n, uint32_t normal_code);
   Status check_densities();
 

@@ -7,11 +7,19 @@
 
 namespace qray {
 namespace {
-// `dahm-keller` can be made, but is not offered before it holds what its tests and
-// docs/stability.md ask of it (docs/guiding.md).
-constexpr std::array<std::string_view, 5> kMethods = {"none", "huang-published", "huang", "ppg",
-                                                      "adaptive"};
+constexpr std::array<std::string_view, 6> kMethods = {
+    "none", "huang-published", "huang", "dahm-keller", "ppg", "adaptive"};
 }  // namespace
+
+Status Guide::merge(const Guide& other) {
+  if (other.method() != method())
+    return Error{ErrorCode::kInvalid,
+                 "a table of method '" + std::string(other.method()) +
+                     "' cannot be merged into one of '" + std::string(method()) + "'",
+                 "table"};
+  return Error{ErrorCode::kInvalid,
+               "tables of method '" + std::string(method()) + "' cannot be merged", "table"};
+}
 
 std::span<const std::string_view> method_names() { return kMethods; }
 

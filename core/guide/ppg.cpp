@@ -195,6 +195,18 @@ GuideStats PpgGuide::stats() const {
   return {static_cast<size_t>(ready), ready > 0 ? bytes() : 0, samples_seen_, refused_};
 }
 
+std::vector<GuidePoint> PpgGuide::known_points(size_t most) const {
+  std::vector<GuidePoint> points;
+  for (uint32_t i = 0; i < leaves_.size(); ++i)
+    if (tree_.nodes()[i].child == 0 && leaves_[i].ready)
+      points.push_back({StateId(i), SpatialTree::halves(tree_.nodes()[i]),
+                        Frame({1, 0, 0}, {0, 1, 0}, {0, 0, 1})});
+  const size_t known = points.size(), count = std::min(known, most);
+  for (size_t i = 0; i < count; ++i) points[i] = points[i * known / count];
+  points.resize(count);
+  return points;
+}
+
 // Sections: PCUB (the cube, the samples seen, iterations), PDTR (a record per leaf, by
 // rising halves: the chance's state, then the direction cells depth first: a byte, 1 for one that
 // is cut and then its quarters' chances). What the current iteration has learned so far is left

@@ -5,6 +5,7 @@
 // the chance to draw from the tree rather than the BSDF learned per leaf (Adam, on the KL
 // divergence); samples splatted at a place and direction moved at random within a leaf's size.
 // Its passes' combination by inverse variance is the renderer's (render_loop.cpp).
+// Its tables hold densities without the weight behind each, so two of them cannot be merged.
 #pragma once
 
 #include "core/guide/direction_tree.h"
@@ -35,6 +36,7 @@ class PpgGuide final : public Guide {
   GuideStats stats() const override;
   std::vector<TableSection> save() const override;
   Status load(std::span<const TableSection> sections) override;
+  std::vector<GuidePoint> known_points(size_t most) const override;
 
  private:
   static constexpr uint32_t kNoRoot = ~0u;

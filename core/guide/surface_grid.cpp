@@ -54,6 +54,11 @@ SurfaceGrid::State SurfaceGrid::state_at(Vec3 p, Vec3 n) const {
   return s;
 }
 
+Vec3 SurfaceGrid::inside_first_cell(Vec3 origin_cells, float cell) {
+  const float half = 1.5f - kShift;  // the bounds' first cell is the grid's second
+  return (origin_cells + Vec3{half, half, half}) * cell;
+}
+
 Vec3 SurfaceGrid::normal_of(uint64_t key) {
   float x = dequantize(static_cast<uint32_t>(key >> 15 & 0x7fff));
   float y = dequantize(static_cast<uint32_t>(key & 0x7fff));

@@ -12,6 +12,7 @@ namespace qray {
 class SurfaceGrid {
  public:
   static constexpr int kMaxGrid = 512;
+  static constexpr int kKeyBits = 60;
 
   // About `cells` cells along the longest side of `bounds`; 1 <= cells <= kMaxGrid.
   SurfaceGrid(const Bounds3& bounds, int cells);
@@ -23,7 +24,11 @@ class SurfaceGrid {
   State state_at(Vec3 p, Vec3 n) const;
 
   static Vec3 normal_of(uint64_t key);
+  // A point: bounds that begin there and are a few cells wide have the grid of this origin_cells()
+  // and of cells that are `cell` metres wide.
+  static Vec3 inside_first_cell(Vec3 origin_cells, float cell);
 
+  bool operator==(const SurfaceGrid&) const = default;
   int cell_exponent() const { return exponent_; }  // cells are 2^exponent metres wide
   Vec3 origin_cells() const { return origin_; }    // whole numbers
 

@@ -7,7 +7,8 @@ namespace {
 
 constexpr uint64_t kMagic = 0x314c425459415251;  // "QRAYTBL1"
 constexpr uint32_t kEndianness = 0x01020304;
-constexpr size_t kMaxString = 256, kMaxParents = 64, kMaxSections = 64, kTagSize = 4;
+constexpr size_t kMaxString = 256, kMaxSections = 64, kTagSize = 4;
+constexpr size_t kIdHexDigits = 32;
 
 void write_digest(ByteWriter& out, const Digest& digest) { out.bytes(digest.bytes); }
 
@@ -41,7 +42,7 @@ Result<TableHeader> decode_header(std::span<const uint8_t> bytes) {
   TableHeader header;
   header.id = in.string(kMaxString);
   const uint32_t parents = in.u32();
-  if (parents > kMaxParents) return corrupt(in, "more than 64 parents");
+  if (parents > kMaxTableParents) return corrupt(in, "more than 64 parents");
   for (uint32_t i = 0; i < parents && in.ok(); ++i) header.parents.push_back(in.string(kMaxString));
   header.method = in.string(kMaxString);
   header.program = in.string(kMaxString);
@@ -74,6 +75,12 @@ Bytes encode_table(const TableFile& table) {
     out.bytes(section.bytes);
   }
   return out.take();
+}
+
+std::string table_id(TableFile table) {
+  table.header.id.clear();
+  const Bytes bytes = encode_table(table);
+  return sha256(bytes).hex().substr(0, kIdHexDigits);
 }
 
 Result<TableFile> decode_table(std::span<const uint8_t> bytes) {

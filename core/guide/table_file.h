@@ -13,9 +13,10 @@
 namespace qray {
 
 constexpr uint32_t kTableFormatVersion = 1;
+constexpr size_t kMaxTableParents = 64;
 
 struct TableHeader {
-  std::string id;                    // 32 hex digits
+  std::string id;                    // 32 hex digits: table_id()
   std::vector<std::string> parents;  // ids of the tables it grew from
   std::string method;                // "huang"
   std::string program;               // version that wrote it
@@ -34,6 +35,8 @@ struct TableFile {
 };
 
 Bytes encode_table(const TableFile& table);
+// A hash of what it holds but its id, so the same job makes the same table.
+std::string table_id(TableFile table);
 // Checks magic, version, sizes (before allocating) and checksums. Errors are kCorrupt or
 // kUnsupported with the byte offset.
 Result<TableFile> decode_table(std::span<const uint8_t> bytes);

@@ -1,17 +1,7 @@
 #include "core/job/run_job.h"
 
-#include "core/base/byte_io.h"
-
 namespace qray {
 namespace {
-
-constexpr size_t kIdHexDigits = 32;
-
-// A table's id is a hash of what it holds, so the same job makes the same file.
-std::string table_id(const TableFile& table) {
-  const Bytes bytes = encode_table(table);  // with an empty id
-  return sha256(bytes).hex().substr(0, kIdHexDigits);
-}
 
 TableFile table_of(const Guide& guide, const PreparedScene& scene,
                    const std::optional<TableHeader>& parent) {
@@ -51,9 +41,17 @@ ImageMetadata metadata_of(const RenderStats& stats, const PreparedScene& scene,
 
 }  // namespace
 
-bool table_fits(const TableHeader& header, const SceneHash& hash) {
-  return header.geometry == hash.geometry && header.materials == hash.materials &&
-         header.lights == hash.lights;
+Status table_fits(const TableHeader& header, const SceneHash& hash) {
+  std::string differs;
+  const auto compare = [&](const char* what, const Digest& a, const Digest& b) {
+    if (!(a == b)) differs += (differs.empty() ? "" : ", ") + std::string(what);
+  };
+  compare("geometry", header.geometry, hash.geometry);
+  compare("materials", header.materials, hash.materials);
+  compare("lights", header.lights, hash.lights);
+  if (differs.empty()) return {};
+  return Error{ErrorCode::kConflict,
+               "the table was learned from another scene, whose " + differs + " differ", "table"};
 }
 
 Result<std::unique_ptr<Guide>> load_guide(const PreparedScene& scene,

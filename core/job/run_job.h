@@ -25,7 +25,7 @@ Result<JobResult> run_job(const PreparedScene& scene, const RenderSettings& sett
                           std::optional<TableFile> table_in, Film& film, TaskPool& pool,
                           RenderObserver& observer, std::stop_token stop, const Clock& clock);
 
-// Fit of a table to a scene: exact hashes, or what differs.
-bool table_fits(const TableHeader& header, const SceneHash& hash);
+// Fit of a table to a scene by exact hashes; kConflict names what differs.
+Status table_fits(const TableHeader& header, const SceneHash& hash);
 
 }  // namespace qray

@@ -1,6 +1,7 @@
 #include "server/store/table_store.h"
 
 #include "core/base/file.h"
+#include "server/jobs/job.h"
 #include "server/store/lines.h"
 
 namespace qray::server {
@@ -45,6 +46,15 @@ Result<uint64_t> TableStore::write(const TableFile& table) {
   const Bytes bytes = encode_table(table);
   if (Status s = write_file_atomic(file_of(table.header.id), bytes); !s.ok()) return s.error();
   return bytes.size();
+}
+
+Status TableStore::add(const TableFile& table, proto::TableInfo info) {
+  Result<uint64_t> bytes = write(table);
+  if (!bytes.ok()) return bytes.error();
+  info.bytes = bytes.value();
+  Database::Transaction transaction(db_);
+  if (Status s = record(transaction, table, info); !s.ok()) return s;
+  return transaction.commit();
 }
 
 // The same job makes the same table again (its id is a hash of what it holds): the newer record
@@ -119,6 +129,32 @@ Result<TableFile> TableStore::load(const std::string& id) {
     if (Status moved = quarantine(id); !moved.ok()) return moved.error();
   }
   return table;
+}
+
+Status TableStore::remove(const std::string& id) {
+  {
+    Database::Transaction transaction(db_);
+    Query user(transaction.handle(),
+               "SELECT id FROM jobs WHERE state NOT IN ('succeeded','canceled','failed') AND "
+               "json_extract(request, '$.table')=? LIMIT 1");
+    user.bind(id);
+    if (user.next())
+      return Error{ErrorCode::kConflict,
+                   "job " + JobId{static_cast<uint64_t>(user.integer(0))}.text() +
+                       ", which has not ended, names this table",
+                   ""};
+    if (Status s = user.status(); !s.ok()) return s;
+    Query gone(transaction.handle(), "DELETE FROM tables WHERE id=? RETURNING id");
+    gone.bind(id);
+    if (!gone.next())
+      return gone.status().ok() ? Error{ErrorCode::kNotFound, "no table " + id, ""} : gone.status();
+    if (Status s = gone.run(); !s.ok()) return s;
+    if (Status s = transaction.commit(); !s.ok()) return s;
+  }
+  std::error_code ec;
+  fs::remove(file_of(id), ec);
+  if (ec) return Error{ErrorCode::kIo, ec.message(), file_of(id).string()};
+  return {};
 }
 
 Status TableStore::quarantine(const std::string& id) {

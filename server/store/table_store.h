@@ -23,6 +23,9 @@ class TableStore {
   static Status record(Database::Session& session, const TableFile& table,
                        const proto::TableInfo& info);
 
+  // Both, for a table that no job's end says.
+  Status add(const TableFile& table, proto::TableInfo info);
+
   // Newest first.
   Result<std::vector<proto::TableInfo>> list() const;
   Result<proto::TableInfo> find(const std::string& id) const;  // kNotFound
@@ -31,6 +34,8 @@ class TableStore {
                                            size_t limit) const;
   // kCorrupt and kUnsupported: it has gone to quarantine. kNotFound: the file is not there.
   Result<TableFile> load(const std::string& id);
+  // Deletes file and record. kNotFound; kConflict: a job that has not ended names it.
+  Status remove(const std::string& id);
   // Takes the table out of use, and keeps its file for a look.
   Status quarantine(const std::string& id);
 

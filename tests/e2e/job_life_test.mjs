@@ -58,6 +58,22 @@ test('the second job on a scene says which table it started from', async () => {
   assert.equal(await used.locator('a').textContent(), first.job);
 });
 
+test('the next job starts from the table that two were merged into', async () => {
+  const { tables } = await (await fetch(`${all.server.url}/v1/tables`)).json();
+  const answer = await fetch(`${all.server.url}/v1/tables/merge`, {
+    method: 'POST',
+    headers: { 'Content-Type': 'application/json' },
+    body: JSON.stringify({ tables: tables.slice(0, 2).map((table) => table.id) }),
+  });
+  assert.equal(answer.status, 201);
+  const merged = await answer.json();
+  const { job } = await post_by_form(page, { ...kShort, method: 'huang', seed: 5 });
+  await wait_for_state(page, job, 'Done');
+  const used = fact(job, 'Table used');
+  assert.equal(await used.locator('code').textContent(), merged.id.slice(0, 8));
+  assert.equal(await used.locator('a').count(), 0);  // no job left it
+});
+
 test('the published method wears its badge', async () => {
   const { job } = await post_by_form(page, { ...kShort, method: 'huang-published' });
   await wait_for_state(page, job, 'Done');

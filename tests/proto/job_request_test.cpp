@@ -204,5 +204,30 @@ TEST(JobRequest, AnyCutOfAGoodRequestIsRefused) {
   for (size_t n = 0; n < whole.size(); ++n) EXPECT_EQ(bad(whole.substr(0, n)).status, 400) << n;
 }
 
+TEST(MergeRequest, IdsAndNothingElse) {
+  const std::string a(32, 'a'), b(32, '0');
+  const auto parse = [](const std::string& json) { return parse_merge_request(json, {}); };
+  const auto good = parse(R"({"tables":[")" + a + R"(",")" + b + R"("]})");
+  ASSERT_TRUE(std::holds_alternative<std::vector<std::string>>(good));
+  EXPECT_EQ(std::get<std::vector<std::string>>(good), (std::vector{a, b}));
+  const auto pointers = [&](const std::string& json) {
+    const auto parsed = parse(json);
+    std::vector<std::string> result;
+    if (const auto* problem = std::get_if<Problem>(&parsed)) {
+      EXPECT_EQ(problem->status, 422) << json;
+      for (const FieldError& e : problem->errors) result.push_back(e.pointer);
+    }
+    return result;
+  };
+  using Pointers = std::vector<std::string>;
+  EXPECT_EQ(pointers("[]"), Pointers{""});
+  EXPECT_EQ(pointers("{}"), Pointers{"/tables"});
+  EXPECT_EQ(pointers(R"({"tables":[")" + a + R"("]})"), Pointers{"/tables"});
+  EXPECT_EQ(pointers(R"({"tables":[7,"xyz"],"order":1})"),
+            (Pointers{"/tables/0", "/tables/1", "/order"}));
+  EXPECT_EQ(pointers(R"({"tables":[")" + a + R"(",")" + a + R"("]})"), Pointers{"/tables/1"});
+  EXPECT_EQ(std::get<Problem>(parse("{")).status, 400);
+}
+
 }  // namespace
 }  // namespace qray::proto
