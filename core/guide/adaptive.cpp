@@ -12,7 +12,6 @@ namespace qray {
 namespace {
 
 constexpr double kRadianceOne = 0x1p32;  // of radiance_unit_, in fixed point
-constexpr double kWeightOne = 0x1p24;
 constexpr double kSquareOne = 0x1p30, kSquareRest = 0x1p30;
 constexpr double kMaxPaid = 1024;     // radiance units; a table may be clamped, a picture never
 constexpr float kMaxInversePdf = 64;  // of the cosine density over the one drawn from
@@ -29,13 +28,15 @@ double value(const std::atomic<int64_t>& sum) {
   return static_cast<double>(sum.load(std::memory_order_relaxed));
 }
 
-// A frame about n that turns smoothly with it for all n of a face.
+// A frame about n that turns smoothly with it for all n of a face: Frame's own turns over where n.z
+// changes its sign, so axes are exchanged to have the face's first.
 Frame frame_of(Vec3 n, int face) {
-  const int axis = (face / 2 + 1) % 3;  // never along n
-  Vec3 helper;
-  helper[axis] = 1;
-  const Vec3 x = normalize(helper - n * n[axis]);
-  return {x, cross(n, x), n};
+  const auto turned = [](Vec3 v, int axis) {
+    return axis == 0 ? Vec3{v.z, v.x, v.y} : axis == 1 ? Vec3{v.y, v.z, v.x} : v;
+  };
+  const int axis = face / 2;
+  const Frame f(axis == 0 ? Vec3{n.y, n.z, n.x} : axis == 1 ? Vec3{n.z, n.x, n.y} : n);
+  return {turned(f.x, axis), turned(f.y, axis), n};
 }
 
 }  // namespace
@@ -63,7 +64,7 @@ AdaptiveGuide::AdaptiveGuide(const GuideSetup& setup)
 }
 
 GuidePoint AdaptiveGuide::find(Vec3 p, Vec3 n) const {
-  const uint32_t leaf = tree_.leaf_at(p);
+  const uint32_t leaf = tree_.leaf_at(p, n);
   const int face = SpatialTree::face_of(n);
   const uint32_t state = faces_[leaf][static_cast<size_t>(face)];
   const Frame frame = frame_of(n, face);
@@ -127,8 +128,7 @@ void AdaptiveGuide::record(std::span<const GuideVertex> path, GuideDelta&) const
     add(sums.square_lo, (square - whole) * kSquareRest);
     sums.n.fetch_add(1, std::memory_order_relaxed);
     directions_.add(states_[v.at.state.value].root, disk_to_square({w.x, w.y}),
-                    static_cast<int64_t>(paid * kRadianceOne),
-                    static_cast<int64_t>(inverse_pdf * kWeightOne));
+                    static_cast<int64_t>(paid * kRadianceOne));
     samples_seen_.fetch_add(1, std::memory_order_relaxed);
   }
 }
@@ -255,7 +255,6 @@ std::vector<TableSection> AdaptiveGuide::save() const {
         for (uint32_t q = 4; q-- > 0;) open.push_back(c.child + q);
       } else {
         out.i64(c.sums.s);
-        out.i64(c.sums.w);
         out.u32(c.sums.n);
       }
     }
@@ -296,9 +295,8 @@ Status AdaptiveGuide::load_state(ByteReader& in) {
     } else {
       DirectionTrees::Sums& sum = cells[c].sums;
       sum.s = in.i64();
-      sum.w = in.i64();
       sum.n = in.u32();
-      good = good && sum.s >= 0 && sum.w >= 0;
+      good = good && sum.s >= 0;
     }
   }
   if (!good || !in.ok())

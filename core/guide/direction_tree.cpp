@@ -18,12 +18,11 @@ DirectionTrees::Sums quarter(const DirectionTrees::Sums& sums, bool first) {
   const auto part = [first](auto v) {
     return static_cast<decltype(v)>(v / 4 + (first ? v % 4 : 0));
   };
-  return {part(sums.s), part(sums.w), part(sums.n)};
+  return {part(sums.s), part(sums.n)};
 }
 
 DirectionTrees::Sums& operator+=(DirectionTrees::Sums& a, const DirectionTrees::Sums& b) {
   a.s += b.s;
-  a.w += b.w;
   a.n += b.n;
   return a;
 }
@@ -62,62 +61,86 @@ Vec2 disk_to_square(Vec2 d) {
 DirectionTrees::Quad::Quad(const Quad& o) {
   for (int q = 0; q < 4; ++q) {
     s[q] = o.s[q].load(std::memory_order_relaxed);
-    w[q] = o.w[q].load(std::memory_order_relaxed);
     n[q] = o.n[q].load(std::memory_order_relaxed);
   }
 }
 
 namespace {
-// The quadrant that holds u, which becomes the place within it.
-inline int descend(Vec2& u) {
-  u = u * 2;
-  const int x = u.x >= 1, y = u.y >= 1;
-  u.x -= static_cast<float>(x);
-  u.y -= static_cast<float>(y);
-  return 2 * y + x;
-}
+// Walks down to the cell that holds u.
+class Descent {
+ public:
+  explicit Descent(Vec2 u)
+      : x_(static_cast<uint32_t>(u.x * 0x1p24f)), y_(static_cast<uint32_t>(u.y * 0x1p24f)) {}
+  int next() {
+    --bit_;
+    return static_cast<int>((y_ >> bit_ & 1) << 1 | (x_ >> bit_ & 1));
+  }
+
+ private:
+  uint32_t x_, y_;
+  int bit_ = 24;
+};
 }  // namespace
 
 float DirectionTrees::pdf(uint32_t root, Vec2 u) const {
+  const Node* nodes = &nodes_[root];
+  Descent descent(u);
   float density = 1;
-  for (uint32_t i = root;;) {
-    const Node& node = nodes_[i];
-    const int q = descend(u);
+  for (uint32_t i = 0;;) {
+    const Node& node = nodes[i];
+    const int q = descent.next();
     density *= 4 * kChance * static_cast<float>(node.p[q]);
-    if (!(node.children >> q & 1)) return density;
-    i = root + node.child(q);
+    i = node.child[q];
+    if (i == 0) return density;
   }
 }
 
+// The compiler makes no branches of the choices, which nothing could predict.
 Vec2 DirectionTrees::sample(uint32_t root, Vec2 u, float& density) const {
-  Vec2 corner;
-  float size = 1;
+  const Node* nodes = &nodes_[root];
+  float x = 0, y = 0, size = 1;
   density = 1;
-  for (uint32_t i = root;;) {
-    const Node& node = nodes_[i];
-    const float bottom = kChance * static_cast<float>(node.p[0] + node.p[1]);
-    int q = 0;
-    if (u.y < bottom) {
-      u.y /= bottom;
-    } else {
-      u.y = (u.y - bottom) / (1 - bottom);
-      q = 2;
-    }
-    const float left =
-        static_cast<float>(node.p[q]) / static_cast<float>(node.p[q] + node.p[q + 1]);
-    if (u.x < left) {
-      u.x /= left;
-    } else {
-      u.x = (u.x - left) / (1 - left);
-      ++q;
-    }
-    u.x = std::min(u.x, kOneMinusEpsilon);
-    u.y = std::min(u.y, kOneMinusEpsilon);
+  for (uint32_t i = 0;;) {
+    const Node& node = nodes[i];
+    const float p0 = node.p[0], p1 = node.p[1], p2 = node.p[2], p3 = node.p[3];
+    const float bottom = p0 + p1, above = u.y * 0x1p16f - bottom;
+    const bool top = above >= 0;
+    const float row = top ? p2 + p3 : bottom, left = top ? p2 : p0;
+    const float beyond = u.x * row - left;
+    const bool right = beyond >= 0;
+    const float cell = right ? row - left : left;
+    u.y = std::min((top ? above : above + bottom) / row, kOneMinusEpsilon);
+    u.x = std::min((right ? beyond : beyond + left) / cell, kOneMinusEpsilon);
     size *= 0.5f;
-    corner = corner + Vec2{static_cast<float>(q & 1), static_cast<float>(q >> 1)} * size;
-    density *= 4 * kChance * static_cast<float>(node.p[q]);
-    if (!(node.children >> q & 1)) return corner + u * size;
-    i = root + node.child(q);
+    x += right ? size : 0;
+    y += top ? size : 0;
+    density *= 4 * kChance * cell;
+    i = node.child[2 * top + right];
+    if (i == 0) return {x + u.x * size, y + u.y * size};
+  }
+}
+
+void DirectionTrees::add(uint32_t root, Vec2 u, int64_t s) {
+  Descent descent(u);
+  for (uint32_t i = 0;;) {
+    const int q = descent.next();
+    const uint32_t child = nodes_[root + i].child[q];
+    if (child == 0) {
+      sums_[root + i].s[q].fetch_add(s, std::memory_order_relaxed);
+      sums_[root + i].n[q].fetch_add(1, std::memory_order_relaxed);
+      return;
+    }
+    i = child;
+  }
+}
+
+float DirectionTrees::cell_size(uint32_t root, Vec2 u) const {
+  Descent descent(u);
+  float size = 1;
+  for (uint32_t i = 0;;) {
+    size *= 0.5f;
+    i = nodes_[root + i].child[descent.next()];
+    if (i == 0) return size;
   }
 }
 
@@ -131,39 +154,14 @@ double DirectionTrees::second_moment(uint32_t root) const {
     for (int q = 0; q < 4; ++q) {
       const double chance = static_cast<double>(kChance * static_cast<float>(node.p[q]));
       const double part = moment * 4 * chance * chance;
-      if (node.children >> q & 1) {
-        open.emplace_back(root + node.child(q), part);
+      if (node.child[q] != 0) {
+        open.emplace_back(root + node.child[q], part);
       } else {
         sum += part;
       }
     }
   }
   return sum;
-}
-
-void DirectionTrees::add(uint32_t root, Vec2 u, int64_t s, int64_t w) {
-  for (uint32_t i = root;;) {
-    const Node& node = nodes_[i];
-    const int q = descend(u);
-    if (!(node.children >> q & 1)) {
-      sums_[i].s[q].fetch_add(s, std::memory_order_relaxed);
-      sums_[i].w[q].fetch_add(w, std::memory_order_relaxed);
-      sums_[i].n[q].fetch_add(1, std::memory_order_relaxed);
-      return;
-    }
-    i = root + node.child(q);
-  }
-}
-
-float DirectionTrees::cell_size(uint32_t root, Vec2 u) const {
-  float size = 1;
-  for (uint32_t i = root;;) {
-    const Node& node = nodes_[i];
-    const int q = descend(u);
-    size *= 0.5f;
-    if (!(node.children >> q & 1)) return size;
-    i = root + node.child(q);
-  }
 }
 
 DirectionTrees::Cells DirectionTrees::take(uint32_t root) const {
@@ -179,11 +177,10 @@ DirectionTrees::Cells DirectionTrees::take(uint32_t root) const {
       c.depth = cells[cell].depth + 1;
       c.mean = cells[cell].mean * 4 * static_cast<double>(kChance * static_cast<float>(node.p[q]));
       c.sums = {sums_[i].s[q].load(std::memory_order_relaxed),
-                sums_[i].w[q].load(std::memory_order_relaxed),
                 sums_[i].n[q].load(std::memory_order_relaxed)};
       cells.push_back(c);
-      if (node.children >> q & 1)
-        open.push_back({child + static_cast<uint32_t>(q), root + node.child(q)});
+      if (node.child[q] != 0)
+        open.push_back({child + static_cast<uint32_t>(q), root + node.child[q]});
     }
   }
   return cells;
@@ -196,7 +193,6 @@ uint32_t DirectionTrees::put(const Cells& cells) {
   for (size_t k = 0; k < open.size(); ++k) {
     const Cell* four = &cells[cells[open[k]].child];
     Node node{};
-    node.first = static_cast<uint16_t>(open.size());
     Quad quad;
     double sum = 0;
     for (int q = 0; q < 4; ++q) sum += four[q].mean;
@@ -208,10 +204,9 @@ uint32_t DirectionTrees::put(const Cells& cells) {
       rest -= chance;
       if (four[q].mean > four[largest].mean) largest = q;
       quad.s[q] = four[q].sums.s;
-      quad.w[q] = four[q].sums.w;
       quad.n[q] = four[q].sums.n;
       if (four[q].child != 0) {
-        node.children |= static_cast<uint16_t>(1 << q);
+        node.child[q] = static_cast<uint16_t>(open.size());
         open.push_back(cells[open[k]].child + static_cast<uint32_t>(q));
       }
     }
@@ -225,7 +220,6 @@ uint32_t DirectionTrees::put(const Cells& cells) {
 void DirectionTrees::scale(Cells& cells, int64_t numerator, int64_t denominator) {
   for (Cell& c : cells) {
     c.sums.s = scaled(c.sums.s, numerator, denominator);
-    c.sums.w = scaled(c.sums.w, numerator, denominator);
     c.sums.n = static_cast<uint32_t>(scaled(c.sums.n, numerator, denominator));
   }
 }
@@ -234,24 +228,18 @@ DirectionTrees::Sums DirectionTrees::total(const Cells& cells) { return totals(c
 
 void DirectionTrees::estimate(Cells& cells, float shrinkage) {
   const std::vector<Sums> all = totals(cells);
-  cells[0].mean = all[0].w > 0 ? std::max(0.0, to_double(all[0].s)) / to_double(all[0].w) : 1;
+  const double n = all[0].n;
+  cells[0].mean = n > 0 && all[0].s > 0 ? to_double(all[0].s) / n : 1;
   for (size_t i = 0; i < cells.size(); ++i) {
     if (cells[i].child == 0) continue;
-    const double prior_weight =
-        all[i].n > 0 ? static_cast<double>(shrinkage) * to_double(all[i].w) / all[i].n : 1;
+    const double area = std::ldexp(n, -2 * static_cast<int>(cells[i].depth));  // x samples
+    const double prior = static_cast<double>(shrinkage) * (all[i].n > 0 ? area / all[i].n : 1);
     for (uint32_t c = cells[i].child; c < cells[i].child + 4; ++c) {
-      cells[c].mean = (to_double(all[c].s) + prior_weight * cells[i].mean) /
-                      (to_double(all[c].w) + prior_weight);
+      const double weight = area / 4 + prior;
+      cells[c].mean =
+          weight > 0 ? (to_double(all[c].s) + prior * cells[i].mean) / weight : cells[i].mean;
     }
   }
-}
-
-void DirectionTrees::estimate_by_area(Cells& cells) {
-  const std::vector<Sums> all = totals(cells);
-  for (size_t i = 0; i < cells.size(); ++i)
-    cells[i].mean = all[0].s > 0 ? std::ldexp(std::max(0.0, to_double(all[i].s)),
-                                              2 * static_cast<int>(cells[i].depth))
-                                 : 1;
 }
 
 void DirectionTrees::adapt(Cells& cells, const DirectionParams& params) {

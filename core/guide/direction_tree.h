@@ -3,8 +3,8 @@
 // no cell lies below the horizon. What is learned are integer sums, exactly associative: the same
 // bits whatever the threads and the order.
 //
-// Estimates are shrunk toward the parent cell's (Buehlmann's credibility): a cell that n samples of
-// mean weight w hit has (S + k w m_parent) / (W + k w).
+// Estimates are shrunk toward the parent cell's (Buehlmann's credibility): of N samples, n of which
+// hit the parent, whose area is A, a cell of area a has (S + k w m_parent) / (N a + k w), w = N A / n.
 //
 // Trees are rebuilt between passes; in between add() may be called from any thread.
 #pragma once
@@ -31,9 +31,9 @@ struct DirectionParams {
 
 class DirectionTrees {
  public:
-  // What a cell was hit by: n samples; W = sum 1/p, S = sum Y/p; p in the square's measure.
+  // What a cell was hit by: n samples; S = sum Y/p, p in the square's measure.
   struct Sums {
-    int64_t s = 0, w = 0;
+    int64_t s = 0;
     uint32_t n = 0;
   };
   // A cell of a tree taken out of the store: 0 is the whole square, children are four in a row.
@@ -52,7 +52,7 @@ class DirectionTrees {
   Vec2 sample(uint32_t root, Vec2 u, float& density) const;
   // The integral of the squared density over the unit square: 1 where it is even, else more.
   double second_moment(uint32_t root) const;
-  void add(uint32_t root, Vec2 u, int64_t s, int64_t w);
+  void add(uint32_t root, Vec2 u, int64_t s);
   float cell_size(uint32_t root, Vec2 u) const;  // the side of the cell that holds u
 
   // Between passes.
@@ -66,10 +66,8 @@ class DirectionTrees {
   void reserve(size_t nodes) { nodes_.reserve(nodes), sums_.reserve(nodes); }
 
   static Cells one_cell() { return Cells(1); }
-  // Fills `mean` of every cell, from S and W by credibility, or from S and the cell's area alone;
-  // all 1 without data. take() fills it with the density.
+  // Fills `mean` of every cell; all 1 without data. take() fills it with the density.
   static void estimate(Cells& cells, float shrinkage);
-  static void estimate_by_area(Cells& cells);
   // Cuts and joins cells as their shares ask for; the estimates must be filled, and stay so.
   static void adapt(Cells& cells, const DirectionParams& params);
   static Sums total(const Cells& cells);
@@ -83,14 +81,10 @@ class DirectionTrees {
   // Four quadrants: left before right, then bottom before top.
   struct Node {
     uint16_t p[4];      // chances of the quadrants in 2^-16, at least 1 each, sum 2^16
-    uint16_t first;     // node of the first child, counted from the root
-    uint16_t children;  // bit q: quadrant q has a node of its own
-    uint32_t child(int q) const {
-      return first + static_cast<uint32_t>(__builtin_popcount(children & ((1u << q) - 1)));
-    }
+    uint16_t child[4];  // nodes of the quadrants that have one, counted from the root; else 0
   };
   struct Quad {
-    std::atomic<int64_t> s[4]{}, w[4]{};
+    std::atomic<int64_t> s[4]{};
     std::atomic<uint32_t> n[4]{};
     Quad() = default;
     Quad(const Quad& o);

@@ -62,8 +62,8 @@ PpgGuide::PpgGuide(const GuideSetup& setup)
   leaves_.push_back({.root = directions_.put(cells)});
 }
 
-GuidePoint PpgGuide::find(Vec3 p, Vec3) const {
-  const uint32_t leaf = tree_.leaf_at(p);
+GuidePoint PpgGuide::find(Vec3 p, Vec3 n) const {
+  const uint32_t leaf = tree_.leaf_at(p, n);
   return {StateId(leaf), SpatialTree::halves(tree_.nodes()[leaf]),
           Frame({1, 0, 0}, {0, 1, 0}, {0, 0, 1})};
 }
@@ -106,7 +106,7 @@ void PpgGuide::record(std::span<const GuideVertex> path, GuideDelta& delta) cons
     u.x = std::clamp(u.x + width * jitter.next(), 0.0f, kOneMinusEpsilon);
     u.y += width * jitter.next();
     u.y = std::min(u.y - std::floor(u.y), kOneMinusEpsilon);
-    directions_.add(leaf.root, u, static_cast<int64_t>(paid * kRadianceOne), 1);
+    directions_.add(leaf.root, u, static_cast<int64_t>(paid * kRadianceOne));
     // 2. How the chance of the guide should change.
     float gradient = 0;
     if (at.ready) {
@@ -173,7 +173,7 @@ void PpgGuide::end_pass() {
     const bool learned = DirectionTrees::total(cells).s > 0, fits = bytes() <= max_bytes_;
     if (learned && !fits) ++refused_;
     if (learned && fits) {
-      DirectionTrees::estimate_by_area(cells);
+      DirectionTrees::estimate(cells, kDirection.shrinkage);
       if (may_grow) DirectionTrees::adapt(cells, kDirection);
       leaves_[i].ready = true;
     }

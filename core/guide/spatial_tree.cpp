@@ -33,6 +33,7 @@ SpatialTree::SpatialTree(const Bounds3& bounds) {
   };
   while (!fits()) ++exponent_;
   inverse_cell_ = std::ldexp(1.0f, kMaxDepth / 3 - exponent_);
+  off_surface_ = 1.5f / inverse_cell_;
   nodes_.emplace_back();
   index_top();
 }

@@ -34,6 +34,9 @@ class SpatialTree {
     while (nodes_[i].child != 0) i = nodes_[i].child + static_cast<uint32_t>(code >> bit-- & 1);
     return i;
   }
+  // The same for a point of a surface, taken off it along n: where the surface lies in the plane of a
+  // cut, rounding would scatter its points over both sides.
+  uint32_t leaf_at(Vec3 p, Vec3 n) const { return leaf_at(p + n * off_surface_); }
   // A leaf may be cut; call index_top() after a round of cuts.
   struct Node {
     uint32_t child = 0;  // the first of two; 0: a leaf
@@ -63,6 +66,7 @@ class SpatialTree {
   Vec3 origin_;  // metres
   int exponent_ = 0;
   float inverse_cell_ = 1;
+  float off_surface_ = 0;  // metres
   std::vector<Node> nodes_;
   std::vector<uint32_t> top_;  // the deepest node above or at depth kTopDepth, by code
 };
