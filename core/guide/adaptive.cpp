@@ -19,7 +19,7 @@ constexpr int64_t kMinSamples = 64;   // before a state is believed
 constexpr float kGlossyFraction = 0.5f;
 constexpr uint32_t kMaxLoadedDepth = 16;
 constexpr size_t kMaxLoadedCells = 1 << 17;
-constexpr int64_t kKeepOne = 256;  // the unit of what is kept
+constexpr int64_t kShareOne = 1 << 16;  // the unit of shares and of what is kept
 
 void add(std::atomic<int64_t>& sum, double v) {
   sum.fetch_add(static_cast<int64_t>(v), std::memory_order_relaxed);
@@ -42,39 +42,55 @@ Frame frame_of(Vec3 n, int face) {
 }  // namespace
 
 AdaptiveGuide::Sums& AdaptiveGuide::Sums::operator=(const Sums& o) {
-  n = o.n.load();
-  for (int k = 0; k < 3; ++k) y[k] = o.y[k].load();
-  square_hi = o.square_hi.load();
-  square_lo = o.square_lo.load();
+  const auto from = const_cast<Sums&>(o).all(), to = all();
+  for (size_t i = 0; i < to.size(); ++i) *to[i] = from[i]->load();
   return *this;
 }
 
 void AdaptiveGuide::Sums::scale(int64_t numerator, int64_t denominator) {
-  for (std::atomic<int64_t>* v : {&n, &y[0], &y[1], &y[2], &square_hi, &square_lo})
-    *v = DirectionTrees::scaled(*v, numerator, denominator);
+  for (std::atomic<int64_t>* v : all()) *v = DirectionTrees::scaled(*v, numerator, denominator);
 }
 
 AdaptiveGuide::AdaptiveGuide(const GuideSetup& setup)
     : params_(setup.adaptive),
       max_bytes_(setup.max_bytes),
       radiance_unit_(std::exp2(std::ceil(std::log2(std::max(setup.brightest_light, 1e-30f))))),
-      tree_(setup.bounds) {
-  faces_.push_back(no_states());
-  seen_ = std::make_unique<std::atomic<bool>[]>(SpatialTree::kFaces);
+      tree_(setup.bounds, SpatialTree::kFaces) {
+  add_states();
+}
+
+AdaptiveGuide::AdaptiveGuide(const AdaptiveGuide& o)
+    : params_(o.params_),
+      max_bytes_(o.max_bytes_),
+      radiance_unit_(o.radiance_unit_),
+      tree_(o.tree_),
+      states_(o.states_),
+      sums_(o.sums_),
+      directions_(o.directions_),
+      samples_seen_(o.samples_seen_.load()),
+      refused_(o.refused_) {}
+
+void AdaptiveGuide::add_states() {
+  Cells cells = DirectionTrees::one_cell();
+  DirectionTrees::adapt(cells, params_.direction);
+  for (size_t leaf = states_.size(); leaf < tree_.leaves(); ++leaf) {
+    State& state = states_.emplace_back();
+    state.key = tree_.key(static_cast<uint32_t>(leaf));
+    state.root = directions_.put(cells);
+    sums_.emplace_back();
+  }
 }
 
 GuidePoint AdaptiveGuide::find(Vec3 p, Vec3 n) const {
-  const uint32_t leaf = tree_.leaf_at(p, n);
   const int face = SpatialTree::face_of(n);
-  const uint32_t state = faces_[leaf][static_cast<size_t>(face)];
-  const Frame frame = frame_of(n, face);
-  if (state == kNoState)
-    return {StateId(), uint64_t{leaf} * SpatialTree::kFaces + static_cast<uint64_t>(face), frame};
-  return {StateId(state), states_[state].key, frame};
+  const uint32_t leaf = tree_.leaf_at(tree_.beside(p, n), face);
+  const State& state = states_[leaf];
+  directions_.prefetch(state.root);
+  return {StateId(leaf), state.key, frame_of(n, face)};
 }
 
 float AdaptiveGuide::guide_fraction(const GuidePoint& point, bool diffuse) const {
-  if (!point.state.valid() || !states_[point.state.value].credible) return 0;
+  if (!states_[point.state.value].credible) return 0;
   return diffuse ? 1.0f : kGlossyFraction;
 }
 
@@ -94,12 +110,11 @@ float AdaptiveGuide::pdf_w(const GuidePoint& point, Vec3 wi) const {
 }
 
 float AdaptiveGuide::gain(const GuidePoint& point) const {
-  if (!point.state.valid() || !states_[point.state.value].credible) return 1;
+  if (!states_[point.state.value].credible) return 1;
   return static_cast<float>(directions_.second_moment(states_[point.state.value].root));
 }
 
 GuideExpectation AdaptiveGuide::expectation(const GuidePoint& point) const {
-  if (!point.state.valid()) return {};
   const State& state = states_[point.state.value];
   return {state.credible, state.arriving, state.deviation};
 }
@@ -110,10 +125,6 @@ std::unique_ptr<GuideDelta> AdaptiveGuide::make_delta() const {
 
 void AdaptiveGuide::record(std::span<const GuideVertex> path, GuideDelta&) const {
   for (const GuideVertex& v : path) {
-    if (!v.at.state.valid()) {
-      seen_[v.at.key].store(true, std::memory_order_relaxed);
-      continue;
-    }
     if (!v.guidable) continue;
     const Vec3 w = v.at.frame.to_local(v.wi);
     if (w.z <= 0) continue;
@@ -127,6 +138,8 @@ void AdaptiveGuide::record(std::span<const GuideVertex> path, GuideDelta&) const
     add(sums.square_hi, whole);
     add(sums.square_lo, (square - whole) * kSquareRest);
     sums.n.fetch_add(1, std::memory_order_relaxed);
+    if (tree_.in_second_half(tree_.beside(v.p, v.at.frame.z), v.at.state.value))
+      sums.second.fetch_add(1, std::memory_order_relaxed);
     directions_.add(states_[v.at.state.value].root, disk_to_square({w.x, w.y}),
                     static_cast<int64_t>(paid * kRadianceOne));
     samples_seen_.fetch_add(1, std::memory_order_relaxed);
@@ -147,82 +160,135 @@ void AdaptiveGuide::summarize(State& state, const Sums& sums) const {
   state.credible = true;
 }
 
-// A place that was hit often becomes two, which share what it knew, and so on.
-std::vector<int> AdaptiveGuide::cut_places() {
-  std::vector<int> halvings(states_.size(), 0);
-  for (uint32_t leaf = 0; leaf < faces_.size(); ++leaf) {
-    if (tree_.nodes()[leaf].child != 0 || tree_.nodes()[leaf].depth >= SpatialTree::kMaxDepth)
-      continue;
-    double most = 0;
-    for (uint32_t s : faces_[leaf])
-      if (s != kNoState) most = std::max(most, value(sums_[s].n));
-    if (most < params_.split_samples) continue;
-    const uint32_t first = tree_.split(leaf);
-    faces_.resize(first + 2, no_states());
-    for (int face = 0; face < SpatialTree::kFaces; ++face) {
-      const size_t f = static_cast<size_t>(face);
-      const uint32_t s = faces_[leaf][f];
-      if (s == kNoState) continue;
-      sums_[s].scale(1, 2);
-      ++halvings[s];
-      faces_[first][f] = s;
-      faces_[first + 1][f] = static_cast<uint32_t>(states_.size());
-      states_[s].key = SpatialTree::key(tree_.nodes()[first], face);
-      State other = states_[s];
-      other.key = SpatialTree::key(tree_.nodes()[first + 1], face);
-      states_.push_back(other);
-      sums_.push_back(Sums(sums_[s]));
-      halvings.push_back(int{halvings[s]});
-    }
-  }
-  return halvings;
+// The halves share what the whole knew as they shared its samples.
+void AdaptiveGuide::cut(uint32_t leaf, std::vector<int64_t>& shares) {
+  const int64_t n = sums_[leaf].n, second = sums_[leaf].second;
+  const int64_t part = n > 0 ? DirectionTrees::scaled(kShareOne, second, n) : 0;
+  tree_.split(leaf);
+  State half = states_[leaf];
+  Sums sums = sums_[leaf];
+  sums.scale(part, kShareOne);
+  int64_t share = DirectionTrees::scaled(shares[leaf], part, kShareOne);
+  const auto taken = sums.all(), left = sums_[leaf].all();
+  for (size_t i = 0; i < left.size(); ++i) *left[i] -= *taken[i];
+  shares[leaf] -= share;
+  // Where in each half its samples lay is not known: on both sides alike.
+  sums_[leaf].second = sums_[leaf].n / 2;
+  sums.second = sums.n / 2;
+  if (part == 0) half.credible = false;
+  if (part == kShareOne) states_[leaf].credible = false;
+  states_.push_back(half);
+  sums_.push_back(sums);
+  shares.push_back(share);
+}
+
+std::vector<int64_t> AdaptiveGuide::cut_places() {
+  std::vector<int64_t> shares(states_.size(), kShareOne);
+  for (uint32_t leaf = 0; leaf < states_.size(); ++leaf)
+    while (value(sums_[leaf].n) > params_.split_samples &&
+           tree_.depth(leaf) < SpatialTree::kMaxDepth)
+      cut(leaf, shares);
+  return shares;
 }
 
 // Every tree is made anew, side by side in memory: from what was learned, cut finer where the data
 // supports it, then faded.
 void AdaptiveGuide::end_pass() {
-  const int64_t keep = static_cast<int64_t>(params_.keep * static_cast<float>(kKeepOne));
   const bool may_grow = stats().bytes < max_bytes_ / 2;  // a pass at most doubles it, about
-  // 1. States for places and faces that were seen for the first time.
-  for (uint32_t leaf = 0; leaf < faces_.size(); ++leaf) {
-    for (int face = 0; face < SpatialTree::kFaces; ++face) {
-      const size_t f = static_cast<size_t>(face);
-      if (!seen_[leaf * SpatialTree::kFaces + f] || faces_[leaf][f] != kNoState) continue;
-      if (!may_grow) {
-        ++refused_;
-        continue;
-      }
-      faces_[leaf][f] = static_cast<uint32_t>(states_.size());
-      states_.push_back({SpatialTree::key(tree_.nodes()[leaf], face), kNoState, {}, 0, false});
-      sums_.emplace_back();
-    }
-  }
-  // 2. Where they are. The means first: halves know as much as the whole.
+  if (!may_grow) ++refused_;
+  // The means first: halves know as much as the whole.
   for (size_t s = 0; s < states_.size(); ++s) summarize(states_[s], sums_[s]);
-  const std::vector<int> halvings = may_grow ? cut_places() : std::vector<int>(states_.size(), 0);
-  // 3. Which way.
+  const std::vector<int64_t> shares =
+      may_grow ? cut_places() : std::vector<int64_t>(states_.size(), kShareOne);
+  rebuild(shares, static_cast<int64_t>(params_.keep * static_cast<float>(kShareOne)), may_grow);
+}
+
+void AdaptiveGuide::rebuild(const std::vector<int64_t>& shares, int64_t keep, bool may_grow) {
   DirectionTrees next;
   next.reserve(directions_.nodes());
-  for (size_t s = 0; s < states_.size(); ++s) {
-    State& state = states_[s];
-    Cells cells =
-        state.root == kNoState ? DirectionTrees::one_cell() : directions_.take(state.root);
+  for (uint32_t leaf = 0; leaf < states_.size(); ++leaf) {
+    State& state = states_[leaf];
+    state.key = tree_.key(leaf);
+    Cells cells = shares[leaf] > 0 ? directions_.take(state.root) : DirectionTrees::one_cell();
     DirectionTrees::estimate(cells, params_.direction.shrinkage);
-    if (may_grow) DirectionTrees::adapt(cells, params_.direction);
-    DirectionTrees::scale(cells, keep, kKeepOne << halvings[s]);
+    if (may_grow || shares[leaf] == 0) DirectionTrees::adapt(cells, params_.direction);
+    DirectionTrees::scale(cells, DirectionTrees::scaled(keep, shares[leaf], kShareOne), kShareOne);
     state.root = next.put(cells);
-    sums_[s].scale(keep, kKeepOne);
+    sums_[leaf].scale(keep, kShareOne);
   }
   directions_ = std::move(next);
   tree_.index_top();
-  seen_ = std::make_unique<std::atomic<bool>[]>(faces_.size() * SpatialTree::kFaces);
 }
 
+// Cuts wherever the other table did.
+void AdaptiveGuide::refine_as(const AdaptiveGuide& other) {
+  std::vector<int64_t> shares(states_.size(), kShareOne);
+  for (const State& o : other.states_) {
+    const auto leaf_of = [&] { return tree_.leaf_with(o.key); };
+    for (uint32_t leaf = leaf_of(); leaf != SpatialTree::kNone && states_[leaf].key != o.key;
+         leaf = leaf_of()) {
+      cut(leaf, shares);
+      for (const size_t half : {size_t{leaf}, states_.size() - 1})
+        states_[half].key = tree_.key(static_cast<uint32_t>(half));
+    }
+  }
+  rebuild(shares, kShareOne, false);
+}
+
+Status AdaptiveGuide::merge(const Guide& other) {
+  const auto* table = dynamic_cast<const AdaptiveGuide*>(&other);
+  if (!table) return Guide::merge(other);
+  if (table->tree_.cube_exponent() != tree_.cube_exponent() ||
+      !(table->tree_.origin() == tree_.origin()) || table->radiance_unit_ != radiance_unit_)
+    return Error{ErrorCode::kConflict, "the tables' cubes or units differ", "table"};
+  AdaptiveGuide from(*table);
+  from.refine_as(*this);
+  refine_as(from);
+  for (uint32_t leaf = 0; leaf < states_.size(); ++leaf) {
+    const uint32_t same = from.tree_.leaf_with(states_[leaf].key);
+    const auto to = sums_[leaf].all(), add = from.sums_[same].all();
+    for (size_t i = 0; i < to.size(); ++i) *to[i] += *add[i];
+  }
+  DirectionTrees next;
+  for (uint32_t leaf = 0; leaf < states_.size(); ++leaf) {
+    Cells cells = directions_.take(states_[leaf].root);
+    const uint32_t same = from.tree_.leaf_with(states_[leaf].key);
+    DirectionTrees::add_cells(cells, from.directions_.take(from.states_[same].root));
+    DirectionTrees::estimate(cells, params_.direction.shrinkage);
+    states_[leaf].root = next.put(cells);
+    summarize(states_[leaf], sums_[leaf]);
+  }
+  directions_ = std::move(next);
+  samples_seen_ += table->samples_seen_;
+  if (stats().bytes > max_bytes_)
+    return Error{ErrorCode::kTooLarge,
+                 "both tables need more than the " + std::to_string(max_bytes_) + " bytes allowed",
+                 "table"};
+  return {};
+}
+
+std::vector<GuidePoint> AdaptiveGuide::known_points(size_t most) const {
+  std::vector<GuidePoint> points;
+  for (uint32_t leaf = 0; leaf < states_.size(); ++leaf) {
+    if (!states_[leaf].credible) continue;
+    const int face = static_cast<int>(states_[leaf].key & 7);
+    Vec3 n;
+    n[face / 2] = face % 2 == 0 ? 1.0f : -1.0f;
+    points.push_back({StateId(leaf), states_[leaf].key, frame_of(n, face)});
+  }
+  const size_t known = points.size(), count = std::min(known, most);
+  for (size_t i = 0; i < count; ++i) points[i] = points[i * known / count];
+  points.resize(count);
+  return points;
+}
+
+// Leaves that nothing hit are no states, and their memory is the tree's.
 GuideStats AdaptiveGuide::stats() const {
   const size_t bytes = directions_.bytes() + states_.capacity() * sizeof(State) +
-                       sums_.capacity() * sizeof(Sums) +
-                       faces_.capacity() * (sizeof(Faces) + SpatialTree::kFaces) + tree_.bytes();
-  return {states_.size(), bytes, samples_seen_, refused_};
+                       sums_.capacity() * sizeof(Sums) + tree_.bytes();
+  const auto known =
+      std::count_if(sums_.begin(), sums_.end(), [](const Sums& s) { return s.n > 0; });
+  return {static_cast<size_t>(known), bytes, samples_seen_, refused_};
 }
 
 // Sections: ACUB (the cube, the unit, the samples seen), AQTD (a record per state, keys rising:
@@ -234,17 +300,16 @@ std::vector<TableSection> AdaptiveGuide::save() const {
   for (int axis = 0; axis < 3; ++axis) cube.f32(tree_.origin()[axis]);
   cube.f64(radiance_unit_);
   cube.u64(samples_seen_);
-  std::vector<uint32_t> order(states_.size());
-  std::iota(order.begin(), order.end(), 0u);
+  std::vector<uint32_t> order;
+  for (uint32_t leaf = 0; leaf < states_.size(); ++leaf)
+    if (sums_[leaf].n > 0) order.push_back(leaf);
   std::sort(order.begin(), order.end(),
             [&](uint32_t a, uint32_t b) { return states_[a].key < states_[b].key; });
   ByteWriter out;
   out.u64(order.size());
   for (uint32_t s : order) {
     out.u64(states_[s].key);
-    for (const auto* v : {&sums_[s].n, &sums_[s].y[0], &sums_[s].y[1], &sums_[s].y[2],
-                          &sums_[s].square_hi, &sums_[s].square_lo})
-      out.i64(*v);
+    for (const auto* v : sums_[s].all()) out.i64(*v);
     const Cells cells = directions_.take(states_[s].root);
     std::vector<uint32_t> open{0};
     while (!open.empty()) {
@@ -262,19 +327,19 @@ std::vector<TableSection> AdaptiveGuide::save() const {
   return {{"ACUB", cube.take()}, {"AQTD", out.take()}};
 }
 
-Status AdaptiveGuide::load_state(ByteReader& in) {
+Status AdaptiveGuide::load_state(ByteReader& in, uint64_t& last_key) {
   const uint64_t key = in.u64();
-  const int depth = std::bit_width(key >> 3) - 1;
-  if (depth < 0 || depth > SpatialTree::kMaxDepth || (key & 7) >= SpatialTree::kFaces)
+  if (!SpatialTree::valid_key(key, SpatialTree::kFaces))
     return Error{ErrorCode::kCorrupt, "not a key of a place and a face", ""};
-  if (!states_.empty() && key <= states_.back().key)
-    return Error{ErrorCode::kCorrupt, "expected rising keys", ""};
+  if (key <= last_key) return Error{ErrorCode::kCorrupt, "expected rising keys", ""};
+  last_key = key;
   Sums sums;
   bool good = true;
-  for (auto* v : {&sums.n, &sums.y[0], &sums.y[1], &sums.y[2], &sums.square_hi, &sums.square_lo}) {
+  for (auto* v : sums.all()) {
     *v = in.i64();
     good = good && *v >= 0;
   }
+  good = good && sums.n > 0 && sums.second <= sums.n;
   Cells cells = DirectionTrees::one_cell();
   std::vector<uint32_t> open{0};
   while (!open.empty() && in.ok()) {
@@ -301,23 +366,20 @@ Status AdaptiveGuide::load_state(ByteReader& in) {
   }
   if (!good || !in.ok())
     return Error{ErrorCode::kCorrupt, "expected sums >= 0 and whole trees", ""};
-  const uint32_t node = tree_.reach(key >> 3);
-  faces_.resize(tree_.nodes().size(), no_states());
-  if (faces_[node][key & 7] != kNoState)
-    return Error{ErrorCode::kCorrupt, "a key stands twice", ""};
-  faces_[node][key & 7] = static_cast<uint32_t>(states_.size());
+  const uint32_t leaf = tree_.reach(key);
+  add_states();
+  if (leaf == SpatialTree::kNone || sums_[leaf].n > 0)
+    return Error{ErrorCode::kCorrupt, "places stand twice or hold one another", ""};
   DirectionTrees::estimate(cells, params_.direction.shrinkage);
-  State state;
-  state.key = key;
-  state.root = directions_.put(cells);
-  summarize(state, sums);
-  states_.push_back(state);
-  sums_.push_back(sums);
+  states_[leaf].key = key;
+  states_[leaf].root = directions_.put(cells);
+  summarize(states_[leaf], sums);
+  sums_[leaf] = sums;
   return {};
 }
 
 Status AdaptiveGuide::load(std::span<const TableSection> sections) {
-  QRAY_CHECK(states_.empty());
+  QRAY_CHECK(samples_seen_ == 0);
   if (sections.size() != 2 || sections[0].tag != "ACUB" || sections[1].tag != "AQTD")
     return Error{ErrorCode::kCorrupt, "expected the sections ACUB and AQTD", "table"};
   ByteReader cube(sections[0].bytes);
@@ -334,9 +396,9 @@ Status AdaptiveGuide::load(std::span<const TableSection> sections) {
   ByteReader in(sections[1].bytes);
   const uint64_t count = in.u64();
   Status status;
-  uint64_t i = 0;
+  uint64_t i = 0, last_key = 0;
   for (; i < count && status.ok(); ++i) {
-    status = load_state(in);
+    status = load_state(in, last_key);
     if (status.ok() && stats().bytes > max_bytes_)
       status = Error{ErrorCode::kTooLarge,
                      "the table's " + std::to_string(count) + " states need more than the " +
@@ -350,13 +412,14 @@ Status AdaptiveGuide::load(std::span<const TableSection> sections) {
     error.where = "table:AQTD" + (i > 0 ? ", state " + std::to_string(i - 1) : std::string());
     return error;
   }
-  for (size_t node = 0; node < faces_.size(); ++node) {
-    if (tree_.nodes()[node].child != 0 && faces_[node] != no_states())
+  for (uint32_t leaf = 0; leaf < states_.size(); ++leaf) {
+    const uint64_t key = tree_.key(leaf);
+    if (sums_[leaf].n > 0 && states_[leaf].key != key)  // cut after it was loaded
       return Error{ErrorCode::kCorrupt, "places hold one another", "table:AQTD"};
+    states_[leaf].key = key;
   }
   samples_seen_ = samples_seen;
   tree_.index_top();
-  seen_ = std::make_unique<std::atomic<bool>[]>(faces_.size() * SpatialTree::kFaces);
   return {};
 }
 

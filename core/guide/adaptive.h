@@ -38,11 +38,13 @@ class AdaptiveGuide final : public Guide {
   GuideStats stats() const override;
   std::vector<TableSection> save() const override;
   Status load(std::span<const TableSection> sections) override;
+  Status merge(const Guide& other) override;
+  std::vector<GuidePoint> known_points(size_t most) const override;
 
  private:
   using Cells = DirectionTrees::Cells;
 
-  // What sampling reads of a place and a face.
+  // What sampling reads of a leaf of a face's tree.
   struct State {
     uint64_t key = 0;
     uint32_t root = 0;  // of its directions
@@ -51,38 +53,38 @@ class AdaptiveGuide final : public Guide {
     bool credible = false;
   };
   // What is learned of it: n samples of y = radiance x cos / (pi pdf), in fixed point.
-  struct Sums {
-    std::atomic<int64_t> n{0}, y[3]{};
+  struct alignas(64) Sums {
+    std::atomic<int64_t> n{0}, second{0}, y[3]{};  // `second`: of n, in the leaf's second half
     // Of luminance squared: whole parts and what is left of them, since squares range widely.
     std::atomic<int64_t> square_hi{0}, square_lo{0};
+    static constexpr int kCount = 7;
+    std::array<std::atomic<int64_t>*, kCount> all() {
+      return {&n, &second, &y[0], &y[1], &y[2], &square_hi, &square_lo};
+    }
     Sums() = default;
     Sums(const Sums& o) { *this = o; }
     Sums& operator=(const Sums& o);
     void scale(int64_t numerator, int64_t denominator);
   };
-  static constexpr uint32_t kNoState = ~0u;
-  using Faces = std::array<uint32_t, SpatialTree::kFaces>;  // states, or kNoState
-  static Faces no_states() {
-    Faces faces;
-    faces.fill(kNoState);
-    return faces;
-  }
 
-  std::vector<int> cut_places();  // how many times each state was halved
+  std::vector<int64_t> cut_places();  // each state's share of its tree, of kShareOne
+  AdaptiveGuide(const AdaptiveGuide& o);
+  void cut(uint32_t leaf, std::vector<int64_t>& shares);
+  void add_states();  // of leaves that the tree has got
+  void rebuild(const std::vector<int64_t>& shares, int64_t keep, bool may_grow);
+  void refine_as(const AdaptiveGuide& other);
   void summarize(State& state, const Sums& sums) const;
-  Status load_state(ByteReader& in);
+  Status load_state(ByteReader& in, uint64_t& last_key);
 
   AdaptiveParams params_;
   size_t max_bytes_;
-  double radiance_unit_;  // a power of two, at least the brightest light's luminance
-  SpatialTree tree_;
-  std::vector<Faces> faces_;  // by the tree's node; of leaves
-  std::vector<State> states_;
-  mutable std::vector<Sums> sums_;  // parallel to states_
+  double radiance_unit_;            // a power of two, at least the brightest light's luminance
+  SpatialTree tree_;                // one a face
+  std::vector<State> states_;       // by the tree's leaf
+  mutable std::vector<Sums> sums_;  // parallel
   mutable DirectionTrees directions_;
-  // Places and faces that were hit and have no state yet, by node x face.
-  mutable std::unique_ptr<std::atomic<bool>[]> seen_;
-  mutable std::atomic<uint64_t> samples_seen_{0}, refused_{0};
+  mutable std::atomic<uint64_t> samples_seen_{0};
+  uint64_t refused_ = 0;
 };
 
 }  // namespace qray

@@ -1,14 +1,17 @@
 #include "core/guide/direction_tree.h"
 
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <cmath>
 
 #include "core/base/check.h"
+#include "core/math/warp.h"
 
 namespace qray {
 namespace {
 
-constexpr float kChance = 0x1p-16f;
+constexpr float kChance = 1.0f / DirectionTrees::kChances;
 constexpr uint32_t kMinSplitSamples = 32;
 constexpr uint32_t kNew = ~0u;        // a cell that this round made
 constexpr size_t kMaxNodes = 0xffff;  // of one tree: Node::first has 16 bits
@@ -52,8 +55,8 @@ Vec2 disk_to_square(Vec2 d) {
                               t2 * (0.24642503f +
                                     t2 * (-0.14824690f + t2 * (0.06704038f + t2 * -0.01492391f)))));
   const float far = r, near = angle * r;
-  const float a = std::copysign(ax >= ay ? far : near, d.x);
-  const float b = std::copysign(ax >= ay ? near : far, d.y);
+  const float a = std::copysign(select(ax >= ay, far, near), d.x);
+  const float b = std::copysign(select(ax >= ay, near, far), d.y);
   return {std::clamp(0.5f * (a + 1), 0.0f, kOneMinusEpsilon),
           std::clamp(0.5f * (b + 1), 0.0f, kOneMinusEpsilon)};
 }
@@ -66,6 +69,13 @@ DirectionTrees::Quad::Quad(const Quad& o) {
 }
 
 namespace {
+// 2^32 / n.
+constexpr auto kInverses = [] {
+  std::array<uint64_t, DirectionTrees::kChances + 1> all{};
+  for (uint64_t n = 1; n < all.size(); ++n) all[n] = (uint64_t{1} << 32) / n;
+  return all;
+}();
+
 // Walks down to the cell that holds u.
 class Descent {
  public:
@@ -90,47 +100,57 @@ float DirectionTrees::pdf(uint32_t root, Vec2 u) const {
     const Node& node = nodes[i];
     const int q = descent.next();
     density *= 4 * kChance * static_cast<float>(node.p[q]);
-    i = node.child[q];
-    if (i == 0) return density;
+    if (!node.has_child(q)) return density;
+    i = node.child(q);
   }
 }
 
-// The compiler makes no branches of the choices, which nothing could predict.
+// In whole numbers, and without branches but the last: nothing could predict the choices.
 Vec2 DirectionTrees::sample(uint32_t root, Vec2 u, float& density) const {
+  static_assert(kChances == 256);
   const Node* nodes = &nodes_[root];
-  float x = 0, y = 0, size = 1;
-  density = 1;
+  uint64_t ux = static_cast<uint64_t>(u.x * 0x1p32f), uy = static_cast<uint64_t>(u.y * 0x1p32f);
+  uint32_t x = 0, y = 0;  // of the cell
+  float parts = 1, size = 1;
   for (uint32_t i = 0;;) {
     const Node& node = nodes[i];
-    const float p0 = node.p[0], p1 = node.p[1], p2 = node.p[2], p3 = node.p[3];
-    const float bottom = p0 + p1, above = u.y * 0x1p16f - bottom;
-    const bool top = above >= 0;
-    const float row = top ? p2 + p3 : bottom, left = top ? p2 : p0;
-    const float beyond = u.x * row - left;
-    const bool right = beyond >= 0;
-    const float cell = right ? row - left : left;
-    u.y = std::min((top ? above : above + bottom) / row, kOneMinusEpsilon);
-    u.x = std::min((right ? beyond : beyond + left) / cell, kOneMinusEpsilon);
+    const uint32_t p = std::bit_cast<uint32_t>(node.p), bottom = (p & 255) + (p >> 8 & 255);
+    const uint32_t top = uy >= uint64_t{bottom} << 24;
+    const uint32_t row = bottom + top * (kChances - 2 * bottom);
+    uy -= uint64_t{top * bottom} << 24;
+    uy = uy * kInverses[row] >> 24;
+    ux = ux * row >> 8;
+    const uint32_t left = p >> 16 * top & 255, right = ux >= uint64_t{left} << 24;
+    const uint32_t q = 2 * top + right, cell = p >> 8 * q & 255;
+    ux -= uint64_t{right * left} << 24;
+    ux = ux * kInverses[cell] >> 24;
+    x = 2 * x + right;
+    y = 2 * y + top;
     size *= 0.5f;
-    x += right ? size : 0;
-    y += top ? size : 0;
-    density *= 4 * kChance * cell;
-    i = node.child[2 * top + right];
-    if (i == 0) return {x + u.x * size, y + u.y * size};
+    parts *= static_cast<float>(cell) * (4.0f / kChances);
+    if (!node.has_child(static_cast<int>(q))) break;
+    i = node.child(static_cast<int>(q));
   }
+  density = parts;
+  const auto place = [size](uint32_t cell, uint64_t rest) {
+    return (static_cast<float>(cell) +
+            std::min(static_cast<float>(rest) * 0x1p-32f, kOneMinusEpsilon)) *
+           size;
+  };
+  return {place(x, ux), place(y, uy)};
 }
 
 void DirectionTrees::add(uint32_t root, Vec2 u, int64_t s) {
   Descent descent(u);
   for (uint32_t i = 0;;) {
     const int q = descent.next();
-    const uint32_t child = nodes_[root + i].child[q];
-    if (child == 0) {
+    const Node& node = nodes_[root + i];
+    if (!node.has_child(q)) {
       sums_[root + i].s[q].fetch_add(s, std::memory_order_relaxed);
       sums_[root + i].n[q].fetch_add(1, std::memory_order_relaxed);
       return;
     }
-    i = child;
+    i = node.child(q);
   }
 }
 
@@ -139,8 +159,10 @@ float DirectionTrees::cell_size(uint32_t root, Vec2 u) const {
   float size = 1;
   for (uint32_t i = 0;;) {
     size *= 0.5f;
-    i = nodes_[root + i].child[descent.next()];
-    if (i == 0) return size;
+    const Node& node = nodes_[root + i];
+    const int q = descent.next();
+    if (!node.has_child(q)) return size;
+    i = node.child(q);
   }
 }
 
@@ -154,8 +176,8 @@ double DirectionTrees::second_moment(uint32_t root) const {
     for (int q = 0; q < 4; ++q) {
       const double chance = static_cast<double>(kChance * static_cast<float>(node.p[q]));
       const double part = moment * 4 * chance * chance;
-      if (node.child[q] != 0) {
-        open.emplace_back(root + node.child[q], part);
+      if (node.has_child(q)) {
+        open.emplace_back(root + node.child(q), part);
       } else {
         sum += part;
       }
@@ -179,8 +201,8 @@ DirectionTrees::Cells DirectionTrees::take(uint32_t root) const {
       c.sums = {sums_[i].s[q].load(std::memory_order_relaxed),
                 sums_[i].n[q].load(std::memory_order_relaxed)};
       cells.push_back(c);
-      if (node.child[q] != 0)
-        open.push_back({child + static_cast<uint32_t>(q), root + node.child[q]});
+      if (node.has_child(q))
+        open.push_back({child + static_cast<uint32_t>(q), root + node.child(q)});
     }
   }
   return cells;
@@ -196,21 +218,23 @@ uint32_t DirectionTrees::put(const Cells& cells) {
     Quad quad;
     double sum = 0;
     for (int q = 0; q < 4; ++q) sum += four[q].mean;
-    int largest = 0, rest = 1 << 16;
+    node.first = static_cast<uint16_t>(open.size());
+    int largest = 0, rest = kChances;
     for (int q = 0; q < 4; ++q) {
       const double share = sum > 0 ? four[q].mean / sum : 0.25;
-      const int chance = std::clamp(static_cast<int>(std::lround(share * 0x1p16)), 1, 0xfffd);
-      node.p[q] = static_cast<uint16_t>(chance);
+      const int chance =
+          std::clamp(static_cast<int>(std::lround(share * kChances)), 1, kChances - 3);
+      node.p[q] = static_cast<uint8_t>(chance);
       rest -= chance;
       if (four[q].mean > four[largest].mean) largest = q;
       quad.s[q] = four[q].sums.s;
       quad.n[q] = four[q].sums.n;
       if (four[q].child != 0) {
-        node.child[q] = static_cast<uint16_t>(open.size());
+        node.inner |= static_cast<uint16_t>(1 << q);
         open.push_back(cells[open[k]].child + static_cast<uint32_t>(q));
       }
     }
-    node.p[largest] = static_cast<uint16_t>(node.p[largest] + rest);
+    node.p[largest] = static_cast<uint8_t>(node.p[largest] + rest);
     nodes_.push_back(node);
     sums_.push_back(quad);
   }
@@ -221,6 +245,47 @@ void DirectionTrees::scale(Cells& cells, int64_t numerator, int64_t denominator)
   for (Cell& c : cells) {
     c.sums.s = scaled(c.sums.s, numerator, denominator);
     c.sums.n = static_cast<uint32_t>(scaled(c.sums.n, numerator, denominator));
+  }
+}
+
+namespace {
+void cut_in_four(DirectionTrees::Cells& cells, uint32_t i) {
+  DirectionTrees::Cell child;
+  child.depth = cells[i].depth + 1;
+  child.mean = cells[i].mean;
+  cells[i].child = static_cast<uint32_t>(cells.size());
+  for (int q = 0; q < 4; ++q) {
+    child.sums = quarter(cells[i].sums, q == 0);
+    cells.push_back(child);
+  }
+  cells[i].sums = {};
+}
+}  // namespace
+
+void DirectionTrees::add_cells(Cells& cells, const Cells& other) {
+  struct Pair {
+    uint32_t to;
+    Cell from;
+  };
+  std::vector<Pair> open{{0, other[0]}};
+  while (!open.empty()) {
+    const Pair pair = open.back();
+    open.pop_back();
+    const Cell& from = pair.from;
+    if (from.child != 0 && cells[pair.to].child == 0) cut_in_four(cells, pair.to);
+    if (cells[pair.to].child == 0) {
+      cells[pair.to].sums += from.sums;
+      continue;
+    }
+    for (uint32_t q = 0; q < 4; ++q) {
+      Cell part;
+      if (from.child != 0) {
+        part = other[from.child + q];
+      } else {
+        part.sums = quarter(from.sums, q == 0);
+      }
+      open.push_back({cells[pair.to].child + q, part});
+    }
   }
 }
 

@@ -4,11 +4,13 @@
 // bits whatever the threads and the order.
 //
 // Estimates are shrunk toward the parent cell's (Buehlmann's credibility): of N samples, n of which
-// hit the parent, whose area is A, a cell of area a has (S + k w m_parent) / (N a + k w), w = N A / n.
+// hit the parent, whose area is A, a cell of area a has (S + k w m_parent) / (N a + k w), w = N A /
+// n.
 //
 // Trees are rebuilt between passes; in between add() may be called from any thread.
 #pragma once
 
+#include <array>
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
@@ -53,6 +55,10 @@ class DirectionTrees {
   // The integral of the squared density over the unit square: 1 where it is even, else more.
   double second_moment(uint32_t root) const;
   void add(uint32_t root, Vec2 u, int64_t s);
+  void prefetch(uint32_t root) const {
+    const char* p = reinterpret_cast<const char*>(&nodes_[root]);
+    for (int line = 0; line < 3; ++line) __builtin_prefetch(p + 64 * line);
+  }
   float cell_size(uint32_t root, Vec2 u) const;  // the side of the cell that holds u
 
   // Between passes.
@@ -65,11 +71,18 @@ class DirectionTrees {
   void clear() { nodes_.clear(), sums_.clear(); }
   void reserve(size_t nodes) { nodes_.reserve(nodes), sums_.reserve(nodes); }
 
+  // A quadrant's chance within its parent is a whole number of these parts. So none is 0:
+  // directions that seemed dark stay possible.
+  static constexpr int kChances = 256;
+
   static Cells one_cell() { return Cells(1); }
   // Fills `mean` of every cell; all 1 without data. take() fills it with the density.
   static void estimate(Cells& cells, float shrinkage);
   // Cuts and joins cells as their shares ask for; the estimates must be filled, and stay so.
   static void adapt(Cells& cells, const DirectionParams& params);
+  // Adds to each cell the sums of `other`'s, cut alike first. In either order the result is the
+  // same.
+  static void add_cells(Cells& cells, const Cells& other);
   static Sums total(const Cells& cells);
   // Sums become numerator / denominator of what they were, rounded toward zero.
   static void scale(Cells& cells, int64_t numerator, int64_t denominator);
@@ -80,8 +93,13 @@ class DirectionTrees {
  private:
   // Four quadrants: left before right, then bottom before top.
   struct Node {
-    uint16_t p[4];      // chances of the quadrants in 2^-16, at least 1 each, sum 2^16
-    uint16_t child[4];  // nodes of the quadrants that have one, counted from the root; else 0
+    uint8_t p[4];    // chances of the quadrants in kChances, at least 1 each
+    uint16_t first;  // node of the first child, counted from the root
+    uint16_t inner;  // bit q: quadrant q has a node of its own
+    bool has_child(int q) const { return inner >> q & 1; }
+    uint32_t child(int q) const {
+      return first + static_cast<uint32_t>(__builtin_popcount(inner & ((1u << q) - 1)));
+    }
   };
   struct Quad {
     std::atomic<int64_t> s[4]{};

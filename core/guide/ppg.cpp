@@ -19,6 +19,7 @@ constexpr DirectionParams kDirection{.shrinkage = 0, .split_share = 0.01f, .max_
 constexpr float kRate = 0.01f, kBeta1 = 0.9f, kBeta2 = 0.999f, kRegular = 0.01f;
 constexpr float kMaxTheta = 20;
 constexpr size_t kMaxCells = 1 << 17;
+constexpr double kMeanOne = DirectionTrees::kChances / 4;  // a chance that leaves the mean as it is
 
 Vec3 to_direction(Vec2 u) {
   const float z = 2 * u.x - 1, r = std::sqrt(std::max(0.0f, 1 - z * z)), phi = 2 * kPi * u.y;
@@ -63,9 +64,8 @@ PpgGuide::PpgGuide(const GuideSetup& setup)
 }
 
 GuidePoint PpgGuide::find(Vec3 p, Vec3 n) const {
-  const uint32_t leaf = tree_.leaf_at(p, n);
-  return {StateId(leaf), SpatialTree::halves(tree_.nodes()[leaf]),
-          Frame({1, 0, 0}, {0, 1, 0}, {0, 0, 1})};
+  const uint32_t leaf = tree_.leaf_at(tree_.beside(p, n));
+  return {StateId(leaf), tree_.key(leaf), Frame({1, 0, 0}, {0, 1, 0}, {0, 0, 1})};
 }
 
 float PpgGuide::guide_fraction(const GuidePoint& point, bool) const {
@@ -152,34 +152,33 @@ void PpgGuide::end_pass() {
   const float most = kSplitSamples * std::exp2(0.5f * static_cast<float>(iteration_++));
   const bool may_grow = bytes() < max_bytes_ / 2;  // an iteration at most doubles it
   for (uint32_t i = 0; i < leaves_.size(); ++i) {
-    if (tree_.nodes()[i].child != 0 || static_cast<float>(leaves_[i].samples) <= most ||
-        tree_.nodes()[i].depth >= SpatialTree::kMaxDepth)
-      continue;
-    if (!may_grow) {
-      ++refused_;
-      continue;
+    while (static_cast<float>(leaves_[i].samples) > most &&
+           tree_.depth(i) < SpatialTree::kMaxDepth) {
+      if (!may_grow) {
+        ++refused_;
+        break;
+      }
+      tree_.split(i);
+      leaves_[i].samples /= 2;
+      leaves_.push_back(Leaf(leaves_[i]));
     }
-    tree_.split(i);
-    leaves_[i].samples /= 2;
-    for (int half = 0; half < 2; ++half) leaves_.push_back(Leaf(leaves_[i]));
   }
   tree_.index_top();
   // 2. Directions: what this iteration learned is what the next one samples.
   DirectionTrees next;
   next.reserve(directions_.nodes());
-  for (uint32_t i = 0; i < leaves_.size(); ++i) {
-    if (tree_.nodes()[i].child != 0) continue;
-    DirectionTrees::Cells cells = directions_.take(leaves_[i].root);
+  for (Leaf& leaf : leaves_) {
+    DirectionTrees::Cells cells = directions_.take(leaf.root);
     const bool learned = DirectionTrees::total(cells).s > 0, fits = bytes() <= max_bytes_;
     if (learned && !fits) ++refused_;
     if (learned && fits) {
       DirectionTrees::estimate(cells, kDirection.shrinkage);
       if (may_grow) DirectionTrees::adapt(cells, kDirection);
-      leaves_[i].ready = true;
+      leaf.ready = true;
     }
     DirectionTrees::scale(cells, 0, 1);
-    leaves_[i].root = next.put(cells);
-    leaves_[i].samples = 0;
+    leaf.root = next.put(cells);
+    leaf.samples = 0;
   }
   directions_ = std::move(next);
 }
@@ -198,9 +197,8 @@ GuideStats PpgGuide::stats() const {
 std::vector<GuidePoint> PpgGuide::known_points(size_t most) const {
   std::vector<GuidePoint> points;
   for (uint32_t i = 0; i < leaves_.size(); ++i)
-    if (tree_.nodes()[i].child == 0 && leaves_[i].ready)
-      points.push_back({StateId(i), SpatialTree::halves(tree_.nodes()[i]),
-                        Frame({1, 0, 0}, {0, 1, 0}, {0, 0, 1})});
+    if (leaves_[i].ready)
+      points.push_back({StateId(i), tree_.key(i), Frame({1, 0, 0}, {0, 1, 0}, {0, 0, 1})});
   const size_t known = points.size(), count = std::min(known, most);
   for (size_t i = 0; i < count; ++i) points[i] = points[i * known / count];
   points.resize(count);
@@ -208,7 +206,7 @@ std::vector<GuidePoint> PpgGuide::known_points(size_t most) const {
 }
 
 // Sections: PCUB (the cube, the samples seen, iterations), PDTR (a record per leaf, by
-// rising halves: the chance's state, then the direction cells depth first: a byte, 1 for one that
+// rising keys: the chance's state, then the direction cells depth first: a byte, 1 for one that
 // is cut and then its quarters' chances). What the current iteration has learned so far is left
 // out.
 std::vector<TableSection> PpgGuide::save() const {
@@ -219,14 +217,13 @@ std::vector<TableSection> PpgGuide::save() const {
   cube.i64(last_iteration_samples_);
   cube.u32(static_cast<uint32_t>(iteration_));
   std::vector<std::pair<uint64_t, uint32_t>> order;
-  for (uint32_t i = 0; i < leaves_.size(); ++i)
-    if (tree_.nodes()[i].child == 0) order.emplace_back(SpatialTree::halves(tree_.nodes()[i]), i);
+  for (uint32_t i = 0; i < leaves_.size(); ++i) order.emplace_back(tree_.key(i), i);
   std::sort(order.begin(), order.end());
   ByteWriter out;
   out.u64(order.size());
-  for (const auto& [halves, i] : order) {
+  for (const auto& [key, i] : order) {
     const Leaf& leaf = leaves_[i];
-    out.u64(halves);
+    out.u64(key);
     out.u8(leaf.ready);
     for (float v : {leaf.theta, leaf.first_moment, leaf.second_moment}) out.f32(v);
     out.u32(leaf.steps);
@@ -237,7 +234,7 @@ std::vector<TableSection> PpgGuide::save() const {
       open.pop_back();
       out.u8(c.child != 0);
       for (uint32_t q = 0; c.child != 0 && q < 4; ++q)
-        out.u16(static_cast<uint16_t>(std::lround(cells[c.child + q].mean / c.mean * 0x1p14)));
+        out.u8(static_cast<uint8_t>(std::lround(cells[c.child + q].mean / c.mean * kMeanOne)));
       for (uint32_t q = 4; c.child != 0 && q-- > 0;) open.push_back(c.child + q);
     }
   }
@@ -245,9 +242,8 @@ std::vector<TableSection> PpgGuide::save() const {
 }
 
 Status PpgGuide::load_leaf(ByteReader& in) {
-  const uint64_t halves = in.u64();
-  const int depth = std::bit_width(halves) - 1;
-  bool good = depth >= 0 && depth <= SpatialTree::kMaxDepth;
+  const uint64_t key = in.u64();
+  bool good = SpatialTree::valid_key(key, 1);
   Leaf leaf;
   const uint8_t ready = in.u8();
   leaf.ready = ready != 0;
@@ -272,22 +268,23 @@ Status PpgGuide::load_leaf(ByteReader& in) {
     cells.resize(child + 4);
     int sum = 0;
     for (uint32_t q = 0; q < 4; ++q) {
-      const int chance = in.u16();
+      const int chance = in.u8();
       good = good && chance > 0;
       sum += chance;
       cells[child + q].depth = cells[c].depth + 1;
-      cells[child + q].mean = cells[c].mean * chance * 0x1p-14;
+      cells[child + q].mean = cells[c].mean * chance / kMeanOne;
     }
-    good = good && sum == 1 << 16;
+    good = good && sum == DirectionTrees::kChances;
     for (uint32_t q = 4; q-- > 0;) open.push_back(child + q);
   }
   if (!good || !in.ok())
-    return Error{ErrorCode::kCorrupt, "expected halves, a finite chance and whole trees", ""};
-  const uint32_t node = tree_.reach(halves);
-  leaves_.resize(tree_.nodes().size());
-  if (leaves_[node].root != kNoRoot) return Error{ErrorCode::kCorrupt, "a place stands twice", ""};
+    return Error{ErrorCode::kCorrupt, "expected a key, a finite chance and whole trees", ""};
+  const uint32_t place = tree_.reach(key);
+  leaves_.resize(tree_.leaves());
+  if (place == SpatialTree::kNone || leaves_[place].root != kNoRoot)
+    return Error{ErrorCode::kCorrupt, "places stand twice or hold one another", ""};
   leaf.root = directions_.put(cells);
-  leaves_[node] = leaf;
+  leaves_[place] = leaf;
   return {};
 }
 
@@ -321,10 +318,9 @@ Status PpgGuide::load(std::span<const TableSection> sections) {
                          std::to_string(max_bytes_) + " bytes allowed",
                      ""};
   }
-  // The leaves must share out all of space.
-  for (uint32_t node = 0; status.ok() && node < leaves_.size(); ++node)
-    if ((tree_.nodes()[node].child == 0) != (leaves_[node].root != kNoRoot))
-      status = Error{ErrorCode::kCorrupt, "places are missing or hold one another", ""};
+  // The leaves must share out all of space; one that was cut after it was loaded left a gap, too.
+  if (status.ok() && count != leaves_.size())
+    status = Error{ErrorCode::kCorrupt, "places are missing or hold one another", ""};
   if (status.ok() && (!in.ok() || in.remaining() != 0))
     status = Error{ErrorCode::kCorrupt, "wrong size for " + std::to_string(count) + " places", ""};
   if (!status.ok()) {

@@ -58,7 +58,7 @@ class PpgGuide final : public Guide {
   size_t max_bytes_;
   double radiance_unit_;
   SpatialTree tree_;
-  std::vector<Leaf> leaves_;  // by the tree's node; of leaves
+  std::vector<Leaf> leaves_;  // by the tree's leaf
   mutable DirectionTrees directions_;
   int64_t iteration_samples_ = 0, last_iteration_samples_ = 0;
   int iteration_ = 0;

@@ -1,5 +1,6 @@
 #include "core/guide/spatial_tree.h"
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
 
@@ -18,7 +19,7 @@ uint64_t spread(uint32_t v) {
 
 }  // namespace
 
-SpatialTree::SpatialTree(const Bounds3& bounds) {
+SpatialTree::SpatialTree(const Bounds3& bounds, int trees) {
   const Vec3 d = bounds.hi - bounds.lo;
   const float longest = std::max({d.x, d.y, d.z, 1e-30f});
   // The least power of two whose grid has a cube over the bounds.
@@ -34,7 +35,10 @@ SpatialTree::SpatialTree(const Bounds3& bounds) {
   while (!fits()) ++exponent_;
   inverse_cell_ = std::ldexp(1.0f, kMaxDepth / 3 - exponent_);
   off_surface_ = 1.5f / inverse_cell_;
-  nodes_.emplace_back();
+  for (int tree = 0; tree < trees; ++tree) {
+    links_.push_back(kLeaf | static_cast<uint32_t>(tree));
+    leaves_.push_back({0, static_cast<uint32_t>(tree), 0, static_cast<uint8_t>(tree)});
+  }
   index_top();
 }
 
@@ -47,35 +51,86 @@ uint64_t SpatialTree::code_of(Vec3 p) const {
 }
 
 uint32_t SpatialTree::split(uint32_t leaf) {
-  const uint32_t child = static_cast<uint32_t>(nodes_.size());
-  const Node parent = nodes_[leaf];
-  for (uint64_t half : {0u, 1u}) nodes_.push_back({0, parent.depth + 1, parent.prefix << 1 | half});
-  nodes_[leaf].child = child;
-  return child;
+  const uint32_t first = static_cast<uint32_t>(links_.size());
+  const uint32_t second_leaf = static_cast<uint32_t>(leaves_.size());
+  Leaf& half = leaves_[leaf];
+  links_[half.link] = first;
+  links_.push_back(kLeaf | leaf);
+  links_.push_back(kLeaf | second_leaf);
+  ++half.depth;
+  half.prefix <<= 1;
+  half.link = first;
+  Leaf second = half;
+  second.prefix |= 1;
+  second.link = first + 1;
+  leaves_.push_back(second);
+  return second_leaf;
 }
 
-uint32_t SpatialTree::reach(uint64_t halves) {
-  uint32_t node = 0;
-  for (int bit = std::bit_width(halves) - 2; bit >= 0; --bit) {
-    const uint32_t first = nodes_[node].child != 0 ? nodes_[node].child : split(node);
-    node = first + static_cast<uint32_t>(halves >> bit & 1);
+uint64_t SpatialTree::key(uint32_t leaf) const {
+  const Leaf& l = leaves_[leaf];
+  return (uint64_t{1} << l.depth | l.prefix) << 3 | l.tree;
+}
+
+bool SpatialTree::valid_key(uint64_t key, int trees) {
+  const int depth = std::bit_width(key >> 3) - 1;
+  return depth >= 0 && depth <= kMaxDepth && (key & 7) < static_cast<uint64_t>(trees);
+}
+
+uint32_t SpatialTree::reach(uint64_t key) {
+  uint32_t link = static_cast<uint32_t>(key & 7);
+  for (int bit = std::bit_width(key) - 2; bit >= 3; --bit) {
+    if (links_[link] & kLeaf) split(links_[link] & ~kLeaf);
+    link = links_[link] + static_cast<uint32_t>(key >> bit & 1);
   }
-  return node;
+  return links_[link] & kLeaf ? links_[link] & ~kLeaf : kNone;
 }
 
-Vec3 SpatialTree::extent(uint32_t node) const {
-  const int depth = static_cast<int>(nodes_[node].depth);
+uint32_t SpatialTree::leaf_with(uint64_t key) const {
+  uint32_t link = links_[key & 7];
+  for (int bit = std::bit_width(key) - 2; bit >= 3 && !(link & kLeaf); --bit)
+    link = links_[link + static_cast<uint32_t>(key >> bit & 1)];
+  return link & kLeaf ? link & ~kLeaf : kNone;
+}
+
+Vec3 SpatialTree::extent(uint32_t leaf) const {
+  const int depth = leaves_[leaf].depth;
   const auto side = [&](int axis) { return std::ldexp(1.0f, exponent_ - (depth + 2 - axis) / 3); };
   return {side(0), side(1), side(2)};
 }
 
+// As deep as most leaves lie.
 void SpatialTree::index_top() {
-  top_.assign(size_t{1} << kTopDepth, 0);
-  for (uint64_t code = 0; code < top_.size(); ++code) {
-    uint32_t i = 0;
-    for (int bit = kTopDepth - 1; bit >= 0 && nodes_[i].child != 0; --bit)
-      i = nodes_[i].child + static_cast<uint32_t>(code >> bit & 1);
-    top_[code] = i;
+  std::array<size_t, kMaxDepth + 1> count{};
+  size_t trees = 0;
+  for (const Leaf& leaf : leaves_) {
+    ++count[leaf.depth];
+    trees = std::max<size_t>(trees, leaf.tree + size_t{1});
+  }
+  size_t above = 0;
+  for (top_depth_ = 0; top_depth_ < kMaxTopDepth; ++top_depth_) {
+    above += count[static_cast<size_t>(top_depth_)];
+    if (above * 8 > leaves_.size() * 7) break;
+  }
+  top_.assign(trees << top_depth_, 0);
+  struct Part {
+    uint32_t link;
+    int depth;
+    size_t begin;  // of top_
+  };
+  std::vector<Part> open;
+  for (uint32_t tree = 0; tree < trees; ++tree)
+    open.push_back({links_[tree], 0, size_t{tree} << top_depth_});
+  while (!open.empty()) {
+    const Part part = open.back();
+    open.pop_back();
+    const size_t size = size_t{1} << (top_depth_ - part.depth);
+    if (part.link & kLeaf || size == 1) {
+      std::fill_n(top_.begin() + static_cast<std::ptrdiff_t>(part.begin), size, part.link);
+    } else {
+      open.push_back({links_[part.link], part.depth + 1, part.begin});
+      open.push_back({links_[part.link + 1], part.depth + 1, part.begin + size / 2});
+    }
   }
 }
 

@@ -1,6 +1,7 @@
-// Where: a power-of-two cube aligned to the world's origin, cut in halves along x, y, z in turn,
-// times the six faces a normal can point at. Keys name a cell and a face, whatever the tree looks
-// like, so that two tables of one scene are comparable. Not synchronised.
+// Where: a power-of-two cube aligned to the world's origin, cut in halves along x, y, z in turn;
+// one such tree, or one for each of the six faces a normal can point at. Keys name a cell and a
+// tree, whatever the trees look like, so that two tables of one scene are comparable. Not
+// synchronised.
 #pragma once
 
 #include <array>
@@ -16,8 +17,9 @@ class SpatialTree {
  public:
   static constexpr int kMaxDepth = 42;  // 2^14 cells a side
   static constexpr int kFaces = 6;      // +x -x +y -y +z -z
+  static constexpr uint32_t kNone = ~0u;
 
-  explicit SpatialTree(const Bounds3& bounds);
+  explicit SpatialTree(const Bounds3& bounds, int trees = 1);
 
   // Which of the six axes the unit normal is nearest to.
   static int face_of(Vec3 n) {
@@ -26,49 +28,65 @@ class SpatialTree {
     if (y >= z) return 2 + (n.y < 0);
     return 4 + (n.z < 0);
   }
-  // Index of the leaf that holds p; points outside count to the nearest cell.
-  uint32_t leaf_at(Vec3 p) const {
+  // The leaf that holds p; points outside count to the nearest cell. Leaves are numbered as they
+  // come to be: the first are the trees themselves.
+  uint32_t leaf_at(Vec3 p, int tree = 0) const {
     const uint64_t code = code_of(p);
-    uint32_t i = top_[code >> (kMaxDepth - kTopDepth)];
-    int bit = kMaxDepth - 1 - static_cast<int>(nodes_[i].depth);
-    while (nodes_[i].child != 0) i = nodes_[i].child + static_cast<uint32_t>(code >> bit-- & 1);
-    return i;
+    uint32_t link =
+        top_[static_cast<uint64_t>(tree) << top_depth_ | code >> (kMaxDepth - top_depth_)];
+    for (int bit = kMaxDepth - 1 - top_depth_; !(link & kLeaf); --bit)
+      link = links_[link + static_cast<uint32_t>(code >> bit & 1)];
+    return link & ~kLeaf;
   }
-  // The same for a point of a surface, taken off it along n: where the surface lies in the plane of a
-  // cut, rounding would scatter its points over both sides.
-  uint32_t leaf_at(Vec3 p, Vec3 n) const { return leaf_at(p + n * off_surface_); }
-  // A leaf may be cut; call index_top() after a round of cuts.
-  struct Node {
-    uint32_t child = 0;  // the first of two; 0: a leaf
-    uint32_t depth = 0;
-    uint64_t prefix = 0;  // the halves taken, the first in the highest bit
-  };
-  size_t bytes() const { return nodes_.capacity() * sizeof(Node) + top_.capacity() * 4; }
-  const std::vector<Node>& nodes() const { return nodes_; }
-  uint32_t split(uint32_t leaf);  // the first of its two halves; the second follows it
-  // The node at the end of the halves that a key names (without its face), cut out where the tree
-  // is not as fine yet; the halves have a leading 1 and at most kMaxDepth bits behind it.
-  uint32_t reach(uint64_t halves);
+  // A point of a surface, taken off it along n: where the surface lies in the plane of a cut,
+  // rounding would scatter its points over both sides.
+  Vec3 beside(Vec3 p, Vec3 n) const { return p + n * off_surface_; }
+  // Whether p lies in the half of its leaf that split() would make the second.
+  bool in_second_half(Vec3 p, uint32_t leaf) const {
+    return code_of(p) >> (kMaxDepth - 1 - leaves_[leaf].depth) & 1;
+  }
+
+  // A leaf becomes its first half, and the second is the new leaf that is returned. Call
+  // index_top() after a round of cuts.
+  uint32_t split(uint32_t leaf);
+  // The leaf at the end of a key, cut out where the tree is not as fine yet; kNone where it is
+  // finer. The key must be valid.
+  uint32_t reach(uint64_t key);
+  uint32_t leaf_with(uint64_t key) const;  // the leaf that holds all of the key's; or kNone
   void index_top();
-  Vec3 extent(uint32_t node) const;                // metres
+
+  size_t leaves() const { return leaves_.size(); }
+  int depth(uint32_t leaf) const { return leaves_[leaf].depth; }
+  Vec3 extent(uint32_t leaf) const;  // metres
+  // The halves taken, behind a leading 1, then three bits: which tree.
+  uint64_t key(uint32_t leaf) const;
+  static bool valid_key(uint64_t key, int trees);
+
   int cube_exponent() const { return exponent_; }  // the cube is 2^exponent metres wide
   Vec3 origin() const { return origin_; }          // metres
-
-  static uint64_t halves(const Node& node) { return uint64_t{1} << node.depth | node.prefix; }
-  static uint64_t key(const Node& node, int face) {
-    return halves(node) << 3 | static_cast<uint64_t>(face);
+  size_t bytes() const {
+    return links_.capacity() * 4 + leaves_.capacity() * sizeof(Leaf) + top_.capacity() * 4;
   }
 
  private:
-  static constexpr int kTopDepth = 12;
+  static constexpr uint32_t kLeaf = 1u
+                                    << 31;  // of a link: to a leaf, else to the first of two links
+  static constexpr int kMaxTopDepth = 15;
+  struct Leaf {
+    uint64_t prefix = 0;  // the halves taken, the first in the highest bit
+    uint32_t link = 0;    // whose it is
+    uint8_t depth = 0, tree = 0;
+  };
   uint64_t code_of(Vec3 p) const;
 
   Vec3 origin_;  // metres
   int exponent_ = 0;
   float inverse_cell_ = 1;
-  float off_surface_ = 0;  // metres
-  std::vector<Node> nodes_;
-  std::vector<uint32_t> top_;  // the deepest node above or at depth kTopDepth, by code
+  float off_surface_ = 0;        // metres
+  std::vector<uint32_t> links_;  // the trees' first
+  std::vector<Leaf> leaves_;
+  int top_depth_ = 0;
+  std::vector<uint32_t> top_;  // links at that depth, or of leaves above it, by tree and code
 };
 
 }  // namespace qray

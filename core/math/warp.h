@@ -2,6 +2,9 @@
 // Directions are local, +z up; pdf_w is per steradian.
 #pragma once
 
+#include <bit>
+#include <cstdint>
+
 #include "core/math/vec.h"
 
 namespace qray {
@@ -16,16 +19,21 @@ constexpr SinCos sin_cos_quarter(float x) {
           1 + x2 * (-1 / 2.0f + x2 * (1 / 24.0f + x2 * (-1 / 720.0f + x2 / 40320)))};
 }
 
+// a if c, else b, without a branch: for choices that nothing could predict.
+inline float select(bool c, float a, float b) {
+  const uint32_t mask = -static_cast<uint32_t>(c);
+  return std::bit_cast<float>((std::bit_cast<uint32_t>(a) & mask) |
+                              (std::bit_cast<uint32_t>(b) & ~mask));
+}
+
 // Concentric map of the square to the unit disk (Shirley and Chiu 1997).
 inline Vec2 square_to_disk(Vec2 u) {
   const float a = 2 * u.x - 1, b = 2 * u.y - 1;
   if (a == 0 && b == 0) return {0, 0};
-  if (std::abs(a) > std::abs(b)) {
-    const SinCos s = sin_cos_quarter(kPi / 4 * (b / a));
-    return {a * s.cos, a * s.sin};
-  }
-  const SinCos s = sin_cos_quarter(kPi / 4 * (a / b));
-  return {b * s.sin, b * s.cos};
+  const bool wide = std::abs(a) > std::abs(b);
+  const float longer = select(wide, a, b), shorter = select(wide, b, a);
+  const SinCos s = sin_cos_quarter(kPi / 4 * (shorter / longer));
+  return {longer * select(wide, s.cos, s.sin), longer * select(wide, s.sin, s.cos)};
 }
 
 // Density cos(theta) / pi.
