@@ -1,19 +1,39 @@
 #include "proto/stats_json.h"
 
-#include "proto/json_text.h"
+#include <cmath>
+#include <nlohmann/json.hpp>
 
 namespace qray::proto {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json guide_pass(const GuidePass& p) {
+  const auto known = [](double v) { return v > 0 ? Json(v) : Json(); };
+  return {{"samples", p.samples},
+          {"guided", p.guided},
+          {"learned", p.learned},
+          {"variance", known(p.variance)},
+          {"gain", known(p.gain)},
+          {"states", p.states},
+          {"direction_nodes", p.direction_nodes},
+          {"table_bytes", p.table_bytes}};
+}
+
+}  // namespace
 
 std::string stats_json(const RenderStats& stats, bool indent) {
-  const JsonField fields[] = {
+  Json passes = Json::array();
+  for (const GuidePass& p : stats.guide_passes) passes.push_back(guide_pass(p));
+  const Json all = {
       {"method", stats.method},
       {"unbiased", stats.unbiased},
       {"nee", stats.nee},
       {"parts", stats.parts},
       {"seed", stats.seed},
-      {"width", int64_t{stats.width}},
-      {"height", int64_t{stats.height}},
-      {"threads", int64_t{stats.threads}},
+      {"width", stats.width},
+      {"height", stats.height},
+      {"threads", stats.threads},
       {"seconds", stats.seconds},
       {"prepare_seconds", stats.prepare_seconds},
       {"samples", stats.samples_per_pixel},
@@ -23,15 +43,16 @@ std::string stats_json(const RenderStats& stats, bool indent) {
       {"rays", stats.rays},
       {"rays_per_second", stats.rays_per_second()},
       {"dropped_samples", stats.dropped_samples},
-      {"states", uint64_t{stats.states}},
-      {"table_bytes", uint64_t{stats.table_bytes}},
+      {"states", stats.states},
+      {"table_bytes", stats.table_bytes},
       {"table_samples_seen", stats.table_samples_seen},
       {"table_refused", stats.table_refused},
+      {"guide_passes", passes},
       {"share_tracing", stats.share_tracing},
       {"share_guiding", stats.share_guiding},
       {"share_rest", stats.share_rest},
   };
-  return json_object(fields, indent);
+  return indent ? all.dump(2) + "\n" : all.dump();
 }
 
 }  // namespace qray::proto

@@ -27,7 +27,16 @@ void Film::add(int index, std::span<const Rgb> sums, uint32_t samples) {
   QRAY_CHECK(tile.sums.size() == sums.size());
   for (size_t i = 0; i < sums.size(); ++i) tile.sums[i] += sums[i];
   tile.samples += samples;
+  tile.weight += static_cast<float>(samples);
   tile.version = version_.fetch_add(1, std::memory_order_acq_rel) + 1;
+}
+
+void Film::fade(float keep) {
+  for (Tile& tile : tiles_) {
+    std::lock_guard lock(tile.mutex);
+    for (Rgb& sum : tile.sums) sum *= keep;
+    tile.weight *= keep;
+  }
 }
 
 Film::TileView Film::view(int index) const {
@@ -38,7 +47,7 @@ Film::TileView Film::view(int index) const {
   v.version = tile.version;
   v.samples = tile.samples;
   v.mean.reserve(tile.sums.size());
-  const float scale = tile.samples > 0 ? 1 / static_cast<float>(tile.samples) : 0.0f;
+  const float scale = tile.weight > 0 ? 1 / tile.weight : 0.0f;
   for (Rgb sum : tile.sums) v.mean.push_back(sum * scale);
   return v;
 }

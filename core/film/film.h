@@ -32,6 +32,9 @@ class Film {
   // Adds `samples` samples to each pixel of the tile; `sums` has one entry a pixel, in rows.
   void add(int index, std::span<const Rgb> sums, uint32_t samples);
 
+  // What is there so far counts `keep` times as much, against what is added from here on.
+  void fade(float keep);
+
   struct TileView {
     int index = 0;
     uint64_t version = 0;
@@ -54,6 +57,7 @@ class Film {
     mutable std::mutex mutex;
     uint64_t version = 0;
     uint32_t samples = 0;
+    float weight = 0;       // of the samples, in sums
     std::vector<Rgb> sums;  // empty until the first add
   };
   TileView view(int index) const;

@@ -19,6 +19,7 @@ constexpr int64_t kMinSamples = 64;   // before a state is believed
 constexpr float kGlossyFraction = 0.5f;
 constexpr uint32_t kMaxLoadedDepth = 16;
 constexpr size_t kMaxLoadedCells = 1 << 17;
+enum : uint8_t { kLeaf, kCut, kEven };  // a direction cell in a file
 constexpr int64_t kShareOne = 1 << 16;  // the unit of shares and of what is kept
 
 void add(std::atomic<int64_t>& sum, double v) {
@@ -211,11 +212,15 @@ void AdaptiveGuide::rebuild(const std::vector<int64_t>& shares, int64_t keep, bo
     state.key = tree_.key(leaf);
     Cells cells = shares[leaf] > 0 ? directions_.take(state.root) : DirectionTrees::one_cell();
     DirectionTrees::estimate(cells, params_.direction.shrinkage);
+    if (shares[leaf] != kShareOne)
+      for (DirectionTrees::Cell& c : cells)
+        c.even = false;  // the halves may differ where they did not
     if (may_grow || shares[leaf] == 0) DirectionTrees::adapt(cells, params_.direction);
     DirectionTrees::scale(cells, DirectionTrees::scaled(keep, shares[leaf], kShareOne), kShareOne);
     state.root = next.put(cells);
     sums_[leaf].scale(keep, kShareOne);
   }
+  next.shrink();
   directions_ = std::move(next);
   tree_.index_top();
 }
@@ -288,7 +293,7 @@ GuideStats AdaptiveGuide::stats() const {
                        sums_.capacity() * sizeof(Sums) + tree_.bytes();
   const auto known =
       std::count_if(sums_.begin(), sums_.end(), [](const Sums& s) { return s.n > 0; });
-  return {static_cast<size_t>(known), bytes, samples_seen_, refused_};
+  return {static_cast<size_t>(known), directions_.nodes(), bytes, samples_seen_, refused_};
 }
 
 // Sections: ACUB (the cube, the unit, the samples seen), AQTD (a record per state, keys rising:
@@ -315,7 +320,7 @@ std::vector<TableSection> AdaptiveGuide::save() const {
     while (!open.empty()) {
       const DirectionTrees::Cell& c = cells[open.back()];
       open.pop_back();
-      out.u8(c.child != 0);
+      out.u8(c.child != 0 ? kCut : c.even ? kEven : kLeaf);
       if (c.child != 0) {
         for (uint32_t q = 4; q-- > 0;) open.push_back(c.child + q);
       } else {
@@ -346,8 +351,8 @@ Status AdaptiveGuide::load_state(ByteReader& in, uint64_t& last_key) {
     const uint32_t c = open.back();
     open.pop_back();
     const uint8_t cut = in.u8();
-    good = good && cut <= 1 && (c != 0 || cut == 1);
-    if (cut == 1) {
+    good = good && cut <= kEven && (c != 0 || cut == kCut);
+    if (cut == kCut) {
       const uint32_t depth_below = cells[c].depth + 1;
       if (depth_below > kMaxLoadedDepth || cells.size() > kMaxLoadedCells) good = false;
       if (!good) break;
@@ -358,6 +363,7 @@ Status AdaptiveGuide::load_state(ByteReader& in, uint64_t& last_key) {
         open.push_back(cells[c].child + q);
       }
     } else {
+      cells[c].even = cut == kEven;
       DirectionTrees::Sums& sum = cells[c].sums;
       sum.s = in.i64();
       sum.n = in.u32();

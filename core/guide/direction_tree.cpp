@@ -12,7 +12,7 @@ namespace qray {
 namespace {
 
 constexpr float kChance = 1.0f / DirectionTrees::kChances;
-constexpr uint32_t kMinSplitSamples = 32;
+constexpr uint32_t kMinSplitSamples = 32, kMinJoinSamples = 64;
 constexpr uint32_t kNew = ~0u;        // a cell that this round made
 constexpr size_t kMaxNodes = 0xffff;  // of one tree: Node::first has 16 bits
 
@@ -200,6 +200,7 @@ DirectionTrees::Cells DirectionTrees::take(uint32_t root) const {
       c.mean = cells[cell].mean * 4 * static_cast<double>(kChance * static_cast<float>(node.p[q]));
       c.sums = {sums_[i].s[q].load(std::memory_order_relaxed),
                 sums_[i].n[q].load(std::memory_order_relaxed)};
+      c.even = node.even >> q & 1;
       cells.push_back(c);
       if (node.has_child(q))
         open.push_back({child + static_cast<uint32_t>(q), root + node.child(q)});
@@ -227,10 +228,11 @@ uint32_t DirectionTrees::put(const Cells& cells) {
       node.p[q] = static_cast<uint8_t>(chance);
       rest -= chance;
       if (four[q].mean > four[largest].mean) largest = q;
+      if (four[q].even) node.even |= static_cast<uint8_t>(1 << q);
       quad.s[q] = four[q].sums.s;
       quad.n[q] = four[q].sums.n;
       if (four[q].child != 0) {
-        node.inner |= static_cast<uint16_t>(1 << q);
+        node.inner |= static_cast<uint8_t>(1 << q);
         open.push_back(cells[open[k]].child + static_cast<uint32_t>(q));
       }
     }
@@ -307,6 +309,24 @@ void DirectionTrees::estimate(Cells& cells, float shrinkage) {
   }
 }
 
+namespace {
+// How much of the second moment the cut of a cell into four leaves saves, beyond what noise would
+// make of equal ones; much, while that is not known.
+double gain_of_cut(const DirectionTrees::Cells& cells, const std::vector<DirectionTrees::Sums>& all,
+                   uint32_t cell, double share) {
+  const DirectionTrees::Cell* four = &cells[cells[cell].child];
+  const double n = all[cell].n;
+  if (n < kMinJoinSamples) return 1;
+  double sum = 0, squares = 0;
+  for (int q = 0; q < 4; ++q) {
+    if (four[q].child != 0) return 1;
+    sum += four[q].mean;
+    squares += four[q].mean * four[q].mean;
+  }
+  return sum > 0 ? share * (4 * squares / (sum * sum) - 1 - 3 / n) : 0;
+}
+}  // namespace
+
 void DirectionTrees::adapt(Cells& cells, const DirectionParams& params) {
   const std::vector<Sums> all = totals(cells);
   // What arrives in all, by the leaves' estimates.
@@ -325,7 +345,8 @@ void DirectionTrees::adapt(Cells& cells, const DirectionParams& params) {
     const double share = sum > 0 ? flux(old) / sum : 0;
     const bool was_cut = cells[old].child != 0;
     const bool root = i == 0;
-    if (was_cut && (root || share >= params.split_share / 4)) {
+    const bool even = was_cut && !root && gain_of_cut(cells, all, old, share) < params.least_gain;
+    if (was_cut && (root || (share >= params.split_share / 4 && !even))) {
       out[i].child = static_cast<uint32_t>(out.size());
       for (uint32_t q = 0; q < 4; ++q) {
         out.push_back(cells[cells[old].child + q]);
@@ -334,7 +355,9 @@ void DirectionTrees::adapt(Cells& cells, const DirectionParams& params) {
     } else if (was_cut) {
       out[i].child = 0;
       out[i].sums = all[old];
-    } else if (root || (share > params.split_share && cells[old].sums.n >= kMinSplitSamples &&
+      out[i].even = even;
+    } else if (root || (!cells[old].even && share > params.split_share &&
+                        cells[old].sums.n >= kMinSplitSamples &&
                         static_cast<int>(cells[old].depth) < params.max_depth)) {
       Cell child;
       child.depth = out[i].depth + 1;

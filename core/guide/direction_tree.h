@@ -25,8 +25,9 @@ Vec2 disk_to_square(Vec2 d);
 
 struct DirectionParams {
   float shrinkage = 16;       // k, in samples
-  float split_share = 0.01f;  // of what arrives: a cell with more is cut in four, one with less
+  float split_share = 0.03f;  // of what arrives: a cell with more is cut in four, one with less
                               // than a quarter of it is not
+  float least_gain = 0.001f;  // of the second moment: a cut that brings less is taken back
   int max_depth = 6;          // cells are at least 2^-max_depth wide
   bool operator==(const DirectionParams&) const = default;
 };
@@ -44,7 +45,8 @@ class DirectionTrees {
     Sums sums;
     uint32_t child = 0;  // the first of four; 0: a leaf
     uint32_t depth = 0;
-    double mean = 1;  // of Y, shrunk
+    double mean = 1;    // of Y, shrunk
+    bool even = false;  // a leaf that was cut once, and its quarters were alike
   };
   using Cells = std::vector<Cell>;
 
@@ -69,6 +71,7 @@ class DirectionTrees {
     return nodes_.capacity() * sizeof(Node) + sums_.capacity() * sizeof(Quad);
   }
   void clear() { nodes_.clear(), sums_.clear(); }
+  void shrink() { nodes_.shrink_to_fit(), sums_.shrink_to_fit(); }
   void reserve(size_t nodes) { nodes_.reserve(nodes), sums_.reserve(nodes); }
 
   // A quadrant's chance within its parent is a whole number of these parts. So none is 0:
@@ -95,7 +98,8 @@ class DirectionTrees {
   struct Node {
     uint8_t p[4];    // chances of the quadrants in kChances, at least 1 each
     uint16_t first;  // node of the first child, counted from the root
-    uint16_t inner;  // bit q: quadrant q has a node of its own
+    uint8_t inner;   // bit q: quadrant q has a node of its own
+    uint8_t even;    // bit q: Cell::even
     bool has_child(int q) const { return inner >> q & 1; }
     uint32_t child(int q) const {
       return first + static_cast<uint32_t>(__builtin_popcount(inner & ((1u << q) - 1)));

@@ -70,9 +70,10 @@ class GuideDelta {
 
 struct GuideStats {
   size_t states = 0;
-  size_t bytes = 0;           // of memory
-  uint64_t samples_seen = 0;  // transitions learned from, in all jobs
-  uint64_t refused = 0;       // transitions that found no room for their state: the table is full
+  size_t direction_nodes = 0;  // of trees, where the method has them
+  size_t bytes = 0;            // of memory
+  uint64_t samples_seen = 0;   // transitions learned from, in all jobs
+  uint64_t refused = 0;        // transitions that found no room for their state: the table is full
 };
 
 class Guide {
@@ -130,7 +131,7 @@ struct HuangParams {
 // Parameters of `adaptive`; docs/guiding.md has what each is worth.
 struct AdaptiveParams {
   DirectionParams direction;
-  float split_samples = 2000;  // a place that was hit more often in a pass is cut in two
+  float split_samples = 4000;  // a place that was hit more often in a pass is cut in two
   float keep = 0.7f;           // of what earlier passes learned, each pass
   bool operator==(const AdaptiveParams&) const = default;
 };

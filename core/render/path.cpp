@@ -71,6 +71,7 @@ struct PathTracer::Vertex {
 PathCounters& PathCounters::operator+=(const PathCounters& o) {
   paths += o.paths;
   rays += o.rays;
+  lookups += o.lookups;
   dropped_samples += o.dropped_samples;
   timed_total += o.timed_total;
   timed_tracing += o.timed_tracing;
@@ -168,16 +169,18 @@ inline PathTracer::Connection PathTracer::connect(const Vertex& v, Vec2 u, float
 // Mueller et al. 2020, "Neural Control Variates"); else by throughput from some depth on.
 inline PathTracer::Survival PathTracer::survival(const Vertex& v, Rgb throughput,
                                                  float pixel_deviation, int depth) {
-  if (guide_expects_ && v.kind == BsdfKind::kDiffuse) {
+  if (guide_expects_ && guiding_ != Guiding::kOff && v.kind == BsdfKind::kDiffuse) {
     const CycleScope guiding(timed_, counters_.timed_guiding);
     const GuideExpectation expected = guide_->expectation(v.at);
     if (expected.credible) {
       const Rgb control = v.sp.reflectance * expected.arriving;
       if (learner_.on()) learner_.expected(control);
-      if (!settings_.russian_roulette || !(pixel_deviation > 0)) return {};
-      const float noise =
-          kRouletteFactor * luminance(throughput * v.sp.reflectance) * expected.deviation;
-      return {std::clamp(noise / pixel_deviation, kLeastSurvival, 1.0f), control};
+      if (guiding_ == Guiding::kOn) {
+        if (!settings_.russian_roulette || !(pixel_deviation > 0)) return {};
+        const float noise =
+            kRouletteFactor * luminance(throughput * v.sp.reflectance) * expected.deviation;
+        return {std::clamp(noise / pixel_deviation, kLeastSurvival, 1.0f), control};
+      }
     }
   }
   if (!settings_.russian_roulette || depth < kRouletteFromDepth) return {};
@@ -272,10 +275,12 @@ Rgb PathTracer::walk(Ray ray, Sampler& sampler, float pixel_deviation, Rgb& pixe
              ray_offset(surface.p, hit.t),
              {},
              0};
-    if (guide_ && v.kind != BsdfKind::kDelta) {
+    if (guide_ && guiding_ != Guiding::kOff && v.kind != BsdfKind::kDelta) {
+      ++counters_.lookups;
       const CycleScope guiding(timed_, counters_.timed_guiding);
       v.at = guide_->find(surface.p, cos_geometric > 0 ? surface.ng : -surface.ng);
-      v.guide_fraction = guide_->guide_fraction(v.at, v.kind == BsdfKind::kDiffuse);
+      if (guiding_ == Guiding::kOn)
+        v.guide_fraction = guide_->guide_fraction(v.at, v.kind == BsdfKind::kDiffuse);
       if (learner_.on())
         learner_.vertex(
             v.at, surface.p,

@@ -18,6 +18,7 @@ constexpr int kRouletteFromDepth = 5;  // surfaces on the path
 
 struct PathCounters {
   uint64_t paths = 0, rays = 0, dropped_samples = 0;
+  uint64_t lookups = 0;  // surfaces where the guide was asked
   // Cycles of the timed paths (one in 64): in all, in ray queries, in the guide.
   uint64_t timed_total = 0, timed_tracing = 0, timed_guiding = 0;
 
@@ -38,6 +39,10 @@ class PathTracer {
               Rgb& pixel);
   void flush();
   void discard();  // instead of flush()
+
+  // How paths use the guide: kWatch only looks up, so that it can learn.
+  enum class Guiding { kOff, kWatch, kOn };
+  void set_guiding(Guiding guiding) { guiding_ = guiding; }
 
   const PathCounters& counters() const { return counters_; }
 
@@ -66,6 +71,7 @@ class PathTracer {
   const RenderSettings& settings_;
   const Guide* guide_;
   const bool guide_expects_;
+  Guiding guiding_ = Guiding::kOn;
   PathCounters counters_;
   bool timed_ = false;
 

@@ -8,13 +8,24 @@
 #include <numeric>
 
 #include "core/base/check.h"
+#include "core/render/guide_gate.h"
+#include "core/render/noise_estimate.h"
 #include "core/render/path.h"
-#include "core/render/pixel_estimate.h"
 
 namespace qray {
 namespace {
 
 constexpr int kMaxPassSamples = 64;
+constexpr double kMaxFade = 16;
+constexpr double kLookupNs = 110;  // of the guide, a vertex
+
+// About, of one ray: measured from 36 triangles to 333,000 (design, section 4).
+double ray_ns(const PreparedScene& scene) {
+  double triangles = 0;
+  for (const Mesh& mesh : scene.scene.meshes)
+    triangles += static_cast<double>(mesh.triangles.size());
+  return 75 + 17 * std::max(0.0, std::log2(triangles / 36));
+}
 
 // Decides the size of each pass, and what fits the budget. Totals grow by about sqrt 2, so that a
 // table is soon of use and a picture of any age is near: 1, 2, 3, 4, 6, 8, 12, 16 ... up to a cap.
@@ -100,7 +111,7 @@ class OrderedUpdates {
 
 struct Worker {
   PathTracer tracer;
-  std::vector<Rgb> sums;
+  std::vector<Rgb> sums;  // a pixel's samples of even and of odd number
 };
 
 class Renderer {
@@ -120,7 +131,9 @@ class Renderer {
         lights_(settings.light_table ? scene.lights : uniform_lights_),
         parts_(parts()),
         plan_(settings),
-        updates_(guide) {
+        updates_(guide),
+        gate_(kLookupNs / ray_ns(scene)) {
+    if (guide) noise_.emplace(settings.width, settings.height);
     for (int i = 0; i < pool.threads(); ++i)
       workers_.push_back({{scene, lights_, settings, guide}, {}});
   }
@@ -130,15 +143,16 @@ class Renderer {
     double last_pass_seconds = 0;
     while (const int samples = plan_.next(done_, elapsed(), last_pass_seconds)) {
       const double pass_start = elapsed();
-      learning_ = guide_ && plan_.learning(done_, pass_start);
+      learning_ = guide_ && gate_.learns() && plan_.learning(done_, pass_start);
       plan_.started(samples);
       render_pass(samples);
       if (stop_.stop_requested()) return Error{ErrorCode::kCanceled, "canceled", ""};
+      done_ += static_cast<uint64_t>(samples);
       if (learning_) {
         guide_->end_pass();
         learning_done_ += static_cast<uint64_t>(samples);
       }
-      done_ += static_cast<uint64_t>(samples);
+      if (noise_) judge_pass(noise_->variance());
       last_pass_seconds = elapsed() - pass_start;
       observer_.on_pass(progress(0), stats());
     }
@@ -153,9 +167,49 @@ class Renderer {
     return {learning_, plan_.fraction(static_cast<double>(done_) + in_pass, now), done_, now};
   }
 
+  PassCost cost_so_far() const {
+    PathCounters sum;
+    for (const Worker& worker : workers_) sum += worker.tracer.counters();
+    return {static_cast<double>(sum.paths), static_cast<double>(sum.rays),
+            static_cast<double>(sum.lookups)};
+  }
+
+  // Whether the guide pays, and what the picture so far counts against what comes: passes weigh as
+  // much as their noise, which is known when a pass is over, so each by that of the pass before.
+  void judge_pass(double variance_before) {
+    const PassCost before = cost_;
+    cost_ = cost_so_far();
+    const PassCost pass{cost_.paths - before.paths, cost_.rays - before.rays,
+                        cost_.lookups - before.lookups};
+    if (!guided_) gate_.unguided_pass(pass);
+    GuidePass record{done_, guided_, learning_, 0, 0, 0, 0, 0};
+    if (noise_->end_pass()) {
+      record.variance = noise_->variance();
+      if (changing_ && variance_before > 0 && record.variance > 0)
+        film_.fade(static_cast<float>(
+            std::clamp(record.variance / variance_before, 1 / kMaxFade, kMaxFade)));
+      changing_ = false;
+      if (guided_ && guide_->expects() && gate_.on())
+        record.gain = gate_.guided_pass(done_, pass, record.variance, noise_->unguided_variance());
+    }
+    const GuideStats table = guide_->stats();
+    record.states = table.states;
+    record.direction_nodes = table.direction_nodes;
+    record.table_bytes = table.bytes;
+    guide_passes_.push_back(record);
+    if (!gate_.on()) parts_["guide"] = "off: it cost more than it saved";
+  }
+
   void render_pass(int samples) {
     updates_.start_pass();
-    if (guide_ && guide_->expects()) estimate_.update(film_, done_);
+    const bool guided = guide_ && (!guide_->expects() || gate_.guides(done_));
+    changing_ |= learning_ || guided != guided_;  // what follows has another noise
+    guided_ = guided;
+    for (Worker& worker : workers_)
+      worker.tracer.set_guiding(guided_     ? PathTracer::Guiding::kOn
+                                : learning_ ? PathTracer::Guiding::kWatch
+                                            : PathTracer::Guiding::kOff);
+    if (noise_) noise_->start_pass(done_, samples, guided_);
     const size_t tiles = static_cast<size_t>(film_.tile_count());
     size_t finished = 0;
     pool_.run(tiles, [&](size_t tile, int worker) {
@@ -171,7 +225,8 @@ class Renderer {
   // False when stopped; the tile is then left out of the film.
   bool render_tile(int index, Worker& worker, int samples) {
     const TileRect rect = film_.tile(index);
-    worker.sums.assign(static_cast<size_t>(rect.width) * static_cast<size_t>(rect.height), Rgb{});
+    const size_t pixels = static_cast<size_t>(rect.width) * static_cast<size_t>(rect.height);
+    worker.sums.assign(2 * pixels, Rgb{});
     std::unique_ptr<GuideDelta> delta = learning_ ? updates_.empty_delta() : nullptr;
     Sampler sampler(settings_.seed);
     size_t pixel = 0;
@@ -188,12 +243,21 @@ class Renderer {
           const Vec2 lens = camera_.has_lens() ? sampler.next_2d() : Vec2{};
           const Ray ray = camera_.ray(
               {static_cast<float>(x) + in_pixel.x, static_cast<float>(y) + in_pixel.y}, lens);
-          worker.tracer.sample(ray, sampler, delta.get(), estimate_.deviation(x, y),
-                               worker.sums[pixel]);
+          worker.tracer.sample(ray, sampler, delta.get(), noise_ ? noise_->deviation(x, y) : 0.0f,
+                               worker.sums[pixel * 2 + ((done_ + static_cast<uint64_t>(s)) & 1)]);
         }
       }
     }
     worker.tracer.flush();
+    pixel = 0;
+    for (int y = rect.y; y < rect.y + rect.height; ++y) {
+      for (int x = rect.x; x < rect.x + rect.width; ++x, ++pixel) {
+        const Rgb even = worker.sums[pixel * 2], odd = worker.sums[pixel * 2 + 1];
+        if (noise_) noise_->add(x, y, luminance(even), luminance(odd));
+        worker.sums[pixel] = even + odd;
+      }
+    }
+    worker.sums.resize(pixels);
     film_.add(index, worker.sums, static_cast<uint32_t>(samples));
     if (delta) updates_.finish(static_cast<size_t>(index), std::move(delta));
     return true;
@@ -245,6 +309,7 @@ class Renderer {
     stats.paths = sum.paths;
     stats.rays = sum.rays;
     stats.dropped_samples = sum.dropped_samples;
+    stats.guide_passes = guide_passes_;
     if (guide_) {
       const GuideStats g = guide_->stats();
       stats.states = g.states;
@@ -270,13 +335,18 @@ class Renderer {
   std::stop_token stop_;
   const Clock& clock_;
   CameraRays camera_;
-  PixelEstimate estimate_;
   LightPick uniform_lights_;
   const LightPick& lights_;
-  const std::map<std::string, std::string> parts_;
+  std::map<std::string, std::string> parts_;
   PassPlan plan_;
   OrderedUpdates updates_;
   std::vector<Worker> workers_;
+  std::optional<NoiseEstimate> noise_;
+  GuideGate gate_;
+  PassCost cost_;
+  bool guided_ = false;    // the last pass was
+  bool changing_ = false;  // the guide, since noise was last known
+  std::vector<GuidePass> guide_passes_;
   std::mutex observer_mutex_;
   double start_ = 0;
   bool learning_ = false;

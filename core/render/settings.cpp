@@ -9,7 +9,6 @@
 namespace qray {
 namespace {
 
-constexpr int kMaxSamples = 1'000'000;
 constexpr int kMaxDepth = 128;
 constexpr int kMaxSidePx = 8192;
 constexpr double kMaxSeconds = 24 * 3600;

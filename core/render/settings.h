@@ -11,6 +11,8 @@
 
 namespace qray {
 
+constexpr int kMaxSamples = 1'000'000;  // a pixel
+
 struct RenderSettings {
   std::string method = "huang";
   bool nee = true;
@@ -20,9 +22,9 @@ struct RenderSettings {
   int samples = 64;    // a pixel, counting learning samples; with `seconds`: at most, 0 = no limit
   double seconds = 0;  // > 0: stop when no further pass fits. The first pass always completes
   uint64_t seed = 1;
-  int max_depth = 16;            // surfaces on a path
-  std::optional<Camera> camera;  // none: the scene's
-  int learning_samples = 16;     // a pixel, the guide's at most; never over 1/4 of the job
+  int max_depth = 16;                  // surfaces on a path
+  std::optional<Camera> camera;        // none: the scene's
+  int learning_samples = kMaxSamples;  // a pixel, the guide's at most; never over 1/4 of the job
   size_t max_table_bytes = kDefaultTableBytes;  // of memory; a full table adds no states
   HuangParams huang;
   AdaptiveParams adaptive;

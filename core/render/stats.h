@@ -9,6 +9,15 @@
 
 namespace qray {
 
+// What was known of the guide after a pass.
+struct GuidePass {
+  uint64_t samples = 0;  // a pixel, so far
+  bool guided = false, learned = false;
+  double variance = 0;  // of a sample over (mean^2 + 0.01); 0: not known
+  double gain = 0;      // variance x cost without the guide over that with it; 0: not known
+  size_t states = 0, direction_nodes = 0, table_bytes = 0;
+};
+
 struct RenderStats {
   std::string method;
   bool unbiased = true;
@@ -30,6 +39,7 @@ struct RenderStats {
   size_t states = 0;
   size_t table_bytes = 0;  // in memory
   uint64_t table_samples_seen = 0;
+  std::vector<GuidePass> guide_passes;
   uint64_t table_refused = 0;  // events not learned from: no room for their state
 
   // Shares of the threads' time, by timing one path in 64; they sum to 1 (0 when nothing ran).

@@ -41,6 +41,8 @@ constexpr Key kKeys[] = {
      [](auto v, RenderSettings& s) { return set_number(v, s.adaptive.direction.shrinkage); }},
     {"share", "a number",
      [](auto v, RenderSettings& s) { return set_number(v, s.adaptive.direction.split_share); }},
+    {"least-gain", "a number",
+     [](auto v, RenderSettings& s) { return set_number(v, s.adaptive.direction.least_gain); }},
     {"levels", "a whole number",
      [](auto v, RenderSettings& s) { return set_number(v, s.adaptive.direction.max_depth); }},
 };

@@ -1,0 +1,34 @@
+#include "core/render/guide_gate.h"
+
+namespace qray {
+namespace {
+
+constexpr uint64_t kFirstCheck = 16;  // samples: before, the table is too young to be judged
+constexpr double kHope = 1.1;         // a loser that got better by this goes on
+constexpr uint64_t kFirstEnd = 32;    // samples: learning goes on at least as long
+constexpr double kLeastGain = 1.03;   // that learning as much again must have brought
+
+}  // namespace
+
+void GuideGate::unguided_pass(const PassCost& cost) {
+  unguided_.paths += cost.paths;
+  unguided_.rays += cost.rays;
+}
+
+double GuideGate::guided_pass(uint64_t samples, const PassCost& cost, double variance,
+                              double unguided_variance) {
+  const double with = variance * cost.per_path(lookup_rays_),
+               without = unguided_variance * unguided_.per_path(0);
+  if (!(with > 0) || !(without > 0)) return 0;
+  const double gain = without / with;
+  const double before = checks_.empty() ? 0 : checks_.back().gain;
+  checks_.push_back({samples, gain});
+  if (samples >= kFirstCheck && gain < 1 && gain < kHope * before) on_ = false;
+  if (samples >= kFirstEnd)
+    for (const Check& c : checks_)
+      if (c.samples <= samples / 2 && c.samples > samples / 4 && gain < kLeastGain * c.gain)
+        learns_ = false;
+  return gain;
+}
+
+}  // namespace qray

@@ -1,0 +1,51 @@
+// Whether a job's guide pays: the variance of its passes times what they cost, against that of
+// passes without it (design, section 4). The first passes are unguided and learned from. A guide
+// that loses is left for the rest of the job; learning ends when the picture does not gain by it
+// any more. Everything is counted, nothing timed, so that a job decides the same whatever machine
+// it runs on.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+namespace qray {
+
+// What passes cost, in rays.
+struct PassCost {
+  double paths = 0, rays = 0, lookups = 0;  // lookups: surfaces where the guide was asked
+  double per_path(double lookup_rays) const {
+    return paths > 0 ? (rays + lookup_rays * lookups) / paths : 0;
+  }
+};
+
+class GuideGate {
+ public:
+  // `lookup_rays`: the cost of asking the guide, in rays of this scene.
+  explicit GuideGate(double lookup_rays) : lookup_rays_(lookup_rays) {}
+
+  // Of a pass that starts after `samples` a pixel.
+  bool guides(uint64_t samples) const { return on_ && samples >= kControlSamples; }
+  bool learns() const { return on_ && learns_; }
+  bool on() const { return on_; }
+
+  void unguided_pass(const PassCost& cost);
+  // After a guided pass, `samples` a pixel being done. Variances of a sample, as NoiseEstimate
+  // tells them. Returns the gain: variance x cost without the guide over that with it; 0: not
+  // known.
+  double guided_pass(uint64_t samples, const PassCost& cost, double variance,
+                     double unguided_variance);
+
+ private:
+  static constexpr uint64_t kControlSamples = 2;
+  struct Check {
+    uint64_t samples = 0;
+    double gain = 0;
+  };
+
+  double lookup_rays_;
+  PassCost unguided_;
+  std::vector<Check> checks_;
+  bool on_ = true, learns_ = true;
+};
+
+}  // namespace qray

@@ -1,0 +1,55 @@
+// How noisy the picture is, from how far samples of even number lie from those of odd number, pixel
+// by pixel. Russian roulette weighs a pixel's noise against what a path may still bring; the gate
+// (guide_gate.h) compares that of guided passes with that of unguided ones; passes are weighted by
+// theirs. Between passes one thread; add() from any, a pixel's from one at a time.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace qray {
+
+class NoiseEstimate {
+ public:
+  NoiseEstimate(int width, int height);
+
+  // Samples `first`, `first` + 1, ... of every pixel.
+  void start_pass(uint64_t first, int samples, bool guided);
+  // Sums of the luminance of a pixel's samples, by even and odd number.
+  void add(int x, int y, float even, float odd);
+  // False: samples of both kinds are not there yet, the next pass goes on.
+  bool end_pass();
+
+  // Standard deviation of the luminance of one sample, blurred; 0: not known.
+  float deviation(int x, int y) const {
+    return deviation_.empty() ? 0.0f : deviation_[index(x, y)];
+  }
+  // Mean over pixels of a sample's variance over (mean^2 + 0.01), without the greatest 0.1 %: of
+  // the last passes, and of all unguided ones; 0: not known. Both with the means known by now,
+  // blurred: a firefly must not hide behind itself.
+  double variance() const { return variance_; }
+  double unguided_variance() const { return unguided_variance_; }
+
+ private:
+  size_t index(int x, int y) const {
+    return static_cast<size_t>(y) * static_cast<size_t>(width_) + static_cast<size_t>(x);
+  }
+  static double trimmed_mean(const std::vector<float>& squares, const std::vector<float>& means);
+  void blur(std::vector<float>& values) const;
+
+  int width_, height_;
+  bool guided_ = false;
+  double samples_ = 0;           // of a pixel, in mean_
+  double count_[2] = {0, 0};     // of a pixel, in half_
+  std::vector<float> sum_;       // of luminance, all samples
+  std::vector<float> half_[2];   // of luminance, since the last estimate, by even and odd
+  std::vector<float> square_;    // a sample's variance by the last estimate
+  std::vector<float> unguided_;  // the same of unguided passes, their mean
+  double unguided_count_ = 0;    // estimates in unguided_
+  std::vector<float> distance_;  // roots of square_, faded over passes
+  std::vector<float> deviation_;
+  double variance_ = 0, unguided_variance_ = 0;
+};
+
+}  // namespace qray
