@@ -27,7 +27,8 @@ void teach(AdaptiveGuide& guide, uint64_t seed, int events, int shuffle = 1) {
     const bool wall = random.next() < 0.3f;
     const float x = 4 * std::sqrt(random.next());
     const Vec3 n = wall ? Vec3{0, 0, 1} : Vec3{0, 1, 0};
-    v.at = guide.find({x, wall ? 2 * random.next() : 0, wall ? 0 : 3 * random.next()}, n);
+    v.p = {x, wall ? 2 * random.next() : 0, wall ? 0 : 3 * random.next()};
+    v.at = guide.find(v.p, n);
     const Vec3 local = square_to_cosine_hemisphere(random.next_2d());
     v.wi = v.at.frame.to_world(local);
     v.pdf_w = cosine_hemisphere_pdf_w(local.z);
@@ -58,9 +59,10 @@ std::unique_ptr<AdaptiveGuide> taught(int passes, int shuffle = 1) {
 TEST(Adaptive, UntaughtItGuidesNowhere) {
   const AdaptiveGuide guide(setup_of());
   const GuidePoint point = guide.find({1, 0, 1}, {0, 1, 0});
-  EXPECT_FALSE(point.state.valid());
   EXPECT_EQ(guide.guide_fraction(point, true), 0);
   EXPECT_FALSE(guide.expectation(point).credible);
+  EXPECT_EQ(guide.stats().states, 0u);
+  EXPECT_TRUE(guide.known_points(10).empty());
 }
 
 TEST(Adaptive, PlacesThatAreHitOftenAreCutFiner) {
@@ -70,9 +72,11 @@ TEST(Adaptive, PlacesThatAreHitOftenAreCutFiner) {
   EXPECT_NEAR(guide->expectation(at(3.7f)).arriving.g, 10, 2);
   EXPECT_NEAR(guide->expectation(at(2.2f)).arriving.g, 0.5f, 0.25f);
   EXPECT_NE(at(3.7f).state, at(2.2f).state);
-  EXPECT_FALSE(guide->find({1, 0, 1}, {0, -1, 0}).state.valid());  // a side that nothing hit
+  const GuidePoint below = guide->find({1, 0, 1}, {0, -1, 0});  // a side that nothing hit
+  EXPECT_EQ(guide->guide_fraction(below, true), 0);
+  EXPECT_FALSE(guide->expectation(below).credible);
   EXPECT_GT(guide->stats().states, 20u);
-  EXPECT_EQ(guide->stats().samples_seen, 11u * 20000);  // the first pass only says where states are
+  EXPECT_EQ(guide->stats().samples_seen, 12u * 20000);
 }
 
 TEST(Adaptive, TheOrderOfEventsChangesNoBit) {
