@@ -69,11 +69,17 @@ class DirectionTrees {
     return nodes_.capacity() * sizeof(Node) + sums_.capacity() * sizeof(Quad);
   }
   void clear() { nodes_.clear(), sums_.clear(); }
+  void shrink() { nodes_.shrink_to_fit(), sums_.shrink_to_fit(); }
   void reserve(size_t nodes) { nodes_.reserve(nodes), sums_.reserve(nodes); }
 
   // A quadrant's chance within its parent is a whole number of these parts. So none is 0:
   // directions that seemed dark stay possible.
   static constexpr int kChances = 256;
+
+  // What put() would take.
+  static size_t bytes_of(const Cells& cells) {
+    return cells.size() / 4 * (sizeof(Node) + sizeof(Quad));
+  }
 
   static Cells one_cell() { return Cells(1); }
   // Fills `mean` of every cell; all 1 without data. take() fills it with the density.
