@@ -18,7 +18,6 @@ namespace {
 constexpr int kTilesAtOnce = 256;  // 4 MB
 constexpr uint64_t kMaxImageBytes = uint64_t{1} << 30;
 
-
 Error nothing_yet() { return {ErrorCode::kConflict, "nothing of this job has been rendered", ""}; }
 
 }  // namespace

@@ -14,6 +14,7 @@ const kStateWords = {
 const kEnded = ['succeeded', 'canceled', 'failed'];
 const kMethodWords = {
   none: 'no learning',
+  adaptive: 'adaptive',
   'dahm-keller': 'Dahm-Keller',
   ppg: 'PPG',
   huang: 'huang',

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/render/variant.h"
 #include "core/image/metrics.h"
 #include "core/job/run_job.h"
+#include "core/render/variant.h"
 
 namespace qray {
 namespace {

@@ -7,9 +7,9 @@
 #include <ctime>
 #include <fstream>
 
-#include "core/render/variant.h"
 #include "core/cmd/build_commit.h"
 #include "core/cmd/render_options.h"
+#include "core/render/variant.h"
 
 namespace qray::cmd {
 namespace {

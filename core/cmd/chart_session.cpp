@@ -3,9 +3,9 @@
 #include "core/chart/error_map.h"
 #include "core/chart/names.h"
 #include "core/chart/summarize.h"
-#include "core/render/variant.h"
 #include "core/cmd/files.h"
 #include "core/image/image_io.h"
+#include "core/render/variant.h"
 
 namespace qray::cmd {
 namespace {

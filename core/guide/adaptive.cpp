@@ -183,29 +183,48 @@ void AdaptiveGuide::cut(uint32_t leaf, std::vector<int64_t>& shares) {
   shares.push_back(share);
 }
 
-std::vector<int64_t> AdaptiveGuide::cut_places() {
+std::vector<int64_t> AdaptiveGuide::cut_places(size_t& room) {
   std::vector<int64_t> shares(states_.size(), kShareOne);
-  for (uint32_t leaf = 0; leaf < states_.size(); ++leaf)
+  for (uint32_t leaf = 0; leaf < states_.size(); ++leaf) {
+    size_t half = 0;  // bytes
     while (value(sums_[leaf].n) > params_.split_samples &&
-           tree_.depth(leaf) < SpatialTree::kMaxDepth)
+           tree_.depth(leaf) < SpatialTree::kMaxDepth) {
+      if (half == 0)
+        half = sizeof(State) + sizeof(Sums) + SpatialTree::kMaxLeafBytes +
+               DirectionTrees::bytes_of(directions_.take(states_[leaf].root));
+      if (half > room) {
+        ++refused_;
+        break;
+      }
+      room -= half;
       cut(leaf, shares);
+    }
+  }
   return shares;
 }
 
 // Every tree is made anew, side by side in memory: from what was learned, cut finer where the data
-// supports it, then faded.
+// supports it and there is room, then faded.
 void AdaptiveGuide::end_pass() {
-  const bool may_grow = stats().bytes < max_bytes_ / 2;  // a pass at most doubles it, about
-  if (!may_grow) ++refused_;
+  // An eighth is left for the index over places.
+  tree_.index_top(0);
+  const size_t most = max_bytes_ - max_bytes_ / 8, taken = bytes();
+  if (taken > max_bytes_) {  // not even for the places to begin with
+    for (Sums& sums : sums_) sums.scale(0, 1);
+    ++refused_;
+    return;
+  }
+  size_t room = most > taken ? most - taken : 0;
   // The means first: halves know as much as the whole.
   for (size_t s = 0; s < states_.size(); ++s) summarize(states_[s], sums_[s]);
-  const std::vector<int64_t> shares =
-      may_grow ? cut_places() : std::vector<int64_t>(states_.size(), kShareOne);
-  rebuild(shares, static_cast<int64_t>(params_.keep * static_cast<float>(kShareOne)), may_grow);
+  const std::vector<int64_t> shares = cut_places(room);
+  refused_ +=
+      rebuild(shares, static_cast<int64_t>(params_.keep * static_cast<float>(kShareOne)), room);
 }
 
-void AdaptiveGuide::rebuild(const std::vector<int64_t>& shares, int64_t keep, bool may_grow) {
+size_t AdaptiveGuide::rebuild(const std::vector<int64_t>& shares, int64_t keep, size_t room) {
   DirectionTrees next;
+  size_t held_back = 0;
   next.reserve(directions_.nodes());
   for (uint32_t leaf = 0; leaf < states_.size(); ++leaf) {
     State& state = states_[leaf];
@@ -215,14 +234,28 @@ void AdaptiveGuide::rebuild(const std::vector<int64_t>& shares, int64_t keep, bo
     if (shares[leaf] != kShareOne)
       for (DirectionTrees::Cell& c : cells)
         c.even = false;  // the halves may differ where they did not
+    const size_t before = DirectionTrees::bytes_of(cells);
+    const bool may_grow = 4 * before <= room;  // each leaf into four: less than 5 times as much
     if (may_grow || shares[leaf] == 0) DirectionTrees::adapt(cells, params_.direction);
+    if (may_grow) room = room + before - DirectionTrees::bytes_of(cells);
     DirectionTrees::scale(cells, DirectionTrees::scaled(keep, shares[leaf], kShareOne), kShareOne);
     state.root = next.put(cells);
     sums_[leaf].scale(keep, kShareOne);
+    held_back += !may_grow;
   }
-  next.shrink();
   directions_ = std::move(next);
-  tree_.index_top();
+  index();
+  return held_back;
+}
+
+// The index over places takes what is left.
+void AdaptiveGuide::index() {
+  directions_.shrink();
+  states_.shrink_to_fit();
+  sums_.shrink_to_fit();
+  tree_.index_top(0);
+  const size_t taken = bytes();
+  if (taken < max_bytes_) tree_.index_top(max_bytes_ - taken);
 }
 
 // Cuts wherever the other table did.
@@ -237,7 +270,7 @@ void AdaptiveGuide::refine_as(const AdaptiveGuide& other) {
         states_[half].key = tree_.key(static_cast<uint32_t>(half));
     }
   }
-  rebuild(shares, kShareOne, false);
+  rebuild(shares, kShareOne, 0);
 }
 
 Status AdaptiveGuide::merge(const Guide& other) {
@@ -246,29 +279,31 @@ Status AdaptiveGuide::merge(const Guide& other) {
   if (table->tree_.cube_exponent() != tree_.cube_exponent() ||
       !(table->tree_.origin() == tree_.origin()) || table->radiance_unit_ != radiance_unit_)
     return Error{ErrorCode::kConflict, "the tables' cubes or units differ", "table"};
-  AdaptiveGuide from(*table);
-  from.refine_as(*this);
-  refine_as(from);
-  for (uint32_t leaf = 0; leaf < states_.size(); ++leaf) {
-    const uint32_t same = from.tree_.leaf_with(states_[leaf].key);
-    const auto to = sums_[leaf].all(), add = from.sums_[same].all();
-    for (size_t i = 0; i < to.size(); ++i) *to[i] += *add[i];
-  }
+  AdaptiveGuide from(*table), to(*this);
+  from.refine_as(to);
+  to.refine_as(from);
   DirectionTrees next;
-  for (uint32_t leaf = 0; leaf < states_.size(); ++leaf) {
-    Cells cells = directions_.take(states_[leaf].root);
-    const uint32_t same = from.tree_.leaf_with(states_[leaf].key);
+  for (uint32_t leaf = 0; leaf < to.states_.size(); ++leaf) {
+    const uint32_t same = from.tree_.leaf_with(to.states_[leaf].key);
+    const auto sums = to.sums_[leaf].all(), add = from.sums_[same].all();
+    for (size_t i = 0; i < sums.size(); ++i) *sums[i] += *add[i];
+    Cells cells = to.directions_.take(to.states_[leaf].root);
     DirectionTrees::add_cells(cells, from.directions_.take(from.states_[same].root));
     DirectionTrees::estimate(cells, params_.direction.shrinkage);
-    states_[leaf].root = next.put(cells);
-    summarize(states_[leaf], sums_[leaf]);
+    to.states_[leaf] = {.key = to.states_[leaf].key, .root = next.put(cells)};  // as load() would
+    to.summarize(to.states_[leaf], to.sums_[leaf]);
   }
-  directions_ = std::move(next);
-  samples_seen_ += table->samples_seen_;
-  if (stats().bytes > max_bytes_)
+  to.directions_ = std::move(next);
+  to.index();
+  if (to.bytes() > max_bytes_)
     return Error{ErrorCode::kTooLarge,
                  "both tables need more than the " + std::to_string(max_bytes_) + " bytes allowed",
                  "table"};
+  tree_ = std::move(to.tree_);
+  states_ = std::move(to.states_);
+  sums_ = std::move(to.sums_);
+  directions_ = std::move(to.directions_);
+  samples_seen_ += table->samples_seen_;
   return {};
 }
 
@@ -287,13 +322,18 @@ std::vector<GuidePoint> AdaptiveGuide::known_points(size_t most) const {
   return points;
 }
 
-// Leaves that nothing hit are no states, and their memory is the tree's.
+size_t AdaptiveGuide::bytes() const {
+  return directions_.bytes() + states_.capacity() * sizeof(State) +
+         sums_.capacity() * sizeof(Sums) + tree_.bytes();
+}
+
+// Leaves that nothing hit are no states, and their memory is the tree's; a tree without states is
+// no table.
 GuideStats AdaptiveGuide::stats() const {
-  const size_t bytes = directions_.bytes() + states_.capacity() * sizeof(State) +
-                       sums_.capacity() * sizeof(Sums) + tree_.bytes();
   const auto known =
       std::count_if(sums_.begin(), sums_.end(), [](const Sums& s) { return s.n > 0; });
-  return {static_cast<size_t>(known), directions_.nodes(), bytes, samples_seen_, refused_};
+  return {static_cast<size_t>(known), directions_.nodes(), known > 0 ? bytes() : 0, samples_seen_,
+          refused_};
 }
 
 // Sections: ACUB (the cube, the unit, the samples seen), AQTD (a record per state, keys rising:
@@ -401,15 +441,15 @@ Status AdaptiveGuide::load(std::span<const TableSection> sections) {
                  "table:ACUB"};
   ByteReader in(sections[1].bytes);
   const uint64_t count = in.u64();
+  const Error too_large{ErrorCode::kTooLarge,
+                        "the table's " + std::to_string(count) + " states need more than the " +
+                            std::to_string(max_bytes_) + " bytes allowed",
+                        "table:AQTD"};
   Status status;
   uint64_t i = 0, last_key = 0;
   for (; i < count && status.ok(); ++i) {
     status = load_state(in, last_key);
-    if (status.ok() && stats().bytes > max_bytes_)
-      status = Error{ErrorCode::kTooLarge,
-                     "the table's " + std::to_string(count) + " states need more than the " +
-                         std::to_string(max_bytes_) + " bytes allowed",
-                     ""};
+    if (status.ok() && bytes() / 2 > max_bytes_) status = too_large;  // with what load leaves over
   }
   if (status.ok() && (!in.ok() || in.remaining() != 0))
     status = Error{ErrorCode::kCorrupt, "wrong size for " + std::to_string(count) + " states", ""};
@@ -424,8 +464,9 @@ Status AdaptiveGuide::load(std::span<const TableSection> sections) {
       return Error{ErrorCode::kCorrupt, "places hold one another", "table:AQTD"};
     states_[leaf].key = key;
   }
+  rebuild(std::vector<int64_t>(states_.size(), kShareOne), kShareOne, 0);
+  if (count > 0 && bytes() > max_bytes_) return too_large;
   samples_seen_ = samples_seen;
-  tree_.index_top();
   return {};
 }
 

@@ -67,11 +67,15 @@ class AdaptiveGuide final : public Guide {
     void scale(int64_t numerator, int64_t denominator);
   };
 
-  std::vector<int64_t> cut_places();  // each state's share of its tree, of kShareOne
+  // Each state's share of its tree, of kShareOne. What is cut takes from `room`, bytes.
+  std::vector<int64_t> cut_places(size_t& room);
   AdaptiveGuide(const AdaptiveGuide& o);
   void cut(uint32_t leaf, std::vector<int64_t>& shares);
   void add_states();  // of leaves that the tree has got
-  void rebuild(const std::vector<int64_t>& shares, int64_t keep, bool may_grow);
+  // How many trees the room, bytes, kept as they were.
+  size_t rebuild(const std::vector<int64_t>& shares, int64_t keep, size_t room);
+  void index();
+  size_t bytes() const;
   void refine_as(const AdaptiveGuide& other);
   void summarize(State& state, const Sums& sums) const;
   Status load_state(ByteReader& in, uint64_t& last_key);

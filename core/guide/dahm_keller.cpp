@@ -201,7 +201,7 @@ void DahmKellerGuide::end_pass() {
 }
 
 GuideStats DahmKellerGuide::stats() const {
-  return {learned_.size(),
+  return {learned_.size(), 0,
           learned_index_.bytes() + frozen_index_.bytes() + learned_.capacity() * sizeof(Learned) +
               frozen_.capacity() * sizeof(Frozen) + dirty_.capacity() * sizeof(uint32_t),
           samples_seen_, refused_};

@@ -111,7 +111,8 @@ Vec2 DirectionTrees::sample(uint32_t root, Vec2 u, float& density) const {
   const Node* nodes = &nodes_[root];
   uint64_t ux = static_cast<uint64_t>(u.x * 0x1p32f), uy = static_cast<uint64_t>(u.y * 0x1p32f);
   uint32_t x = 0, y = 0;  // of the cell
-  float parts = 1, size = 1;
+  float parts = 1;
+  int depth = 0;
   for (uint32_t i = 0;;) {
     const Node& node = nodes[i];
     const uint32_t p = std::bit_cast<uint32_t>(node.p), bottom = (p & 255) + (p >> 8 & 255);
@@ -126,16 +127,15 @@ Vec2 DirectionTrees::sample(uint32_t root, Vec2 u, float& density) const {
     ux = ux * kInverses[cell] >> 24;
     x = 2 * x + right;
     y = 2 * y + top;
-    size *= 0.5f;
+    ++depth;
     parts *= static_cast<float>(cell) * (4.0f / kChances);
     if (!node.has_child(static_cast<int>(q))) break;
     i = node.child(static_cast<int>(q));
   }
   density = parts;
-  const auto place = [size](uint32_t cell, uint64_t rest) {
-    return (static_cast<float>(cell) +
-            std::min(static_cast<float>(rest) * 0x1p-32f, kOneMinusEpsilon)) *
-           size;
+  // The first 24 bits of cell and rest: exact, so that no rounding leaves the cell.
+  const auto place = [depth](uint32_t cell, uint64_t rest) {
+    return static_cast<float>((uint64_t{cell} << 32 | rest) >> (8 + depth)) * 0x1p-24f;
   };
   return {place(x, ux), place(y, uy)};
 }

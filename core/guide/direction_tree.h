@@ -78,6 +78,11 @@ class DirectionTrees {
   // directions that seemed dark stay possible.
   static constexpr int kChances = 256;
 
+  // What put() would take.
+  static size_t bytes_of(const Cells& cells) {
+    return cells.size() / 4 * (sizeof(Node) + sizeof(Quad));
+  }
+
   static Cells one_cell() { return Cells(1); }
   // Fills `mean` of every cell; all 1 without data. take() fills it with the density.
   static void estimate(Cells& cells, float shrinkage);

@@ -203,7 +203,7 @@ void HuangGuide::end_pass() {
 }
 
 GuideStats HuangGuide::stats() const {
-  return {learned_.size(),
+  return {learned_.size(), 0,
           learned_index_.bytes() + frozen_index_.bytes() + learned_.capacity() * sizeof(Learned) +
               frozen_.capacity() * sizeof(Frozen) + is_dirty_.capacity() +
               dirty_.capacity() * sizeof(uint32_t) + shares_.size() * kShareBytes,

@@ -191,7 +191,8 @@ size_t PpgGuide::bytes() const {
 GuideStats PpgGuide::stats() const {
   const auto ready =
       std::count_if(leaves_.begin(), leaves_.end(), [](const Leaf& leaf) { return leaf.ready; });
-  return {static_cast<size_t>(ready), directions_.nodes(), ready > 0 ? bytes() : 0, samples_seen_, refused_};
+  return {static_cast<size_t>(ready), directions_.nodes(), ready > 0 ? bytes() : 0, samples_seen_,
+          refused_};
 }
 
 std::vector<GuidePoint> PpgGuide::known_points(size_t most) const {

@@ -100,7 +100,7 @@ Vec3 SpatialTree::extent(uint32_t leaf) const {
 }
 
 // As deep as most leaves lie.
-void SpatialTree::index_top() {
+void SpatialTree::index_top(size_t most_bytes) {
   std::array<size_t, kMaxDepth + 1> count{};
   size_t trees = 0;
   for (const Leaf& leaf : leaves_) {
@@ -110,9 +110,9 @@ void SpatialTree::index_top() {
   size_t above = 0;
   for (top_depth_ = 0; top_depth_ < kMaxTopDepth; ++top_depth_) {
     above += count[static_cast<size_t>(top_depth_)];
-    if (above * 8 > leaves_.size() * 7) break;
+    if (above * 8 > leaves_.size() * 7 || trees * 8 << top_depth_ > most_bytes) break;
   }
-  top_.assign(trees << top_depth_, 0);
+  top_ = std::vector<uint32_t>(trees << top_depth_);
   struct Part {
     uint32_t link;
     int depth;

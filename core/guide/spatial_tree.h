@@ -18,6 +18,7 @@ class SpatialTree {
   static constexpr int kMaxDepth = 42;  // 2^14 cells a side
   static constexpr int kFaces = 6;      // +x -x +y -y +z -z
   static constexpr uint32_t kNone = ~0u;
+  static constexpr size_t kMaxTopBytes = size_t{1} << 20;
 
   explicit SpatialTree(const Bounds3& bounds, int trees = 1);
 
@@ -53,7 +54,8 @@ class SpatialTree {
   // finer. The key must be valid.
   uint32_t reach(uint64_t key);
   uint32_t leaf_with(uint64_t key) const;  // the leaf that holds all of the key's; or kNone
-  void index_top();
+  // So that leaf_at() begins deep down; the index takes at most this many bytes.
+  void index_top(size_t most_bytes = kMaxTopBytes);
 
   size_t leaves() const { return leaves_.size(); }
   int depth(uint32_t leaf) const { return leaves_[leaf].depth; }
@@ -67,6 +69,8 @@ class SpatialTree {
   size_t bytes() const {
     return links_.capacity() * 4 + leaves_.capacity() * sizeof(Leaf) + top_.capacity() * 4;
   }
+
+  static constexpr size_t kMaxLeafBytes = 64;  // of bytes(), each; without the index
 
  private:
   static constexpr uint32_t kLeaf = 1u

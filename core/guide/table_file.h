@@ -12,7 +12,7 @@
 
 namespace qray {
 
-constexpr uint32_t kTableFormatVersion = 1;
+constexpr uint32_t kTableFormatVersion = 2;
 constexpr size_t kMaxTableParents = 64;
 
 struct TableHeader {

@@ -15,14 +15,33 @@ const Vec3 kPoint{0.4f, 0.3f, 0.6f};
 struct Lesson {
   const char* name;
   float (*arriving)(Vec3 wi, test::Random& random);  // luminance; wi local
+  int events = 1500;                                 // a pass
+  bool glossy = false;  // the surface draws half of them close to one direction
 };
+constexpr float kPower = 200;  // of the glossy lobe's cosine, about (.6, 0, .8)
 const Lesson kLessons[] = {
     {"even", [](Vec3, test::Random&) { return 1.0f; }},
     {"black", [](Vec3, test::Random&) { return 0.0f; }},
     {"a spot", [](Vec3 w, test::Random&) { return w.x > 0.55f && w.y > 0.55f ? 90.0f : 0.1f; }},
     {"all from the horizon", [](Vec3 w, test::Random&) { return w.z < 0.1f ? 5.0f : 0.0f; }},
     {"fireflies", [](Vec3, test::Random& r) { return r.next() < 1e-3f ? 900.0f : 0.01f; }},
+    {"one cell",
+     [](Vec3 w, test::Random&) {
+       return std::abs(w.x - 0.3f) < 0.01f && std::abs(w.y + 0.2f) < 0.01f ? 50.0f : 0.0f;
+     }},
+    {"few samples", [](Vec3 w, test::Random& r) { return w.x > 0 ? 40 * r.next() : 0.0f; }, 40},
+    {"glossy", [](Vec3 w, test::Random&) { return w.x > 0.5f ? 9.0f : 1.0f; }, 1500, true},
 };
+// The cosine to the lobe's axis to the power, over the sphere: some of it may lie below.
+float lobe_pdf_w(Vec3 w) {
+  const float cosine = std::max(0.0f, dot(w, Vec3{0.6f, 0, 0.8f}));
+  return (kPower + 1) * 0.5f * kInvPi * std::pow(cosine, kPower);
+}
+Vec3 sample_lobe(Vec2 u) {
+  const float z = std::pow(u.x, 1 / (kPower + 1)), r = std::sqrt(std::max(0.0f, 1 - z * z));
+  const float phi = 2 * kPi * u.y;
+  return Frame(Vec3{0.6f, 0, 0.8f}).to_world({r * std::cos(phi), r * std::sin(phi), z});
+}
 
 // The square that a method's cells lie in: densities are constant in cells of 1/kBins, and bins of
 // that size need no quadrature.
@@ -112,19 +131,25 @@ class GuideChi2 : public ::testing::TestWithParam<const char*> {
     test::Random random(11);
     for (int pass = 0; pass < 8; ++pass) {
       const std::unique_ptr<GuideDelta> delta = guide->make_delta();
-      for (int i = 0; i < 1500; ++i) {
+      for (int i = 0; i < lesson.events; ++i) {
         GuideVertex v;
         v.at = guide->find(kPoint, n);
         v.p = kPoint;
         v.guidable = true;
-        if (guide->guide_fraction(v.at, true) > 0) {
+        const bool guides = guide->guide_fraction(v.at, !lesson.glossy) > 0;
+        const bool lobe = lesson.glossy && (!guides || random.next() < 0.5f);
+        if (lobe) {
+          v.wi = v.at.frame.to_world(sample_lobe(random.next_2d()));
+        } else if (guides) {
           v.wi = guide->sample(v.at, random.next_2d()).wi;
-          v.pdf_w = guide->pdf_w(v.at, v.wi);
         } else {
-          const Vec3 local = square_to_cosine_hemisphere(random.next_2d());
-          v.wi = v.at.frame.to_world(local);
-          v.pdf_w = cosine_hemisphere_pdf_w(local.z);
+          v.wi = v.at.frame.to_world(square_to_cosine_hemisphere(random.next_2d()));
         }
+        const Vec3 local = v.at.frame.to_local(v.wi);
+        v.bsdf_pdf_w = lesson.glossy ? lobe_pdf_w(local) : cosine_hemisphere_pdf_w(local.z);
+        v.f_cos = 0.5f * v.bsdf_pdf_w;
+        v.pdf_w = guides ? guide->pdf_w(v.at, v.wi) : v.bsdf_pdf_w;
+        if (lesson.glossy && guides) v.pdf_w = 0.5f * (v.pdf_w + v.bsdf_pdf_w);
         v.emitted = lesson.arriving(v.at.frame.to_local(v.wi), random);
         v.arriving = Rgb{v.emitted};
         guide->record({&v, 1}, *delta);
@@ -153,7 +178,7 @@ TEST_P(GuideChi2, SamplesFollowTheDensity) {
       EXPECT_GT(result.p_value, level) << lesson.name << "\n" << result.table;
       EXPECT_NEAR(result.integral, 1, 1e-4) << lesson.name;
     }
-  EXPECT_GE(tested, 16);
+  EXPECT_GE(tested, std::string_view(GetParam()) == "adaptive" ? 32 : 20);
 }
 
 TEST_P(GuideChi2, SamplesComeWithTheirDensity) {
@@ -190,7 +215,8 @@ TEST_P(AdaptiveExpectation, IsWhatArrived) {
   const std::unique_ptr<Guide> even_guide = taught({0, 0, 1}, kLessons[0]);
   const GuideExpectation even = even_guide->expectation(even_guide->find(kPoint, {0, 0, 1}));
   ASSERT_TRUE(even.credible);
-  for (int k = 0; k < 3; ++k) EXPECT_NEAR(even.arriving[k], 1, 1e-3);
+  // Chances of 1/256 leave the density, so what one sample says, a little uneven.
+  for (int k = 0; k < 3; ++k) EXPECT_NEAR(even.arriving[k], 1, 5e-3);
   EXPECT_LT(even.deviation, 0.2f);
   // 90 where x and y are over .55, else .1: by area of the projected disk.
   double area = 0;

@@ -27,7 +27,8 @@ void teach(AdaptiveGuide& guide, uint64_t seed, int events, int shuffle = 1) {
     const bool wall = random.next() < 0.3f;
     const float x = 4 * std::sqrt(random.next());
     const Vec3 n = wall ? Vec3{0, 0, 1} : Vec3{0, 1, 0};
-    v.at = guide.find({x, wall ? 2 * random.next() : 0, wall ? 0 : 3 * random.next()}, n);
+    v.p = {x, wall ? 2 * random.next() : 0, wall ? 0 : 3 * random.next()};
+    v.at = guide.find(v.p, n);
     const Vec3 local = square_to_cosine_hemisphere(random.next_2d());
     v.wi = v.at.frame.to_world(local);
     v.pdf_w = cosine_hemisphere_pdf_w(local.z);
@@ -58,9 +59,10 @@ std::unique_ptr<AdaptiveGuide> taught(int passes, int shuffle = 1) {
 TEST(Adaptive, UntaughtItGuidesNowhere) {
   const AdaptiveGuide guide(setup_of());
   const GuidePoint point = guide.find({1, 0, 1}, {0, 1, 0});
-  EXPECT_FALSE(point.state.valid());
   EXPECT_EQ(guide.guide_fraction(point, true), 0);
   EXPECT_FALSE(guide.expectation(point).credible);
+  EXPECT_EQ(guide.stats().states, 0u);
+  EXPECT_TRUE(guide.known_points(10).empty());
 }
 
 TEST(Adaptive, PlacesThatAreHitOftenAreCutFiner) {
@@ -70,9 +72,11 @@ TEST(Adaptive, PlacesThatAreHitOftenAreCutFiner) {
   EXPECT_NEAR(guide->expectation(at(3.7f)).arriving.g, 10, 2);
   EXPECT_NEAR(guide->expectation(at(2.2f)).arriving.g, 0.5f, 0.25f);
   EXPECT_NE(at(3.7f).state, at(2.2f).state);
-  EXPECT_FALSE(guide->find({1, 0, 1}, {0, -1, 0}).state.valid());  // a side that nothing hit
+  const GuidePoint below = guide->find({1, 0, 1}, {0, -1, 0});  // a side that nothing hit
+  EXPECT_EQ(guide->guide_fraction(below, true), 0);
+  EXPECT_FALSE(guide->expectation(below).credible);
   EXPECT_GT(guide->stats().states, 20u);
-  EXPECT_EQ(guide->stats().samples_seen, 11u * 20000);  // the first pass only says where states are
+  EXPECT_EQ(guide->stats().samples_seen, 12u * 20000);
 }
 
 TEST(Adaptive, TheOrderOfEventsChangesNoBit) {
@@ -102,10 +106,104 @@ TEST(Adaptive, AFullTableLearnsNoMoreStatesAndSaysSo) {
   AdaptiveGuide guide(setup_of(kBytes));
   for (uint64_t pass = 0; pass < 10; ++pass) teach(guide, pass, 40000);
   EXPECT_LE(guide.stats().bytes, kBytes);
+  EXPECT_GT(guide.stats().bytes, kBytes / 2);
+  EXPECT_GT(guide.stats().refused, 0u);
   AdaptiveGuide tiny(setup_of(1));
   teach(tiny, 1, 1000);
   EXPECT_EQ(tiny.stats().states, 0u);
   EXPECT_GT(tiny.stats().refused, 0u);
+}
+
+TEST(Adaptive, TablesOfDifferentRefinementMergeInEitherOrder) {
+  const auto few = taught(1), many = taught(12);
+  ASSERT_GT(many->stats().states, 2 * few->stats().states);
+  const auto a = taught(1), b = taught(12);
+  ASSERT_TRUE(a->merge(*many).ok());
+  ASSERT_TRUE(b->merge(*few).ok());
+  EXPECT_EQ(bytes_of(*a), bytes_of(*b));
+  EXPECT_GE(a->stats().states, many->stats().states);
+  EXPECT_EQ(a->stats().samples_seen, 13u * 20000);
+  // What it expects lies between what they expected: but where a place had too few samples of its
+  // own to be believed, and still told what it was cut from.
+  test::Random random(6);
+  int known = 0, between = 0;
+  for (int i = 0; i < 200; ++i) {
+    const Vec3 p{4 * random.next(), 0, 3 * random.next()}, n{0, 1, 0};
+    const auto expected = [&](const AdaptiveGuide& guide) {
+      return guide.expectation(guide.find(p, n)).arriving.g;
+    };
+    if (expected(*few) == 0) continue;
+    const auto [lo, hi] = std::minmax({expected(*few), expected(*many)});
+    ASSERT_EQ(expected(*a), expected(*b));
+    between += expected(*a) > 0.99f * lo && expected(*a) < 1.01f * hi;
+    ++known;
+  }
+  EXPECT_GT(known, 150);
+  EXPECT_GT(between, 0.9 * known);
+}
+
+TEST(Adaptive, AMergeWithoutRoomLeavesTheTableAsItWas) {
+  const auto other = taught(5);
+  AdaptiveGuide guide(setup_of(other->stats().bytes));
+  for (uint64_t pass = 20; pass < 25; ++pass) teach(guide, pass, 20000);
+  const Bytes before = bytes_of(guide);
+  const Status full = guide.merge(*other);
+  ASSERT_FALSE(full.ok());
+  EXPECT_EQ(full.error().code, ErrorCode::kTooLarge);
+  EXPECT_EQ(bytes_of(guide), before);
+  GuideSetup elsewhere = setup_of();
+  elsewhere.brightest_light = 5000;
+  EXPECT_EQ(AdaptiveGuide(elsewhere).merge(*other).error().code, ErrorCode::kConflict);
+}
+
+// A record as save() writes it: of one leaf of the directions in each quarter.
+void write_state(ByteWriter& out, uint64_t key, int64_t n = 100, int64_t second = 40) {
+  out.u64(key);
+  out.i64(n);
+  out.i64(second);
+  for (int sum = 0; sum < 5; ++sum) out.i64(int64_t{1} << 32);
+  out.u8(1);
+  for (int q = 0; q < 4; ++q) {
+    out.u8(0);
+    out.i64(int64_t{1} << 30);
+    out.u32(25);
+  }
+}
+
+Status load_states(std::initializer_list<uint64_t> keys, int64_t n = 100, int64_t second = 40) {
+  AdaptiveGuide guide(setup_of());
+  std::vector<TableSection> sections = guide.save();
+  ByteWriter out;
+  out.u64(keys.size());
+  for (uint64_t key : keys) write_state(out, key, n, second);
+  sections[1].bytes = out.take();
+  return guide.load(sections);
+}
+
+TEST(Adaptive, ItsRecordsAreChecked) {
+  constexpr uint64_t kFloor = 2;  // the face +y
+  const auto key = [](uint64_t halves, uint64_t face) { return halves << 3 | face; };
+  EXPECT_TRUE(load_states({key(1, kFloor), key(1, 4)}).ok());
+  EXPECT_TRUE(load_states({key(0b10, kFloor), key(0b11, kFloor), key(0b100, 4)}).ok());
+  EXPECT_TRUE(load_states({key(1, kFloor)}, 100, 100).ok());
+  const auto refused = [](const Status& status, const std::string& says) {
+    ASSERT_FALSE(status.ok()) << says;
+    EXPECT_EQ(status.error().code, ErrorCode::kCorrupt);
+    EXPECT_NE(status.error().text().find(says), std::string::npos) << status.error().text();
+    EXPECT_NE(status.error().where.find("table:AQTD"), std::string::npos) << status.error().where;
+  };
+  refused(load_states({key(0b11, kFloor), key(0b10, kFloor)}), "rising");
+  refused(load_states({key(1, kFloor), key(1, kFloor)}), "rising");
+  refused(load_states({key(1, kFloor), key(0b11, kFloor)}), "hold one another");
+  refused(load_states({key(1, kFloor), key(0b1010, kFloor)}), "hold one another");
+  refused(load_states({key(0b11, 3), key(0b1100, 3), key(0b1101, 3)}), "hold one another");
+  refused(load_states({key(1, 6)}), "key");
+  refused(load_states({5}), "key");
+  refused(load_states({uint64_t{1} << 46}), "key");
+  refused(load_states({key(1, kFloor)}, 100, 101), "sums");
+  refused(load_states({key(1, kFloor)}, 100, -1), "sums");
+  refused(load_states({key(1, kFloor)}, 0, 0), "sums");
+  refused(load_states({key(1, kFloor)}, -5, 0), "sums");
 }
 
 TEST(Adaptive, ATableThatIsTooLargeOrOfAnotherCubeIsRefused) {

@@ -120,9 +120,8 @@ TEST(Gain, OfTreesIsFourWhereAQuarterOfTheSquareOwnsAll) {
     const Vec2 u = disk_to_square({w.x, w.y});
     return u.x < 0.5f && u.y < 0.5f ? 1.0f : 0.0f;
   };
-  // One more pass than learns: the first says only where states are. Few enough that the place is
-  // not cut.
-  EXPECT_NEAR(adaptive.gain(teach(adaptive, 3, 1900, even_hemisphere, quarter)), 4, 0.6);
+  // Few enough that the place is not cut.
+  EXPECT_NEAR(adaptive.gain(teach(adaptive, 2, 1900, even_hemisphere, quarter)), 4, 0.6);
 
   PpgGuide ppg(setup_of());
   const auto back = [](Vec3 w) { return w.z < 0 && w.y > 0 ? 1.0f : 0.0f; };

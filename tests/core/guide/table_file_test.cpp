@@ -57,11 +57,15 @@ TEST(TableFile, NoCutOffFilePasses) {
 
 TEST(TableFile, ErrorsSayWhere) {
   Bytes bad = encode_table(example());
-  bad[8] = 99;
-  const Result<TableFile> out = decode_table(bad);
-  ASSERT_FALSE(out.ok());
-  EXPECT_EQ(out.error().code, ErrorCode::kUnsupported);
-  EXPECT_EQ(out.error().where, "table, byte 8");
+  for (uint8_t version : {uint8_t{1}, uint8_t{99}}) {  // 1: records were others
+    bad[8] = version;
+    const Result<TableFile> out = decode_table(bad);
+    ASSERT_FALSE(out.ok());
+    EXPECT_EQ(out.error().code, ErrorCode::kUnsupported);
+    EXPECT_EQ(out.error().where, "table, byte 8");
+    EXPECT_EQ(out.error().message,
+              "table format version " + std::to_string(version) + ", expected 2");
+  }
 }
 
 }  // namespace
