@@ -261,6 +261,7 @@ void cut_in_four(DirectionTrees::Cells& cells, uint32_t i) {
     cells.push_back(child);
   }
   cells[i].sums = {};
+  cells[i].even = false;
 }
 }  // namespace
 
@@ -277,6 +278,7 @@ void DirectionTrees::add_cells(Cells& cells, const Cells& other) {
     if (from.child != 0 && cells[pair.to].child == 0) cut_in_four(cells, pair.to);
     if (cells[pair.to].child == 0) {
       cells[pair.to].sums += from.sums;
+      cells[pair.to].even &= from.even;
       continue;
     }
     for (uint32_t q = 0; q < 4; ++q) {

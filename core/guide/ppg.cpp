@@ -14,7 +14,8 @@ namespace {
 constexpr double kRadianceOne = 0x1p32;  // of radiance_unit_, in fixed point
 constexpr double kMaxPaid = 1024;        // radiance units
 constexpr float kSplitSamples = 4000;    // c, of the spatial tree's c sqrt(2^k)
-constexpr DirectionParams kDirection{.shrinkage = 0, .split_share = 0.01f, .max_depth = 12};
+constexpr DirectionParams kDirection{
+    .shrinkage = 0, .split_share = 0.01f, .least_gain = -1, .max_depth = 12};
 // Adam (Kingma and Ba 2015), with the course notes' rate and regularisation.
 constexpr float kRate = 0.01f, kBeta1 = 0.9f, kBeta2 = 0.999f, kRegular = 0.01f;
 constexpr float kMaxTheta = 20;

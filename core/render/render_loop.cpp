@@ -185,7 +185,7 @@ class Renderer {
     GuidePass record{done_, guided_, learning_, 0, 0, 0, 0, 0};
     if (noise_->end_pass()) {
       record.variance = noise_->variance();
-      if (changing_ && variance_before > 0 && record.variance > 0)
+      if (!getenv("NOFADE") && changing_ && variance_before > 0 && record.variance > 0)
         film_.fade(static_cast<float>(
             std::clamp(record.variance / variance_before, 1 / kMaxFade, kMaxFade)));
       changing_ = false;

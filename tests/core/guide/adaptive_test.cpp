@@ -14,6 +14,8 @@ GuideSetup setup_of(size_t max_bytes = kDefaultTableBytes) {
   setup.bounds = {{0, 0, 0}, {4, 2, 3}};
   setup.brightest_light = 50;
   setup.max_bytes = max_bytes;
+  setup.adaptive.split_samples = 2000;
+  setup.adaptive.direction.split_share = 0.01f;
   return setup;
 }
 
