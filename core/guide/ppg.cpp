@@ -151,37 +151,56 @@ void PpgGuide::end_pass() {
   iteration_samples_ = 0;
   // 1. Space: leaves with too many samples are cut, and cut again.
   const float most = kSplitSamples * std::exp2(0.5f * static_cast<float>(iteration_++));
-  const bool may_grow = bytes() < max_bytes_ / 2;  // an iteration at most doubles it
+  tree_.index_top(0);
+  const size_t taken = bytes(), allowed = max_bytes_ - max_bytes_ / 8;  // the rest: the index
+  const bool fits = taken <= max_bytes_;
+  size_t room = allowed > taken ? allowed - taken : 0;
   for (uint32_t i = 0; i < leaves_.size(); ++i) {
     while (static_cast<float>(leaves_[i].samples) > most &&
            tree_.depth(i) < SpatialTree::kMaxDepth) {
-      if (!may_grow) {
+      const size_t half = sizeof(Leaf) + SpatialTree::kMaxLeafBytes +
+                          DirectionTrees::bytes_of(directions_.take(leaves_[i].root));
+      if (half > room) {
         ++refused_;
         break;
       }
+      room -= half;
       tree_.split(i);
       leaves_[i].samples /= 2;
       leaves_.push_back(Leaf(leaves_[i]));
     }
   }
-  tree_.index_top();
   // 2. Directions: what this iteration learned is what the next one samples.
   DirectionTrees next;
   next.reserve(directions_.nodes());
   for (Leaf& leaf : leaves_) {
     DirectionTrees::Cells cells = directions_.take(leaf.root);
-    const bool learned = DirectionTrees::total(cells).s > 0, fits = bytes() <= max_bytes_;
-    if (learned && !fits) ++refused_;
-    if (learned && fits) {
-      DirectionTrees::estimate(cells, kDirection.shrinkage);
-      if (may_grow) DirectionTrees::adapt(cells, kDirection);
-      leaf.ready = true;
+    if (DirectionTrees::total(cells).s > 0) {
+      const size_t before = DirectionTrees::bytes_of(cells);
+      const bool may_grow = 4 * before <= room;  // each leaf into four: less than 5 times as much
+      refused_ += !may_grow;
+      if (fits) DirectionTrees::estimate(cells, kDirection.shrinkage);
+      if (may_grow) {
+        DirectionTrees::adapt(cells, kDirection);
+        room = room + before - DirectionTrees::bytes_of(cells);
+      }
+      leaf.ready = leaf.ready || fits;
     }
     DirectionTrees::scale(cells, 0, 1);
     leaf.root = next.put(cells);
     leaf.samples = 0;
   }
   directions_ = std::move(next);
+  index();
+}
+
+// The index over places takes what is left.
+void PpgGuide::index() {
+  directions_.shrink();
+  leaves_.shrink_to_fit();
+  tree_.index_top(0);
+  const size_t taken = bytes();
+  if (taken < max_bytes_) tree_.index_top(max_bytes_ - taken);
 }
 
 size_t PpgGuide::bytes() const {
@@ -308,18 +327,20 @@ Status PpgGuide::load(std::span<const TableSection> sections) {
     return Error{ErrorCode::kConflict, "the table's cube is not this scene's", "table:PCUB"};
   ByteReader in(sections[1].bytes);
   const uint64_t count = in.u64();
+  const Error too_large{ErrorCode::kTooLarge,
+                        "the table's " + std::to_string(count) + " places need more than the " +
+                            std::to_string(max_bytes_) + " bytes allowed",
+                        ""};
   directions_.clear();
   leaves_[0].root = kNoRoot;
   Status status;
   uint64_t i = 0;
   for (; i < count && status.ok(); ++i) {
     status = load_leaf(in);
-    if (status.ok() && stats().bytes > max_bytes_)
-      status = Error{ErrorCode::kTooLarge,
-                     "the table's " + std::to_string(count) + " places need more than the " +
-                         std::to_string(max_bytes_) + " bytes allowed",
-                     ""};
+    if (status.ok() && bytes() / 2 > max_bytes_ && stats().states > 0) status = too_large;
   }
+  index();
+  if (status.ok() && stats().bytes > max_bytes_) status = too_large;
   // The leaves must share out all of space; one that was cut after it was loaded left a gap, too.
   if (status.ok() && count != leaves_.size())
     status = Error{ErrorCode::kCorrupt, "places are missing or hold one another", ""};
@@ -333,7 +354,6 @@ Status PpgGuide::load(std::span<const TableSection> sections) {
   samples_seen_ = samples_seen;
   last_iteration_samples_ = last_iteration_samples;
   iteration_ = static_cast<int>(iteration);
-  tree_.index_top();
   return {};
 }
 

@@ -52,6 +52,7 @@ class PpgGuide final : public Guide {
   struct Delta;
 
   size_t bytes() const;
+  void index();
   void step(Leaf& leaf, float gradient);
   Status load_leaf(ByteReader& in);
 
