@@ -16,7 +16,6 @@ constexpr double kSquareOne = 0x1p30, kSquareRest = 0x1p30;
 constexpr double kMaxPaid = 1024;     // radiance units; a table may be clamped, a picture never
 constexpr float kMaxInversePdf = 64;  // of the cosine density over the one drawn from
 constexpr int64_t kMinSamples = 64;   // before a state is believed
-constexpr float kGlossyFraction = 0.5f;
 constexpr uint32_t kMaxLoadedDepth = 16;
 constexpr size_t kMaxLoadedCells = 1 << 17;
 enum : uint8_t { kLeaf, kCut, kEven };  // a direction cell in a file
@@ -92,7 +91,7 @@ GuidePoint AdaptiveGuide::find(Vec3 p, Vec3 n) const {
 
 float AdaptiveGuide::guide_fraction(const GuidePoint& point, bool diffuse) const {
   if (!states_[point.state.value].credible) return 0;
-  return diffuse ? 1.0f : kGlossyFraction;
+  return diffuse ? 1.0f : params_.glossy;
 }
 
 GuideSample AdaptiveGuide::sample(const GuidePoint& point, Vec2 u) const {
@@ -290,7 +289,10 @@ Status AdaptiveGuide::merge(const Guide& other) {
     Cells cells = to.directions_.take(to.states_[leaf].root);
     DirectionTrees::add_cells(cells, from.directions_.take(from.states_[same].root));
     DirectionTrees::estimate(cells, params_.direction.shrinkage);
-    to.states_[leaf] = {.key = to.states_[leaf].key, .root = next.put(cells)};  // as load() would
+    const uint64_t key = to.states_[leaf].key;
+    to.states_[leaf] = {};  // as load() would
+    to.states_[leaf].key = key;
+    to.states_[leaf].root = next.put(cells);
     to.summarize(to.states_[leaf], to.sums_[leaf]);
   }
   to.directions_ = std::move(next);
@@ -436,9 +438,11 @@ Status AdaptiveGuide::load(std::span<const TableSection> sections) {
   const uint64_t samples_seen = cube.u64();
   if (!cube.ok() || cube.remaining() != 0)
     return Error{ErrorCode::kCorrupt, "wrong size", "table:ACUB"};
-  if (exponent != tree_.cube_exponent() || !(origin == tree_.origin()) || unit != radiance_unit_)
-    return Error{ErrorCode::kConflict, "the table's cube or unit is not this scene's",
-                 "table:ACUB"};
+  if (exponent != tree_.cube_exponent() || !(origin == tree_.origin()))
+    return Error{ErrorCode::kConflict, "the table's cube is not this scene's", "table:ACUB"};
+  if (!(unit > 0) || !std::isfinite(unit))
+    return Error{ErrorCode::kCorrupt, "expected a unit of radiance over 0", "table:ACUB"};
+  radiance_unit_ = unit;  // it goes on with the table's, should lights have changed
   ByteReader in(sections[1].bytes);
   const uint64_t count = in.u64();
   const Error too_large{ErrorCode::kTooLarge,

@@ -132,6 +132,7 @@ struct HuangParams {
 struct AdaptiveParams {
   DirectionParams direction;
   float split_samples = 4000;  // a place that was hit more often in a pass is cut in two
+  float glossy = 0.5f;         // the chance to draw from the guide on a surface that is not diffuse
   float keep = 0.7f;           // of what earlier passes learned, each pass
   bool operator==(const AdaptiveParams&) const = default;
 };

@@ -4,9 +4,10 @@ namespace qray {
 namespace {
 
 constexpr uint64_t kFirstCheck = 16;  // samples: before, the table is too young to be judged
-constexpr double kHope = 1.1;         // a loser that got better by this goes on
-constexpr uint64_t kFirstEnd = 32;    // samples: learning goes on at least as long
-constexpr double kLeastGain = 1.03;   // that learning as much again must have brought
+constexpr uint64_t kFirstWarmCheck = 4;
+constexpr double kHope = 1.1;        // a loser that got better by this goes on
+constexpr uint64_t kFirstEnd = 32;   // samples: learning goes on at least as long
+constexpr double kLeastGain = 1.03;  // that learning as much again must have brought
 
 }  // namespace
 
@@ -23,7 +24,8 @@ double GuideGate::guided_pass(uint64_t samples, const PassCost& cost, double var
   const double gain = without / with;
   const double before = checks_.empty() ? 0 : checks_.back().gain;
   checks_.push_back({samples, gain});
-  if (samples >= kFirstCheck && gain < 1 && gain < kHope * before) on_ = false;
+  if (samples >= (warm_ ? kFirstWarmCheck : kFirstCheck) && gain < 1 && gain < kHope * before)
+    on_ = false;
   if (samples >= kFirstEnd)
     for (const Check& c : checks_)
       if (c.samples <= samples / 2 && c.samples > samples / 4 && gain < kLeastGain * c.gain)

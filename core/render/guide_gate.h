@@ -21,10 +21,14 @@ struct PassCost {
 class GuideGate {
  public:
   // `lookup_rays`: the cost of asking the guide, in rays of this scene.
-  explicit GuideGate(double lookup_rays) : lookup_rays_(lookup_rays) {}
+  // `warm`: the guide starts from a table.
+  explicit GuideGate(double lookup_rays, bool warm = false)
+      : lookup_rays_(lookup_rays), warm_(warm) {}
 
-  // Of a pass that starts after `samples` a pixel.
-  bool guides(uint64_t samples) const { return on_ && samples >= kControlSamples; }
+  // Of a pass that starts after `samples` a pixel, with a table that has seen so many events.
+  bool guides(uint64_t samples, uint64_t table_samples_seen) const {
+    return on_ && samples >= kControlSamples && table_samples_seen >= kLeastSeen;
+  }
   bool learns() const { return on_ && learns_; }
   bool on() const { return on_; }
 
@@ -37,12 +41,14 @@ class GuideGate {
 
  private:
   static constexpr uint64_t kControlSamples = 2;
+  static constexpr uint64_t kLeastSeen = 50'000;  // less makes noise
   struct Check {
     uint64_t samples = 0;
     double gain = 0;
   };
 
   double lookup_rays_;
+  bool warm_;
   PassCost unguided_;
   std::vector<Check> checks_;
   bool on_ = true, learns_ = true;

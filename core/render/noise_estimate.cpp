@@ -61,6 +61,7 @@ bool NoiseEstimate::end_pass() {
   // sample's.
   const float even = static_cast<float>(1 / count_[0]), odd = static_cast<float>(1 / count_[1]);
   const bool first = distance_.empty();
+  if (!first) before_ = square_;
   distance_.resize(square_.size());
   for (size_t i = 0; i < square_.size(); ++i) {
     square_[i] = sqr(half_[0][i] * even - half_[1][i] * odd) / (even + odd);
@@ -83,6 +84,7 @@ bool NoiseEstimate::end_pass() {
     for (size_t i = 0; i < square_.size(); ++i) unguided_[i] = lerp(part, unguided_[i], square_[i]);
   }
   variance_ = trimmed_mean(square_, mean);
+  if (!first) variance_before_ = trimmed_mean(before_, mean);
   if (!unguided_.empty()) unguided_variance_ = trimmed_mean(unguided_, mean);
   return true;
 }

@@ -29,6 +29,8 @@ class NoiseEstimate {
   // the last passes, and of all unguided ones; 0: not known. Both with the means known by now,
   // blurred: a firefly must not hide behind itself.
   double variance() const { return variance_; }
+  // Of the estimate before; by the same means.
+  double variance_before() const { return variance_before_; }
   double unguided_variance() const { return unguided_variance_; }
 
  private:
@@ -45,11 +47,12 @@ class NoiseEstimate {
   std::vector<float> sum_;       // of luminance, all samples
   std::vector<float> half_[2];   // of luminance, since the last estimate, by even and odd
   std::vector<float> square_;    // a sample's variance by the last estimate
+  std::vector<float> before_;    // square_ of the estimate before
   std::vector<float> unguided_;  // the same of unguided passes, their mean
   double unguided_count_ = 0;    // estimates in unguided_
   std::vector<float> distance_;  // roots of square_, faded over passes
   std::vector<float> deviation_;
-  double variance_ = 0, unguided_variance_ = 0;
+  double variance_ = 0, variance_before_ = 0, unguided_variance_ = 0;
 };
 
 }  // namespace qray

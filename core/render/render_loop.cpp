@@ -132,7 +132,7 @@ class Renderer {
         parts_(parts()),
         plan_(settings),
         updates_(guide),
-        gate_(kLookupNs / ray_ns(scene)) {
+        gate_(kLookupNs / ray_ns(scene), guide && guide->stats().samples_seen > 0) {
     if (guide) noise_.emplace(settings.width, settings.height);
     for (int i = 0; i < pool.threads(); ++i)
       workers_.push_back({{scene, lights_, settings, guide}, {}});
@@ -152,7 +152,7 @@ class Renderer {
         guide_->end_pass();
         learning_done_ += static_cast<uint64_t>(samples);
       }
-      if (noise_) judge_pass(noise_->variance());
+      if (noise_) judge_pass();
       last_pass_seconds = elapsed() - pass_start;
       observer_.on_pass(progress(0), stats());
     }
@@ -176,7 +176,7 @@ class Renderer {
 
   // Whether the guide pays, and what the picture so far counts against what comes: passes weigh as
   // much as their noise, which is known when a pass is over, so each by that of the pass before.
-  void judge_pass(double variance_before) {
+  void judge_pass() {
     const PassCost before = cost_;
     cost_ = cost_so_far();
     const PassCost pass{cost_.paths - before.paths, cost_.rays - before.rays,
@@ -185,7 +185,8 @@ class Renderer {
     GuidePass record{done_, guided_, learning_, 0, 0, 0, 0, 0};
     if (noise_->end_pass()) {
       record.variance = noise_->variance();
-      if (!getenv("NOFADE") && changing_ && variance_before > 0 && record.variance > 0)
+      const double variance_before = noise_->variance_before();
+      if (guide_->expects() && changing_ && variance_before > 0 && record.variance > 0)
         film_.fade(static_cast<float>(
             std::clamp(record.variance / variance_before, 1 / kMaxFade, kMaxFade)));
       changing_ = false;
@@ -202,8 +203,9 @@ class Renderer {
 
   void render_pass(int samples) {
     updates_.start_pass();
-    const bool guided = guide_ && (!guide_->expects() || gate_.guides(done_));
-    changing_ |= learning_ || guided != guided_;  // what follows has another noise
+    const bool guided =
+        guide_ && (!guide_->expects() || gate_.guides(done_, guide_->stats().samples_seen));
+    changing_ |= (guided && learning_) || guided != guided_;  // the noise that follows is another
     guided_ = guided;
     for (Worker& worker : workers_)
       worker.tracer.set_guiding(guided_     ? PathTracer::Guiding::kOn

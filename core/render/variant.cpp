@@ -37,6 +37,8 @@ constexpr Key kKeys[] = {
     {"split", "samples",
      [](auto v, RenderSettings& s) { return set_number(v, s.adaptive.split_samples); }},
     {"keep", "a number", [](auto v, RenderSettings& s) { return set_number(v, s.adaptive.keep); }},
+    {"glossy", "a chance",
+     [](auto v, RenderSettings& s) { return set_number(v, s.adaptive.glossy); }},
     {"shrinkage", "samples",
      [](auto v, RenderSettings& s) { return set_number(v, s.adaptive.direction.shrinkage); }},
     {"share", "a number",

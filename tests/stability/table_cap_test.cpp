@@ -90,6 +90,7 @@ TEST(TableCap, BoundsTheMemoryOfAnyTable) {
     if (method == "none") continue;
     RenderSettings settings = test::small_settings(std::string(method), 48, 64);
     settings.huang.grid = 64;
+    settings.adaptive.split_samples = 300;
     size_t without_cap = 0;
     for (size_t part : {0, 3, 20, 90}) {  // 0: all that it wants
       const size_t cap = part == 0 ? kDefaultTableBytes : without_cap / part;
@@ -131,6 +132,7 @@ TEST(TableCap, ATableOverTheCapIsRefused) {
   for (std::string_view method : method_names()) {
     if (method == "none") continue;
     RenderSettings settings = test::small_settings(std::string(method), kSide, 16);
+    settings.adaptive.split_samples = 300;  // so that there is something to refuse
     settings.max_table_bytes = wants(*scene, settings);
     const TableFile table = *test::learned_table(*scene, settings, method);
     EXPECT_TRUE(test::try_render(*scene, settings, table).ok()) << "at its own cap";

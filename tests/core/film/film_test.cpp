@@ -31,6 +31,18 @@ TEST(Film, DevelopsTheMeanOfAllSamples) {
   EXPECT_FLOAT_EQ(film.develop().at(9, 2, 1), 3.0f);
 }
 
+TEST(Film, WhatWasThereCountsAsMuchAsItIsWorth) {
+  Film film(70, 3);
+  for (int tile = 0; tile < 2; ++tile) film.add(tile, flat(film.tile(tile), 8.0f), 4);  // mean 2
+  const uint64_t version = film.version();
+  film.fade(0.25f);
+  EXPECT_EQ(film.version(), version) << "the means are as they were";
+  EXPECT_FLOAT_EQ(film.develop().at(69, 2, 1), 2.0f);
+  film.add(1, flat(film.tile(1), 18.0f), 3);  // mean 6, weight 3 against 1
+  EXPECT_FLOAT_EQ(film.develop().at(69, 2, 1), 5.0f);
+  EXPECT_EQ(film.tiles_since(version, 9).tiles[0].samples, 7u);
+}
+
 TEST(Film, UntouchedTilesAreBlackAndUnlisted) {
   Film film(128, 64);
   film.add(1, flat(film.tile(1), 4.0f), 2);

@@ -16,6 +16,7 @@ GuideSetup setup_of(size_t max_bytes = kDefaultTableBytes) {
   setup.max_bytes = max_bytes;
   setup.adaptive.split_samples = 2000;
   setup.adaptive.direction.split_share = 0.01f;
+  setup.adaptive.direction.least_gain = -1;
   return setup;
 }
 

@@ -61,7 +61,7 @@ TEST(DirectionTree, WithoutDataTheDensityIsOne) {
 }
 
 TEST(DirectionTree, ItGrowsWhereMostArrivesAndNotElsewhere) {
-  const Grown g = grown(8, {});
+  const Grown g = grown(8, {.split_share = 0.01f});
   EXPECT_GT(g.trees.pdf(g.root, {0.8f, 0.3f}), 50);
   double left_top = 0;
   test::Random random(7);

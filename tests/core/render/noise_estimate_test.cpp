@@ -1,0 +1,70 @@
+#include "core/render/noise_estimate.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/support/random.h"
+
+namespace qray {
+namespace {
+
+constexpr int kSide = 64;
+
+// A pass of samples of mean 1 and the given standard deviation.
+void render(NoiseEstimate& noise, uint64_t& done, int samples, bool guided, float deviation,
+            test::Random& random) {
+  noise.start_pass(done, samples, guided);
+  for (int y = 0; y < kSide; ++y)
+    for (int x = 0; x < kSide; ++x) {
+      float half[2] = {0, 0};
+      for (int s = 0; s < samples; ++s)
+        half[(done + static_cast<uint64_t>(s)) & 1] +=
+            1 + deviation * (random.next() < 0.5f ? -1.0f : 1.0f);
+      noise.add(x, y, half[0], half[1]);
+    }
+  done += static_cast<uint64_t>(samples);
+}
+
+TEST(NoiseEstimate, TwoPassesOfOneSampleMakeAnEstimate) {
+  NoiseEstimate noise(kSide, kSide);
+  test::Random random(1);
+  uint64_t done = 0;
+  EXPECT_EQ(noise.deviation(3, 3), 0);
+  render(noise, done, 1, false, 0.5f, random);
+  EXPECT_FALSE(noise.end_pass());
+  render(noise, done, 1, false, 0.5f, random);
+  EXPECT_TRUE(noise.end_pass());
+  EXPECT_NEAR(noise.unguided_variance(), 0.25 / 1.01, 0.03);
+  EXPECT_NEAR(noise.variance(), noise.unguided_variance(), 1e-9);
+}
+
+TEST(NoiseEstimate, AnyPassTellsTheVarianceOfItsSamples) {
+  for (int samples : {2, 3, 8, 33}) {
+    NoiseEstimate noise(kSide, kSide);
+    test::Random random(2);
+    uint64_t done = 5;
+    render(noise, done, samples, true, 0.3f, random);
+    ASSERT_TRUE(noise.end_pass());
+    EXPECT_NEAR(noise.variance(), 0.09 / 1.01, 0.012) << samples;
+  }
+}
+
+TEST(NoiseEstimate, GuidedPassesAreKeptApart) {
+  NoiseEstimate noise(kSide, kSide);
+  test::Random random(3);
+  uint64_t done = 0;
+  render(noise, done, 4, false, 0.5f, random);
+  noise.end_pass();
+  render(noise, done, 1, false, 100, random);  // half an estimate: lost
+  EXPECT_FALSE(noise.end_pass());
+  for (int pass = 0; pass < 2; ++pass) {
+    render(noise, done, 4, true, 0.1f, random);
+    ASSERT_TRUE(noise.end_pass());
+  }
+  const double ratio = noise.unguided_variance() / noise.variance();
+  EXPECT_NEAR(ratio, 25, 4);
+  EXPECT_NEAR(noise.variance_before() / noise.variance(), 1, 0.2);
+  EXPECT_NEAR(noise.deviation(20, 20), 0.1f, 0.15f) << "fades from 0.5 toward 0.1";
+}
+
+}  // namespace
+}  // namespace qray
