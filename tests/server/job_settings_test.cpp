@@ -32,7 +32,7 @@ TEST(JobSettings, DefaultsAreTheRenderersAndReadShort) {
   EXPECT_EQ(static_cast<float>(*request.alpha), HuangParams{}.alpha);
   EXPECT_EQ(static_cast<float>(*request.gamma), HuangParams{}.gamma);
   EXPECT_EQ(request.learning_samples, RenderSettings{}.learning_samples);
-  EXPECT_EQ(proto::job_request_to_json(request).find("000000"), std::string::npos);
+  EXPECT_EQ(proto::job_request_to_json(request).find("0.0200"), std::string::npos);
 }
 
 TEST(JobSettings, TheRequestGoesFirst) {

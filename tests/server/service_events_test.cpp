@@ -46,7 +46,11 @@ class ServiceEventsTest : public ::testing::Test {
     return c;
   }
   std::string submit(int samples = 8) const {
-    return s_.submit({{"scene", "box"}, {"width", 32}, {"height", 32}, {"samples", samples}});
+    return s_.submit({{"scene", "box"},
+                      {"width", 32},
+                      {"height", 32},
+                      {"samples", samples},
+                      {"learning_samples", 16}});
   }
   TestService s_;
 };

@@ -11,7 +11,11 @@ using test::Json;
 using test::TestService;
 
 Json tiny(int samples) {
-  return {{"scene", "box"}, {"width", 32}, {"height", 32}, {"samples", samples}};
+  return {{"scene", "box"},
+          {"width", 32},
+          {"height", 32},
+          {"samples", samples},
+          {"learning_samples", 16}};
 }
 
 std::string body_of(const TestService& s, const std::string& path) {

@@ -15,7 +15,8 @@ class ServiceTables : public ::testing::Test {
  protected:
   void SetUp() override { s_.start(); }
   static Json request(const Json& changes = Json::object()) {
-    Json request = {{"scene", "box"}, {"width", 24}, {"height", 24}, {"samples", 16}};
+    Json request = {
+        {"scene", "box"}, {"width", 24}, {"height", 24}, {"samples", 16}, {"learning_samples", 16}};
     request.update(changes);
     return request;
   }

@@ -17,7 +17,8 @@ using std::chrono::seconds;
 using test::Json;
 using test::TestService;
 
-const Json kTiny = {{"scene", "box"}, {"width", 32}, {"height", 32}, {"samples", 16}};
+const Json kTiny = {
+    {"scene", "box"}, {"width", 32}, {"height", 32}, {"samples", 16}, {"learning_samples", 16}};
 
 Json tiny(const Json& changes) {
   Json request = kTiny;

@@ -11,7 +11,8 @@ namespace {
 using test::Json;
 using test::TestService;
 
-const Json kTiny = {{"scene", "box"}, {"width", 32}, {"height", 24}, {"samples", 64}};
+const Json kTiny = {
+    {"scene", "box"}, {"width", 32}, {"height", 24}, {"samples", 64}, {"learning_samples", 16}};
 
 Json tiny(const Json& changes) {
   Json request = kTiny;
