@@ -272,6 +272,12 @@ void AdaptiveGuide::refine_as(const AdaptiveGuide& other) {
   rebuild(shares, kShareOne, 0);
 }
 
+void AdaptiveGuide::doubt() {
+  constexpr int64_t kDoubt = 16;
+  rebuild(std::vector<int64_t>(states_.size(), kShareOne), kShareOne / kDoubt, 0);
+  samples_seen_ = samples_seen_ / kDoubt;
+}
+
 Status AdaptiveGuide::merge(const Guide& other) {
   const auto* table = dynamic_cast<const AdaptiveGuide*>(&other);
   if (!table) return Guide::merge(other);

@@ -39,6 +39,7 @@ class AdaptiveGuide final : public Guide {
   std::vector<TableSection> save() const override;
   Status load(std::span<const TableSection> sections) override;
   Status merge(const Guide& other) override;
+  void doubt() override;
   std::vector<GuidePoint> known_points(size_t most) const override;
 
  private:

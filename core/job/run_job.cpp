@@ -67,6 +67,7 @@ Result<std::unique_ptr<Guide>> load_guide(const PreparedScene& scene,
         "/table"};
   }
   if (Status loaded = guide->load(table->sections); !loaded.ok()) return loaded.error();
+  if (!table_fits(table->header, scene.hash)) guide->doubt();
   return made;
 }
 
