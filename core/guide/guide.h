@@ -115,8 +115,8 @@ class Guide {
   // this one's tables hold cannot be added; kConflict: another grid; kTooLarge: no room. An error
   // leaves the guide as it was.
   virtual Status merge(const Guide& other);
-  // The scene has changed since the table was learned: where the method counts, what it knows counts
-  // a sixteenth.
+  // The scene has changed since the table was learned: where the method counts, what it knows
+  // counts a sixteenth.
   virtual void doubt() {}
   // Up to `most` of the states that sampling knows, spread over the table: for checks and views.
   virtual std::vector<GuidePoint> known_points(size_t /*most*/) const { return {}; }
