@@ -110,9 +110,10 @@ void PpgGuide::record(std::span<const GuideVertex> path, GuideDelta& delta) cons
     directions_.add(leaf.root, u, static_cast<int64_t>(paid * kRadianceOne));
     // 2. How the chance of the guide should change.
     float gradient = 0;
-    if (at.ready) {
+    if (at.ready && at.paid > 0) {  // in units of what the place is usually paid
       const float guide_pdf_w = pdf_w(v.at, v.wi);
-      const float product = v.f_cos * luminance(v.arriving) / static_cast<float>(radiance_unit_);
+      const float product =
+          v.f_cos * luminance(v.arriving) / (static_cast<float>(radiance_unit_) * at.paid);
       gradient = -product * (guide_pdf_w - v.bsdf_pdf_w) / (v.pdf_w * v.pdf_w) * at.fraction *
                  (1 - at.fraction);
     }
@@ -175,7 +176,8 @@ void PpgGuide::end_pass() {
   next.reserve(directions_.nodes());
   for (Leaf& leaf : leaves_) {
     DirectionTrees::Cells cells = directions_.take(leaf.root);
-    if (DirectionTrees::total(cells).s > 0) {
+    if (const DirectionTrees::Sums all = DirectionTrees::total(cells); all.s > 0) {
+      leaf.paid = static_cast<float>(static_cast<double>(all.s) / kRadianceOne / all.n);
       const size_t before = DirectionTrees::bytes_of(cells);
       const bool may_grow = 4 * before <= room;  // each leaf into four: less than 5 times as much
       refused_ += !may_grow;

@@ -44,6 +44,7 @@ class PpgGuide final : public Guide {
     uint32_t root = kNoRoot;  // of its directions
     bool ready = false;
     int64_t samples = 0;  // of this iteration
+    float paid = 0;       // mean, radiance units x steradians: of the last iteration
     // Adam's state; the chance of the guide is 1 / (1 + exp(-theta)).
     float fraction = 0.5f;  // that
     float theta = 0, first_moment = 0, second_moment = 0;
