@@ -58,8 +58,7 @@ class AdaptiveGuide final : public Guide {
     std::atomic<int64_t> n{0}, second{0}, y[3]{};  // `second`: of n, in the leaf's second half
     // Of luminance squared: whole parts and what is left of them, since squares range widely.
     std::atomic<int64_t> square_hi{0}, square_lo{0};
-    static constexpr int kCount = 7;
-    std::array<std::atomic<int64_t>*, kCount> all() {
+    std::array<std::atomic<int64_t>*, 7> all() {
       return {&n, &second, &y[0], &y[1], &y[2], &square_hi, &square_lo};
     }
     Sums() = default;

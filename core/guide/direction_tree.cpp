@@ -30,6 +30,20 @@ DirectionTrees::Sums& operator+=(DirectionTrees::Sums& a, const DirectionTrees::
   return a;
 }
 
+// A leaf becomes four, which share its sums.
+void cut_in_four(DirectionTrees::Cells& cells, uint32_t i) {
+  DirectionTrees::Cell child;
+  child.depth = cells[i].depth + 1;
+  child.mean = cells[i].mean;
+  cells[i].child = static_cast<uint32_t>(cells.size());
+  for (int q = 0; q < 4; ++q) {
+    child.sums = quarter(cells[i].sums, q == 0);
+    cells.push_back(child);
+  }
+  cells[i].sums = {};
+  cells[i].even = false;
+}
+
 // Sums of each cell with all that is below it.
 std::vector<DirectionTrees::Sums> totals(const DirectionTrees::Cells& cells) {
   std::vector<DirectionTrees::Sums> all(cells.size());
@@ -250,21 +264,6 @@ void DirectionTrees::scale(Cells& cells, int64_t numerator, int64_t denominator)
   }
 }
 
-namespace {
-void cut_in_four(DirectionTrees::Cells& cells, uint32_t i) {
-  DirectionTrees::Cell child;
-  child.depth = cells[i].depth + 1;
-  child.mean = cells[i].mean;
-  cells[i].child = static_cast<uint32_t>(cells.size());
-  for (int q = 0; q < 4; ++q) {
-    child.sums = quarter(cells[i].sums, q == 0);
-    cells.push_back(child);
-  }
-  cells[i].sums = {};
-  cells[i].even = false;
-}
-}  // namespace
-
 void DirectionTrees::add_cells(Cells& cells, const Cells& other) {
   struct Pair {
     uint32_t to;
@@ -361,16 +360,8 @@ void DirectionTrees::adapt(Cells& cells, const DirectionParams& params) {
     } else if (root || (!cells[old].even && share > params.split_share &&
                         cells[old].sums.n >= kMinSplitSamples &&
                         static_cast<int>(cells[old].depth) < params.max_depth)) {
-      Cell child;
-      child.depth = out[i].depth + 1;
-      child.mean = out[i].mean;
-      out[i].child = static_cast<uint32_t>(out.size());
-      for (uint32_t q = 0; q < 4; ++q) {
-        child.sums = quarter(cells[old].sums, q == 0);
-        out.push_back(child);
-        from.push_back(kNew);
-      }
-      out[i].sums = {};
+      cut_in_four(out, static_cast<uint32_t>(i));
+      from.resize(out.size(), kNew);
     }
   }
   cells = std::move(out);

@@ -167,9 +167,13 @@ class Renderer {
     return {learning_, plan_.fraction(static_cast<double>(done_) + in_pass, now), done_, now};
   }
 
-  PassCost cost_so_far() const {
+  PathCounters counters() const {
     PathCounters sum;
     for (const Worker& worker : workers_) sum += worker.tracer.counters();
+    return sum;
+  }
+  PassCost cost_so_far() const {
+    const PathCounters sum = counters();
     return {static_cast<double>(sum.paths), static_cast<double>(sum.rays),
             static_cast<double>(sum.lookups)};
   }
@@ -306,8 +310,7 @@ class Renderer {
     stats.samples_per_pixel = done_;
     stats.learning_samples_per_pixel = learning_done_;
     stats.passes = plan_.passes();
-    PathCounters sum;
-    for (const Worker& worker : workers_) sum += worker.tracer.counters();
+    const PathCounters sum = counters();
     stats.paths = sum.paths;
     stats.rays = sum.rays;
     stats.dropped_samples = sum.dropped_samples;
