@@ -323,10 +323,7 @@ std::vector<GuidePoint> AdaptiveGuide::known_points(size_t most) const {
     n[face / 2] = face % 2 == 0 ? 1.0f : -1.0f;
     points.push_back({StateId(leaf), states_[leaf].key, frame_of(n, face)});
   }
-  const size_t known = points.size(), count = std::min(known, most);
-  for (size_t i = 0; i < count; ++i) points[i] = points[i * known / count];
-  points.resize(count);
-  return points;
+  return spread_over(std::move(points), most);
 }
 
 size_t AdaptiveGuide::bytes() const {

@@ -145,14 +145,12 @@ void merge_cell(float& value, uint32_t& count, float other_value, uint32_t other
 
 std::vector<GuidePoint> points_of(const KeyIndex& states, size_t most) {
   std::vector<GuidePoint> points;
-  const size_t known = states.size(), count = std::min(known, most);
-  for (size_t i = 0; i < count; ++i) {
-    const size_t state = i * known / count;
+  for (size_t state = 0; state < states.size(); ++state) {
     const uint64_t key = states.keys()[state];
     points.push_back(
         {StateId(static_cast<uint32_t>(state)), key, Frame(SurfaceGrid::normal_of(key))});
   }
-  return points;
+  return spread_over(std::move(points), most);
 }
 
 }  // namespace qray

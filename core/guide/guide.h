@@ -149,6 +149,9 @@ struct GuideSetup {
   AdaptiveParams adaptive;
 };
 
+// At most `most` of the points, evenly from first to last.
+std::vector<GuidePoint> spread_over(std::vector<GuidePoint> points, size_t most);
+
 // The method's name in a table's header: methods that learn the same values share tables.
 std::string_view table_method(std::string_view method);
 

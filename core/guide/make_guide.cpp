@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <array>
 
 #include "core/guide/adaptive.h"
@@ -19,6 +20,13 @@ Status Guide::merge(const Guide& other) {
                  "table"};
   return Error{ErrorCode::kInvalid,
                "tables of method '" + std::string(method()) + "' cannot be merged", "table"};
+}
+
+std::vector<GuidePoint> spread_over(std::vector<GuidePoint> points, size_t most) {
+  const size_t known = points.size(), count = std::min(known, most);
+  for (size_t i = 0; i < count; ++i) points[i] = points[i * known / count];
+  points.resize(count);
+  return points;
 }
 
 std::span<const std::string_view> method_names() { return kMethods; }

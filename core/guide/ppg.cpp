@@ -222,10 +222,7 @@ std::vector<GuidePoint> PpgGuide::known_points(size_t most) const {
   for (uint32_t i = 0; i < leaves_.size(); ++i)
     if (leaves_[i].ready)
       points.push_back({StateId(i), tree_.key(i), Frame({1, 0, 0}, {0, 1, 0}, {0, 0, 1})});
-  const size_t known = points.size(), count = std::min(known, most);
-  for (size_t i = 0; i < count; ++i) points[i] = points[i * known / count];
-  points.resize(count);
-  return points;
+  return spread_over(std::move(points), most);
 }
 
 // Sections: PCUB (the cube, the samples seen, iterations), PDTR (a record per leaf, by
