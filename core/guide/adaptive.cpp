@@ -191,7 +191,7 @@ std::vector<int64_t> AdaptiveGuide::cut_places(size_t& room) {
         half = sizeof(State) + sizeof(Sums) + SpatialTree::kMaxLeafBytes +
                DirectionTrees::bytes_of(directions_.take(states_[leaf].root));
       if (half > room) {
-        ++refused_;
+        refused_ += grows_;
         break;
       }
       room -= half;
@@ -212,12 +212,13 @@ void AdaptiveGuide::end_pass() {
     ++refused_;
     return;
   }
-  size_t room = most > taken ? most - taken : 0;
+  size_t room = grows_ && most > taken ? most - taken : 0;
   // The means first: halves know as much as the whole.
   for (size_t s = 0; s < states_.size(); ++s) summarize(states_[s], sums_[s]);
   const std::vector<int64_t> shares = cut_places(room);
-  refused_ +=
+  const size_t held_back =
       rebuild(shares, static_cast<int64_t>(params_.keep * static_cast<float>(kShareOne)), room);
+  if (grows_) refused_ += held_back;
 }
 
 size_t AdaptiveGuide::rebuild(const std::vector<int64_t>& shares, int64_t keep, size_t room) {

@@ -34,6 +34,7 @@ class AdaptiveGuide final : public Guide {
   void record(std::span<const GuideVertex> path, GuideDelta& delta) const override;
   void update(GuideDelta&) override {}
   void end_pass() override;
+  void stop_growing() override { grows_ = false; }
 
   GuideStats stats() const override;
   std::vector<TableSection> save() const override;
@@ -89,6 +90,7 @@ class AdaptiveGuide final : public Guide {
   mutable DirectionTrees directions_;
   mutable std::atomic<uint64_t> samples_seen_{0};
   uint64_t refused_ = 0;
+  bool grows_ = true;
 };
 
 }  // namespace qray

@@ -104,6 +104,9 @@ class Guide {
   // make_delta(), and is empty again afterwards.
   virtual void update(GuideDelta& delta) = 0;
   virtual void end_pass() = 0;  // what was updated rules sampling from here on
+  // The picture gains little by a larger table: from here on, where the method can, it learns
+  // about the states that it has.
+  virtual void stop_growing() {}
 
   virtual GuideStats stats() const = 0;
   virtual std::vector<TableSection> save() const = 0;

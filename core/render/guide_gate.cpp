@@ -6,8 +6,10 @@ namespace {
 constexpr uint64_t kFirstCheck = 16;  // samples: before, the table is too young to be judged
 constexpr uint64_t kFirstWarmCheck = 4;
 constexpr double kHope = 1.1;        // a loser that got better by this goes on
-constexpr uint64_t kFirstEnd = 32;   // samples: learning goes on at least as long
-constexpr double kLeastGain = 1.03;  // that learning as much again must have brought
+// What learning as much again must have brought: for the table to grow on, of two checks in a row
+// one, since gains are noisy; for learning to go on.
+constexpr double kLeastGrowth = 1.25, kLeastGain = 1.03;
+constexpr uint64_t kFirstEnd = 32;  // samples: learning goes on at least as long
 
 }  // namespace
 
@@ -26,10 +28,15 @@ double GuideGate::guided_pass(uint64_t samples, const PassCost& cost, double var
   checks_.push_back({samples, gain});
   if (samples >= (warm_ ? kFirstWarmCheck : kFirstCheck) && gain < 1 && gain < kHope * before)
     on_ = false;
-  if (samples >= kFirstEnd)
-    for (const Check& c : checks_)
-      if (c.samples <= samples / 2 && c.samples > samples / 4 && gain < kLeastGain * c.gain)
-        learns_ = false;
+  bool little = false;
+  for (const Check& c : checks_) {
+    if (c.samples > samples / 2 || c.samples <= samples / 4) continue;
+    const double brought = gain / c.gain;
+    little |= brought < kLeastGrowth;
+    if (samples >= kFirstEnd && brought < kLeastGain) learns_ = false;
+  }
+  if (little && brought_little_) grows_ = false;
+  brought_little_ = little;
   return gain;
 }
 

@@ -1,7 +1,7 @@
 // Whether a job's guide pays: the variance of its passes times what they cost, against that of
 // passes without it (design, section 4). The first passes are unguided and learned from. A guide
-// that loses is left for the rest of the job; learning ends when the picture does not gain by it
-// any more. Everything is counted, nothing timed, so that a job decides the same whatever machine
+// that loses is left for the rest of the job; the table stops growing when the picture gains little
+// by it, and learning ends when it gains nothing any more. Everything is counted, nothing timed, so that a job decides the same whatever machine
 // it runs on.
 #pragma once
 
@@ -30,6 +30,7 @@ class GuideGate {
     return on_ && samples >= kControlSamples && table_samples_seen >= kLeastSeen;
   }
   bool learns() const { return on_ && learns_; }
+  bool grows() const { return grows_; }
   bool on() const { return on_; }
 
   void unguided_pass(const PassCost& cost);
@@ -51,7 +52,8 @@ class GuideGate {
   bool warm_;
   PassCost unguided_;
   std::vector<Check> checks_;
-  bool on_ = true, learns_ = true;
+  bool brought_little_ = false;  // learning, at the last check
+  bool on_ = true, grows_ = true, learns_ = true;
 };
 
 }  // namespace qray

@@ -196,6 +196,7 @@ class Renderer {
       changing_ = false;
       if (guided_ && guide_->expects() && gate_.on())
         record.gain = gate_.guided_pass(done_, pass, record.variance, noise_->unguided_variance());
+      if (!gate_.grows()) guide_->stop_growing();
     }
     const GuideStats table = guide_->stats();
     record.states = table.states;
