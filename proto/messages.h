@@ -36,7 +36,7 @@ struct CameraRequest {
 struct JobRequest {
   std::string scene;
   std::optional<int> width, height;  // pixels; absent: the scene's own
-  std::string method = "huang";
+  std::string method = "adaptive";
   bool nee = true;
   std::optional<int> samples;     // a pixel
   std::optional<double> seconds;  // of rendering; exactly one of the two after parsing

@@ -45,12 +45,13 @@ Status check_outputs(const Options& o) {
   return check_view(view_options(o));
 }
 
-Status render_beauty(const Options& o, const PreparedScene& scene, const RenderSettings& settings,
+Status render_beauty(const Options& o, const PreparedScene& scene, RenderSettings settings,
                      TaskPool& pool, std::stop_token stop) {
   if (!o.table_out.empty() && settings.method == "none")
     return Error{ErrorCode::kInvalid, "the method none learns no table", "--table-out"};
   Result<std::optional<TableFile>> table = read_fitting_table(o.table_in, scene.hash);
   if (!table) return table.error();
+  if (table.value() && !o.render.method) settings.method = table.value()->header.method;
 
   Film film(settings.width, settings.height);
   ProgressLine line(o.quiet);
@@ -104,7 +105,8 @@ void add_render(CLI::App& app, int& exit_code) {
                   "replay: samples of each pass, such as 1,1,2,4 (docs/stats.md)")
       ->delimiter(',');
   sub->add_option("--threads", o->threads, "default: one a processor")->check(CLI::Range(1, 1024));
-  sub->add_option("--table-in", o->table_in, "start from this table");
+  sub->add_option("--table-in", o->table_in,
+                  "start from this table; its method, unless --method is given");
   sub->add_option("--table-out", o->table_out, "write what was learned");
   sub->add_option("--table-mib", o->table_mib, "memory of the table: full, it adds no states")
       ->check(CLI::Range(1, 1 << 19))

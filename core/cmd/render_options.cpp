@@ -11,7 +11,7 @@ void add_render_options(CLI::App& app, RenderOptions& o) {
   app.add_option("scene", o.scene, "an included scene's name, a folder with scene.json, or a file")
       ->required();
   app.add_option("--method", o.method,
-                 "none, huang-published (biased), huang (default), dahm-keller, ppg, adaptive; "
+                 "none, huang-published (biased), huang, dahm-keller, ppg, adaptive (default); "
                  "rendered here also with settings, as qray chart --methods");
   app.add_flag("--no-nee", o.no_nee, "no direct light sampling");
   auto* samples = app.add_option("--spp", o.samples, "samples a pixel, learning counted");

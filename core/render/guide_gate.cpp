@@ -5,7 +5,7 @@ namespace {
 
 constexpr uint64_t kFirstCheck = 16;  // samples: before, the table is too young to be judged
 constexpr uint64_t kFirstWarmCheck = 4;
-constexpr double kHope = 1.1;        // a loser that got better by this goes on
+constexpr double kHope = 1.1;  // a loser that got better by this goes on
 // What learning as much again must have brought: for the table to grow on, of two checks in a row
 // one, since gains are noisy; for learning to go on.
 constexpr double kLeastGrowth = 1.25, kLeastGain = 1.03;

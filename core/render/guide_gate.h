@@ -1,8 +1,8 @@
 // Whether a job's guide pays: the variance of its passes times what they cost, against that of
 // passes without it (design, section 4). The first passes are unguided and learned from. A guide
 // that loses is left for the rest of the job; the table stops growing when the picture gains little
-// by it, and learning ends when it gains nothing any more. Everything is counted, nothing timed, so that a job decides the same whatever machine
-// it runs on.
+// by it, and learning ends when it gains nothing any more. Everything is counted, nothing timed, so
+// that a job decides the same whatever machine it runs on.
 #pragma once
 
 #include <cstdint>

@@ -14,7 +14,7 @@ namespace qray {
 constexpr int kMaxSamples = 1'000'000;  // a pixel
 
 struct RenderSettings {
-  std::string method = "huang";
+  std::string method = "adaptive";
   bool nee = true;
   bool russian_roulette = true;
   bool light_table = true;        // lights are picked by their power; else all alike

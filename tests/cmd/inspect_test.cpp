@@ -103,9 +103,11 @@ TEST_F(TableCommands, MergeGivesOneTableInEitherOrder) {
   const Outcome good = qray_command({"table", "verify", file("ab.qrt"), "--scene", "cornell-box"});
   EXPECT_EQ(good.code, cmd::kExitOk) << good.err;
   EXPECT_NE(good.out.find(": good"), std::string::npos) << good.out;
-  const Outcome used = qray_command({"render", "cornell-box", "--size", "24x16", "--spp", "4", "-q",
-                                     "--table-in", file("ab.qrt"), "-o", file("y.exr")});
+  const Outcome used =
+      qray_command({"render", "cornell-box", "--size", "24x16", "--spp", "4", "-q", "--table-in",
+                    file("ab.qrt"), "--table-out", file("y.qrt"), "-o", file("y.exr")});
   EXPECT_EQ(used.code, cmd::kExitOk) << used.err;
+  EXPECT_EQ(info(file("y.qrt"))["method"], "huang");  // the table's own
 }
 
 TEST_F(TableCommands, MergeRefusesWhatDoesNotBelongTogether) {

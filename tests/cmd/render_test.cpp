@@ -90,21 +90,22 @@ TEST_F(RenderCommand, GrowsATable) {
     return nlohmann::json::parse(told.out, nullptr, false);
   };
   const nlohmann::json one = info("one.qrt"), two = info("two.qrt");
-  EXPECT_EQ(one["method"], "huang");
+  EXPECT_EQ(one["method"], "adaptive");
+  EXPECT_EQ(two["method"], "adaptive");
   EXPECT_EQ(two["parents"], nlohmann::json::array({one["id"]}));
   EXPECT_EQ(two["geometry"], one["geometry"]);
   EXPECT_GT(two["samples_seen"], one["samples_seen"]);
 }
 
 TEST_F(RenderCommand, KeepsATableWithinItsMemory) {
-  const std::vector<std::string> fine{"--spp",  "32",           "--grid",      "500",
-                                      "--json", file("s.json"), "--table-out", file("t.qrt"),
-                                      "-o",     file("a.exr")};
+  const std::vector<std::string> fine{"--method",    "huang",       "--spp",  "32",
+                                      "--grid",      "500",         "--json", file("s.json"),
+                                      "--table-out", file("t.qrt"), "-o",     file("a.exr")};
   ASSERT_EQ(render(fine).code, 0);
   EXPECT_GT(read_json(file("s.json"))["table_bytes"], 1 << 20);
   EXPECT_EQ(read_json(file("s.json"))["table_refused"], 0);
-  const Outcome refused = render({"--spp", "4", "--grid", "500", "--table-mib", "1", "--table-in",
-                                  file("t.qrt"), "-o", file("b.exr")});
+  const Outcome refused = render({"--method", "huang", "--spp", "4", "--grid", "500", "--table-mib",
+                                  "1", "--table-in", file("t.qrt"), "-o", file("b.exr")});
   EXPECT_EQ(refused.code, cmd::kExitBadInput);
   EXPECT_NE(refused.err.find(" 1048576 bytes"), std::string::npos) << refused.err;
   std::vector<std::string> capped = fine;

@@ -9,7 +9,7 @@ namespace {
 
 RequestLimits limits() {
   RequestLimits limits;
-  limits.methods = {"none", "huang"};
+  limits.methods = {"none", "huang", "adaptive"};
   limits.max_grid = 512;
   return limits;
 }

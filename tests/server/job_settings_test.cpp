@@ -18,7 +18,7 @@ TEST(JobSettings, TheSceneFillsWhatIsLeftOut) {
   EXPECT_EQ(s.max_depth, 5);
   EXPECT_EQ(s.samples, 8);
   EXPECT_EQ(s.seconds, 0);
-  EXPECT_EQ(s.method, "huang");
+  EXPECT_EQ(s.method, "adaptive");
   EXPECT_EQ(s.huang, HuangParams{});
   EXPECT_EQ(s.camera, std::nullopt);
 }

@@ -101,8 +101,8 @@ class ProcessTest : public ::testing::Test {
   qray::test::ScratchFolder scratch_;
   Config config_ = test::scratch_config(scratch_.path());
   Json job(int samples) const {
-    return {{"scene", "box"},         {"width", 32}, {"height", 32}, {"samples", samples},
-            {"learning_samples", 16}, {"seed", 4}};
+    return {{"scene", "box"},     {"method", "huang"},      {"width", 32}, {"height", 32},
+            {"samples", samples}, {"learning_samples", 16}, {"seed", 4}};
   }
 };
 

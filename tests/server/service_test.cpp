@@ -78,7 +78,7 @@ TEST_F(ServiceTest, AJobsLife) {
   EXPECT_EQ(job["state"], "succeeded") << job.dump();
   EXPECT_EQ(job["progress"]["fraction"], 1.0);
   EXPECT_EQ(job["progress"]["samples"], 16);
-  EXPECT_EQ(job["stats"]["method"], "huang");
+  EXPECT_EQ(job["stats"]["method"], "adaptive");
   EXPECT_GT(job["stats"]["rays"], 0);
   EXPECT_EQ(job["stats"]["threads"], 2);
   EXPECT_TRUE(job["error"].is_null());
@@ -100,7 +100,7 @@ TEST_F(ServiceTest, SizesAndDepthAreTheScenesOwn) {
 }
 
 TEST_F(ServiceTest, SamePictureAsTheCommandBitForBit) {
-  for (const char* method : {"none", "huang"}) {
+  for (const char* method : {"none", "huang", "adaptive"}) {
     const Json request = tiny({{"method", method}, {"table", "none"}, {"seed", 9}});
     const std::string id = s_.submit(request);
     s_.wait_end(id);
@@ -143,12 +143,12 @@ TEST_F(ServiceTest, TablesByIdAndByNone) {
 }
 
 TEST_F(ServiceTest, ATableOfAnotherGridIsPassedOver) {
-  s_.wait_end(s_.submit(kTiny));
-  const Json other = s_.wait_end(s_.submit(tiny({{"grid", 3}})));
+  s_.wait_end(s_.submit(tiny({{"method", "huang"}})));
+  const Json other = s_.wait_end(s_.submit(tiny({{"method", "huang"}, {"grid", 3}})));
   EXPECT_EQ(other["state"], "succeeded");
   EXPECT_TRUE(other["table_in"].is_null());
   EXPECT_EQ(other["warnings"].size(), 1u);
-  const Json again = s_.wait_end(s_.submit(tiny({{"grid", 3}, {"seed", 2}})));
+  const Json again = s_.wait_end(s_.submit(tiny({{"method", "huang"}, {"grid", 3}, {"seed", 2}})));
   EXPECT_EQ(again["table_in"], other["table_out"]);
 }
 
@@ -212,7 +212,7 @@ TEST_F(ServiceTest, ImagesAndTheirMetadata) {
   const ImageMetadata m = read_image_metadata(s_.scratch / (id + ".exr")).value();
   EXPECT_EQ(m.at("seed"), "77");
   EXPECT_EQ(m.at("samples"), "16");
-  EXPECT_EQ(m.at("method"), "huang");
+  EXPECT_EQ(m.at("method"), "adaptive");
   EXPECT_EQ(m.at("table_out"), job["table_out"]);
   EXPECT_EQ(m.at("scene_hash").size(), 64u);
 
