@@ -39,6 +39,7 @@ class PpgGuide final : public Guide {
   std::vector<GuidePoint> known_points(size_t most) const override;
 
  private:
+  using Cell = DirectionTrees::Cell;
   static constexpr uint32_t kNoRoot = ~0u;
   struct Leaf {
     uint32_t root = kNoRoot;  // of its directions
