@@ -87,7 +87,7 @@ class AdaptiveGuide final : public Guide {
   size_t bytes() const;
   void refine_as(const AdaptiveGuide& other);
   void summarize(State& state, const Sums& sums) const;
-  Status load_state(ByteReader& in, uint64_t& last_key);
+  Status load_state(ByteReader& in, uint32_t leaf);
 
   AdaptiveParams params_;
   size_t max_bytes_;

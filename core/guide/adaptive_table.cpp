@@ -83,12 +83,7 @@ std::vector<TableSection> AdaptiveGuide::save() const {
   return {{"ACUB", cube.take()}, {"AQTD", out.take()}};
 }
 
-Status AdaptiveGuide::load_state(ByteReader& in, uint64_t& last_key) {
-  const uint64_t key = in.u64();
-  if (!SpatialTree::valid_key(key, SpatialTree::kFaces))
-    return Error{ErrorCode::kCorrupt, "not a key of a place and a face", ""};
-  if (key <= last_key) return Error{ErrorCode::kCorrupt, "expected rising keys", ""};
-  last_key = key;
+Status AdaptiveGuide::load_state(ByteReader& in, uint32_t leaf) {
   Sums sums;
   bool good = true;
   for (auto* v : sums.all()) {
@@ -102,12 +97,8 @@ Status AdaptiveGuide::load_state(ByteReader& in, uint64_t& last_key) {
   });
   if (!good || cells.empty())
     return Error{ErrorCode::kCorrupt, "expected sums >= 0 and whole trees", ""};
-  const uint32_t leaf = tree_.reach(key);
   add_states();
-  if (leaf == SpatialTree::kNone || sums_[leaf].n > 0)
-    return Error{ErrorCode::kCorrupt, "places stand twice or hold one another", ""};
   DirectionTrees::estimate(cells, params_.direction.shrinkage);
-  states_[leaf].key = key;
   states_[leaf].root = directions_.put(cells);
   summarize(states_[leaf], sums);
   sums_[leaf] = sums;
@@ -127,20 +118,14 @@ Status AdaptiveGuide::load(std::span<const TableSection> sections) {
     return Error{ErrorCode::kCorrupt, "expected a unit of radiance over 0", "table:ACUB"};
   radiance_unit_ = unit;  // it goes on with the table's, should lights have changed
   const Error too_large = over_memory("the table needs", max_bytes_, "table:AQTD");
-  uint64_t last_key = 0;
-  const auto record = [&](ByteReader& in) -> Status {
-    const Status status = load_state(in, last_key);
-    return status.ok() && bytes() / 2 > max_bytes_ ? too_large
-                                                   : status;  // with what load leaves over
+  const auto record = [&](ByteReader& in, uint32_t leaf) -> Status {
+    const Status status = load_state(in, leaf);
+    const bool large = status.ok() && bytes() / 2 > max_bytes_;  // with what load leaves over
+    return large ? too_large : status;
   };
-  const Result<uint64_t> count = read_records(sections[1], "state", record);
+  const Result<uint64_t> count =
+      read_records(sections[1], "state", tree_, SpatialTree::kFaces, record);
   if (!count.ok()) return count.error();
-  for (uint32_t leaf = 0; leaf < states_.size(); ++leaf) {
-    const uint64_t key = tree_.key(leaf);
-    if (sums_[leaf].n > 0 && states_[leaf].key != key)  // cut after it was loaded
-      return Error{ErrorCode::kCorrupt, "places hold one another", "table:AQTD"};
-    states_[leaf].key = key;
-  }
   rebuild(whole_trees(), kShareOne);
   if (count.value() > 0 && bytes() > max_bytes_) return too_large;
   samples_seen_ = samples_seen;

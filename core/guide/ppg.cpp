@@ -246,18 +246,17 @@ std::vector<TableSection> PpgGuide::save() const {
   return {{"PCUB", cube.take()}, {"PDTR", out.take()}};
 }
 
-Status PpgGuide::load_leaf(ByteReader& in) {
-  const uint64_t key = in.u64();
-  bool good = SpatialTree::valid_key(key, 1);
+Status PpgGuide::load_leaf(ByteReader& in, uint32_t place) {
   Leaf leaf;
   const uint8_t ready = in.u8();
+  bool good = ready <= 1;
   leaf.ready = ready != 0;
   for (float* v : {&leaf.theta, &leaf.first_moment, &leaf.second_moment}) {
     *v = in.f32();
     good = good && std::isfinite(*v);
   }
   leaf.steps = in.u32();
-  good = good && ready <= 1 && std::abs(leaf.theta) <= kMaxTheta && leaf.second_moment >= 0;
+  good = good && std::abs(leaf.theta) <= kMaxTheta && leaf.second_moment >= 0;
   leaf.fraction = 1 / (1 + std::exp(-leaf.theta));
   const auto chances = [&](const Cell& c, Cell* four) {
     if (!four) return !c.even;  // which this method does not know
@@ -272,11 +271,8 @@ Status PpgGuide::load_leaf(ByteReader& in) {
   };
   const DirectionTrees::Cells cells = read_cells(in, kDirection.max_depth, chances);
   if (!good || cells.empty())
-    return Error{ErrorCode::kCorrupt, "expected a key, a finite chance and whole trees", ""};
-  const uint32_t place = tree_.reach(key);
+    return Error{ErrorCode::kCorrupt, "expected a finite chance and whole trees", ""};
   leaves_.resize(tree_.leaves());
-  if (place == SpatialTree::kNone || leaves_[place].root != kNoRoot)
-    return Error{ErrorCode::kCorrupt, "places stand twice or hold one another", ""};
   leaf.root = directions_.put(cells);
   leaves_[place] = leaf;
   return {};
@@ -297,18 +293,18 @@ Status PpgGuide::load(std::span<const TableSection> sections) {
     return Error{ErrorCode::kCorrupt, "wrong iterations", "table:PCUB"};
   const Error too_large = over_memory("the table needs", max_bytes_, "table:PDTR");
   directions_.clear();
-  leaves_[0].root = kNoRoot;
-  const Result<uint64_t> count = read_records(sections[1], "place", [&](ByteReader& in) -> Status {
-    const Status status = load_leaf(in);
+  const auto record = [&](ByteReader& in, uint32_t place) -> Status {
+    const Status status = load_leaf(in, place);
     const bool large = status.ok() && bytes() / 2 > max_bytes_ && stats().states > 0;
     return large ? too_large : status;
-  });
+  };
+  const Result<uint64_t> count = read_records(sections[1], "place", tree_, 1, record);
   if (!count.ok()) return count.error();
   index();
   if (stats().bytes > max_bytes_) return too_large;
-  // The leaves must share out all of space; one that was cut after it was loaded left a gap, too.
+  // The leaves must share out all of space.
   if (count.value() != leaves_.size())
-    return Error{ErrorCode::kCorrupt, "places are missing or hold one another", "table:PDTR"};
+    return Error{ErrorCode::kCorrupt, "places are missing", "table:PDTR"};
   samples_seen_ = samples_seen;
   last_iteration_samples_ = last_iteration_samples;
   iteration_ = static_cast<int>(iteration);

@@ -49,17 +49,31 @@ std::vector<uint32_t> leaves_by_key(const SpatialTree& tree) {
 }
 
 Result<uint64_t> read_records(const TableSection& section, const std::string& name,
-                              const std::function<Status(ByteReader&)>& record) {
+                              SpatialTree& tree, int trees,
+                              const std::function<Status(ByteReader&, uint32_t)>& record) {
   const std::string where = "table:" + section.tag;
+  const auto corrupt = [](std::string what) { return Error{ErrorCode::kCorrupt, what, ""}; };
   ByteReader in(section.bytes);
   const uint64_t count = in.u64();
+  std::vector<std::pair<uint64_t, uint32_t>> read;  // keys and their leaves
+  const auto read_one = [&]() -> Status {
+    const uint64_t key = in.u64();
+    if (!SpatialTree::valid_key(key, trees)) return corrupt("not a key of a place");
+    if (!read.empty() && key <= read.back().first) return corrupt("expected rising keys");
+    const uint32_t leaf = tree.reach(key);
+    if (leaf == SpatialTree::kNone) return corrupt("places hold one another");
+    read.emplace_back(key, leaf);
+    return record(in, leaf);
+  };
   for (uint64_t i = 0; i < count; ++i)
-    if (const Status status = record(in); !status.ok())
+    if (const Status status = read_one(); !status.ok())
       return Error{status.error().code, status.error().message,
                    where + ", " + name + " " + std::to_string(i)};
   if (!in.ok() || in.remaining() != 0)
     return Error{ErrorCode::kCorrupt, "wrong size for " + std::to_string(count) + " " + name + "s",
                  where};
+  for (const auto& [key, leaf] : read)  // cut after it was read?
+    if (tree.key(leaf) != key) return Error{ErrorCode::kCorrupt, "places hold one another", where};
   return count;
 }
 

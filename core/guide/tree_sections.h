@@ -27,10 +27,12 @@ Status read_cube(std::span<const TableSection> sections, std::string_view cube_t
 Error over_memory(const std::string& what, size_t max_bytes, const std::string& where);
 
 std::vector<uint32_t> leaves_by_key(const SpatialTree& tree);
-// A number of records, each read by `record`, whose errors get their place, and nothing behind
-// them; returns the number. `name`: of one, for errors.
+// A number of records, each a key, with which the leaf is cut out, and what `record` reads; nothing
+// behind them. Returns the number. kCorrupt; errors of `record` get their place, with the `name` of
+// a record.
 Result<uint64_t> read_records(const TableSection& section, const std::string& name,
-                              const std::function<Status(ByteReader&)>& record);
+                              SpatialTree& tree, int trees,
+                              const std::function<Status(ByteReader&, uint32_t leaf)>& record);
 
 // Depth first, for each cell a byte, then what `rest` does with it. `four`: the cell's quarters; or
 // null.
