@@ -1,6 +1,7 @@
 // The table that grows where its data supports it (design, section 4): places by a SpatialTree,
 // directions by DirectionTrees, integer sums of what each direction was paid, and of what arrives
-// in all, which Russian roulette reads (path.cpp).
+// in all, which Russian roulette reads (path.cpp). What tables hold, and how two become one, is in
+// adaptive_table.cpp.
 //
 // Sums are added to atomically while a pass runs, so record() needs no delta, and neither threads
 // nor order change a bit. Radiance counts in units of the scene's brightest light.
@@ -44,6 +45,7 @@ class AdaptiveGuide final : public Guide {
   std::vector<GuidePoint> known_points(size_t most) const override;
 
  private:
+  using Cell = DirectionTrees::Cell;
   using Cells = DirectionTrees::Cells;
 
   // What sampling reads of a leaf of a face's tree.
@@ -68,18 +70,24 @@ class AdaptiveGuide final : public Guide {
     void scale(int64_t numerator, int64_t denominator);
   };
 
-  // Each state's share of its tree, of kShareOne. What is cut takes from `room`, bytes.
-  std::vector<int64_t> cut_places(size_t& room);
+  static constexpr int64_t kShareOne = 1 << 16;  // the unit of shares and of what is kept
+  // Of what a rebuild makes the trees.
+  struct Growth {
+    std::vector<int64_t> shares;  // each state's, of the tree that it has, of kShareOne
+    size_t room = 0;              // bytes
+  };
+  Growth whole_trees() const;
+  Growth cut_places(size_t room);  // with what is left of the room
   AdaptiveGuide(const AdaptiveGuide& o);
   void cut(uint32_t leaf, std::vector<int64_t>& shares);
   void add_states();  // of leaves that the tree has got
-  // How many trees the room, bytes, kept as they were.
-  size_t rebuild(const std::vector<int64_t>& shares, int64_t keep, size_t room);
+  // Keeps `keep` of kShareOne of the sums; how many trees the room held back.
+  size_t rebuild(const Growth& growth, int64_t keep);
   void index();
   size_t bytes() const;
   void refine_as(const AdaptiveGuide& other);
   void summarize(State& state, const Sums& sums) const;
-  Status load_state(ByteReader& in, uint64_t& last_key);
+  Status load_state(ByteReader& in, uint32_t leaf);
 
   AdaptiveParams params_;
   size_t max_bytes_;

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "core/base/check.h"
+#include "core/guide/tree_sections.h"
 #include "core/math/hash.h"
 #include "core/math/warp.h"
 
@@ -19,7 +20,6 @@ constexpr DirectionParams kDirection{
 // Adam (Kingma and Ba 2015), with the course notes' rate and regularisation.
 constexpr float kRate = 0.01f, kBeta1 = 0.9f, kBeta2 = 0.999f, kRegular = 0.01f;
 constexpr float kMaxTheta = 20;
-constexpr size_t kMaxCells = 1 << 17;
 constexpr double kMeanOne = DirectionTrees::kChances / 4;  // a chance that leaves the mean as it is
 
 Vec3 to_direction(Vec2 u) {
@@ -196,13 +196,10 @@ void PpgGuide::end_pass() {
   index();
 }
 
-// The index over places takes what is left.
 void PpgGuide::index() {
   directions_.shrink();
   leaves_.shrink_to_fit();
-  tree_.index_top(0);
-  const size_t taken = bytes();
-  if (taken < max_bytes_) tree_.index_top(max_bytes_ - taken);
+  tree_.index_within(max_bytes_, bytes() - tree_.bytes());
 }
 
 size_t PpgGuide::bytes() const {
@@ -225,84 +222,57 @@ std::vector<GuidePoint> PpgGuide::known_points(size_t most) const {
   return spread_over(std::move(points), most);
 }
 
-// Sections: PCUB (the cube, the samples seen, iterations), PDTR (a record per leaf, by
-// rising keys: the chance's state, then the direction cells depth first: a byte, 1 for one that
-// is cut and then its quarters' chances). What the current iteration has learned so far is left
-// out.
+// Sections: PCUB (the cube, the samples seen, iterations), PDTR (a record per leaf: key, the
+// chance's state, then the direction cells with the chances of a cut one's quarters). What the
+// current iteration has learned so far is left out.
 std::vector<TableSection> PpgGuide::save() const {
-  ByteWriter cube;
-  cube.i64(tree_.cube_exponent());
-  for (int axis = 0; axis < 3; ++axis) cube.f32(tree_.origin()[axis]);
+  ByteWriter cube, out;
+  write_cube(cube, tree_);
   cube.u64(samples_seen_);
   cube.i64(last_iteration_samples_);
   cube.u32(static_cast<uint32_t>(iteration_));
-  std::vector<std::pair<uint64_t, uint32_t>> order;
-  for (uint32_t i = 0; i < leaves_.size(); ++i) order.emplace_back(tree_.key(i), i);
-  std::sort(order.begin(), order.end());
-  ByteWriter out;
-  out.u64(order.size());
-  for (const auto& [key, i] : order) {
+  out.u64(leaves_.size());
+  for (uint32_t i : leaves_by_key(tree_)) {
     const Leaf& leaf = leaves_[i];
-    out.u64(key);
+    out.u64(tree_.key(i));
     out.u8(leaf.ready);
     for (float v : {leaf.theta, leaf.first_moment, leaf.second_moment}) out.f32(v);
     out.u32(leaf.steps);
-    const DirectionTrees::Cells cells = directions_.take(leaf.root);
-    std::vector<uint32_t> open{0};
-    while (!open.empty()) {
-      const DirectionTrees::Cell& c = cells[open.back()];
-      open.pop_back();
-      out.u8(c.child != 0);
-      for (uint32_t q = 0; c.child != 0 && q < 4; ++q)
-        out.u8(static_cast<uint8_t>(std::lround(cells[c.child + q].mean / c.mean * kMeanOne)));
-      for (uint32_t q = 4; c.child != 0 && q-- > 0;) open.push_back(c.child + q);
-    }
+    write_cells(out, directions_.take(leaf.root), [&](const Cell& c, const Cell* four) {
+      for (int q = 0; four && q < 4; ++q)
+        out.u8(static_cast<uint8_t>(std::lround(four[q].mean / c.mean * kMeanOne)));
+    });
   }
   return {{"PCUB", cube.take()}, {"PDTR", out.take()}};
 }
 
-Status PpgGuide::load_leaf(ByteReader& in) {
-  const uint64_t key = in.u64();
-  bool good = SpatialTree::valid_key(key, 1);
+Status PpgGuide::load_leaf(ByteReader& in, uint32_t place) {
   Leaf leaf;
   const uint8_t ready = in.u8();
+  bool good = ready <= 1;
   leaf.ready = ready != 0;
   for (float* v : {&leaf.theta, &leaf.first_moment, &leaf.second_moment}) {
     *v = in.f32();
     good = good && std::isfinite(*v);
   }
   leaf.steps = in.u32();
-  good = good && ready <= 1 && std::abs(leaf.theta) <= kMaxTheta && leaf.second_moment >= 0;
+  good = good && std::abs(leaf.theta) <= kMaxTheta && leaf.second_moment >= 0;
   leaf.fraction = 1 / (1 + std::exp(-leaf.theta));
-  DirectionTrees::Cells cells = DirectionTrees::one_cell();
-  std::vector<uint32_t> open{0};
-  while (good && !open.empty() && in.ok()) {
-    const uint32_t c = open.back();
-    open.pop_back();
-    const uint8_t cut = in.u8();
-    good = cut <= 1 && (c != 0 || cut == 1) &&
-           (cut == 0 || (cells[c].depth < kDirection.max_depth && cells.size() < kMaxCells));
-    if (!good || cut == 0) continue;
-    const uint32_t child = static_cast<uint32_t>(cells.size());
-    cells[c].child = child;
-    cells.resize(child + 4);
+  const auto chances = [&](const Cell& c, Cell* four) {
+    if (!four) return !c.even;  // which this method does not know
     int sum = 0;
-    for (uint32_t q = 0; q < 4; ++q) {
+    for (int q = 0; q < 4; ++q) {
       const int chance = in.u8();
-      good = good && chance > 0;
+      if (chance == 0) return false;
       sum += chance;
-      cells[child + q].depth = cells[c].depth + 1;
-      cells[child + q].mean = cells[c].mean * chance / kMeanOne;
+      four[q].mean = c.mean * chance / kMeanOne;
     }
-    good = good && sum == DirectionTrees::kChances;
-    for (uint32_t q = 4; q-- > 0;) open.push_back(child + q);
-  }
-  if (!good || !in.ok())
-    return Error{ErrorCode::kCorrupt, "expected a key, a finite chance and whole trees", ""};
-  const uint32_t place = tree_.reach(key);
+    return sum == DirectionTrees::kChances;
+  };
+  const DirectionTrees::Cells cells = read_cells(in, kDirection.max_depth, chances);
+  if (!good || cells.empty())
+    return Error{ErrorCode::kCorrupt, "expected a finite chance and whole trees", ""};
   leaves_.resize(tree_.leaves());
-  if (place == SpatialTree::kNone || leaves_[place].root != kNoRoot)
-    return Error{ErrorCode::kCorrupt, "places stand twice or hold one another", ""};
   leaf.root = directions_.put(cells);
   leaves_[place] = leaf;
   return {};
@@ -310,46 +280,31 @@ Status PpgGuide::load_leaf(ByteReader& in) {
 
 Status PpgGuide::load(std::span<const TableSection> sections) {
   QRAY_CHECK(samples_seen_ == 0);
-  if (sections.size() != 2 || sections[0].tag != "PCUB" || sections[1].tag != "PDTR")
-    return Error{ErrorCode::kCorrupt, "expected the sections PCUB and PDTR", "table"};
-  ByteReader cube(sections[0].bytes);
-  const int64_t exponent = cube.i64();
-  Vec3 origin;
-  for (int axis = 0; axis < 3; ++axis) origin[axis] = cube.f32();
-  const uint64_t samples_seen = cube.u64();
-  const int64_t last_iteration_samples = cube.i64();
-  const uint32_t iteration = cube.u32();
-  if (!cube.ok() || cube.remaining() != 0 || last_iteration_samples < 0 ||
-      last_iteration_samples > int64_t{1} << 60 || iteration > 64)
-    return Error{ErrorCode::kCorrupt, "wrong size or iterations", "table:PCUB"};
-  if (exponent != tree_.cube_exponent() || !(origin == tree_.origin()))
-    return Error{ErrorCode::kConflict, "the table's cube is not this scene's", "table:PCUB"};
-  ByteReader in(sections[1].bytes);
-  const uint64_t count = in.u64();
-  const Error too_large{ErrorCode::kTooLarge,
-                        "the table's " + std::to_string(count) + " places need more than the " +
-                            std::to_string(max_bytes_) + " bytes allowed",
-                        ""};
+  uint64_t samples_seen = 0;
+  int64_t last_iteration_samples = 0;
+  uint32_t iteration = 0;
+  const Status cube = read_cube(sections, "PCUB", "PDTR", tree_, [&](ByteReader& in) {
+    samples_seen = in.u64();
+    last_iteration_samples = in.i64();
+    iteration = in.u32();
+  });
+  if (!cube.ok()) return cube;
+  if (last_iteration_samples < 0 || last_iteration_samples > int64_t{1} << 60 || iteration > 64)
+    return Error{ErrorCode::kCorrupt, "wrong iterations", "table:PCUB"};
+  const Error too_large = over_memory("the table needs", max_bytes_, "table:PDTR");
   directions_.clear();
-  leaves_[0].root = kNoRoot;
-  Status status;
-  uint64_t i = 0;
-  for (; i < count && status.ok(); ++i) {
-    status = load_leaf(in);
-    if (status.ok() && bytes() / 2 > max_bytes_ && stats().states > 0) status = too_large;
-  }
+  const auto record = [&](ByteReader& in, uint32_t place) -> Status {
+    const Status status = load_leaf(in, place);
+    const bool large = status.ok() && bytes() / 2 > max_bytes_ && stats().states > 0;
+    return large ? too_large : status;
+  };
+  const Result<uint64_t> count = read_records(sections[1], "place", tree_, 1, record);
+  if (!count.ok()) return count.error();
   index();
-  if (status.ok() && stats().bytes > max_bytes_) status = too_large;
-  // The leaves must share out all of space; one that was cut after it was loaded left a gap, too.
-  if (status.ok() && count != leaves_.size())
-    status = Error{ErrorCode::kCorrupt, "places are missing or hold one another", ""};
-  if (status.ok() && (!in.ok() || in.remaining() != 0))
-    status = Error{ErrorCode::kCorrupt, "wrong size for " + std::to_string(count) + " places", ""};
-  if (!status.ok()) {
-    Error error = status.error();
-    error.where = "table:PDTR, place " + std::to_string(i > 0 ? i - 1 : 0);
-    return error;
-  }
+  if (stats().bytes > max_bytes_) return too_large;
+  // The leaves must share out all of space.
+  if (count.value() != leaves_.size())
+    return Error{ErrorCode::kCorrupt, "places are missing", "table:PDTR"};
   samples_seen_ = samples_seen;
   last_iteration_samples_ = last_iteration_samples;
   iteration_ = static_cast<int>(iteration);

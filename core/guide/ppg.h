@@ -39,9 +39,9 @@ class PpgGuide final : public Guide {
   std::vector<GuidePoint> known_points(size_t most) const override;
 
  private:
-  static constexpr uint32_t kNoRoot = ~0u;
+  using Cell = DirectionTrees::Cell;
   struct Leaf {
-    uint32_t root = kNoRoot;  // of its directions
+    uint32_t root = 0;  // of its directions
     bool ready = false;
     int64_t samples = 0;  // of this iteration
     float paid = 0;       // mean, radiance units x steradians: of the last iteration
@@ -55,7 +55,7 @@ class PpgGuide final : public Guide {
   size_t bytes() const;
   void index();
   void step(Leaf& leaf, float gradient);
-  Status load_leaf(ByteReader& in);
+  Status load_leaf(ByteReader& in, uint32_t place);
 
   size_t max_bytes_;
   double radiance_unit_;

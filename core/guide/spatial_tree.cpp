@@ -134,4 +134,10 @@ void SpatialTree::index_top(size_t most_bytes) {
   }
 }
 
+void SpatialTree::index_within(size_t max_bytes, size_t other_bytes) {
+  index_top(0);
+  const size_t taken = other_bytes + bytes();
+  if (taken < max_bytes) index_top(max_bytes - taken);
+}
+
 }  // namespace qray

@@ -56,6 +56,8 @@ class SpatialTree {
   uint32_t leaf_with(uint64_t key) const;  // the leaf that holds all of the key's; or kNone
   // So that leaf_at() begins deep down; the index takes at most this many bytes.
   void index_top(size_t most_bytes = kMaxTopBytes);
+  // Takes what is left of a table's memory beside what is not the tree's.
+  void index_within(size_t max_bytes, size_t other_bytes);
 
   size_t leaves() const { return leaves_.size(); }
   int depth(uint32_t leaf) const { return leaves_[leaf].depth; }

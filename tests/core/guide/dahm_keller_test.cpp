@@ -5,18 +5,13 @@
 #include <numeric>
 
 #include "core/math/warp.h"
+#include "tests/core/guide/one_point.h"
 #include "tests/support/random.h"
 
 namespace qray {
 namespace {
 
-const Vec3 kPoint{0.4f, 0.3f, 0.6f}, kNormal{0, 0, 1};
-
-GuideSetup setup_of() {
-  GuideSetup setup;
-  setup.bounds = {{0, 0, 0}, {1, 1, 1}};
-  return setup;
-}
+using test::kNormal, test::kPoint, test::unit_cube;
 
 // Events at one state: rays that see `emitted` and land where the surface has `albedo` and the same
 // state, as in a closed room of one colour.
@@ -40,7 +35,7 @@ void teach(DahmKellerGuide& guide, int events, float emitted, float albedo) {
 
 // The expected update has the fixed point of light transport: e / (1 - albedo).
 TEST(DahmKeller, ValuesApproachTheLightOfAClosedRoom) {
-  DahmKellerGuide guide(setup_of());
+  DahmKellerGuide guide(unit_cube());
   teach(guide, 400'000, 1, 0.5f);
   const DahmKellerGuide::Values* q = guide.values(guide.find(kPoint, kNormal).key);
   ASSERT_NE(q, nullptr);
@@ -48,13 +43,13 @@ TEST(DahmKeller, ValuesApproachTheLightOfAClosedRoom) {
 }
 
 TEST(DahmKeller, BlackSurfacesKeepWhatIsEmitted) {
-  DahmKellerGuide guide(setup_of());
+  DahmKellerGuide guide(unit_cube());
   teach(guide, 20'000, 3, 0);
   for (float value : *guide.values(guide.find(kPoint, kNormal).key)) EXPECT_NEAR(value, 3, 1e-3);
 }
 
 TEST(DahmKeller, SavedLoadedAndSavedAgainItIsTheSameFile) {
-  DahmKellerGuide guide(setup_of()), other(setup_of());
+  DahmKellerGuide guide(unit_cube()), other(unit_cube());
   teach(guide, 20'000, 1, 0.5f);
   const std::vector<TableSection> saved = guide.save();
   ASSERT_TRUE(other.load(saved).ok());

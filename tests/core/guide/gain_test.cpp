@@ -9,18 +9,13 @@
 #include "core/guide/huang.h"
 #include "core/guide/ppg.h"
 #include "core/math/warp.h"
+#include "tests/core/guide/one_point.h"
 #include "tests/support/random.h"
 
 namespace qray {
 namespace {
 
-const Vec3 kPoint{0.4f, 0.3f, 0.6f}, kNormal{0, 0, 1};
-
-GuideSetup setup_of() {
-  GuideSetup setup;
-  setup.bounds = {{0, 0, 0}, {1, 1, 1}};
-  return setup;
-}
+using test::kNormal, test::kPoint, test::unit_cube;
 
 // Passes of events at one point; `local` draws a direction in the point's frame and sets its
 // density, `light` says what arrives from it.
@@ -73,14 +68,14 @@ TEST(Gain, OfADensityInProportionIsTheRatioOfMoments) {
 
 TEST(Gain, IsOneWhereNothingIsKnown) {
   for (const char* method : {"huang-published", "huang", "dahm-keller", "ppg", "adaptive"}) {
-    const auto guide = make_guide(method, setup_of());
+    const auto guide = make_guide(method, unit_cube());
     ASSERT_TRUE(guide.ok());
     EXPECT_EQ(guide.value()->gain(guide.value()->find(kPoint, kNormal)), 1) << method;
   }
 }
 
 TEST(Gain, OfHuangIsItsBoostOfTheOneBrightCell) {
-  HuangGuide guide(HuangGuide::Density::kExact, setup_of().bounds, {});
+  HuangGuide guide(HuangGuide::Density::kExact, unit_cube().bounds, {});
   const uint64_t key = guide.find(kPoint, kNormal).key;
   HuangGuide::Values values;
   values.fill(1);
@@ -99,10 +94,10 @@ TEST(Gain, OfHuangIsItsBoostOfTheOneBrightCell) {
 }
 
 TEST(Gain, OfDahmKellerIsItsDensityInTheOneBrightCell) {
-  DahmKellerGuide guide(setup_of());
+  DahmKellerGuide guide(unit_cube());
   const auto alike = teach(guide, 1, 20000, even_hemisphere, [](Vec3) { return 1.0f; });
   EXPECT_NEAR(guide.gain(alike), 1, 1e-4);
-  DahmKellerGuide other(setup_of());
+  DahmKellerGuide other(unit_cube());
   // The cell of the square's middle, by its side of the horizon: u in [4/8, 5/8)^2.
   const auto bright = [](Vec3 w) {
     const float scale = 1 / std::sqrt(1 + w.z);
@@ -115,7 +110,7 @@ TEST(Gain, OfDahmKellerIsItsDensityInTheOneBrightCell) {
 }
 
 TEST(Gain, OfTreesIsFourWhereAQuarterOfTheSquareOwnsAll) {
-  AdaptiveGuide adaptive(setup_of());
+  AdaptiveGuide adaptive(unit_cube());
   const auto quarter = [](Vec3 w) {
     const Vec2 u = disk_to_square({w.x, w.y});
     return u.x < 0.5f && u.y < 0.5f ? 1.0f : 0.0f;
@@ -123,7 +118,7 @@ TEST(Gain, OfTreesIsFourWhereAQuarterOfTheSquareOwnsAll) {
   // Few enough that the place is not cut.
   EXPECT_NEAR(adaptive.gain(teach(adaptive, 2, 1900, even_hemisphere, quarter)), 4, 0.6);
 
-  PpgGuide ppg(setup_of());
+  PpgGuide ppg(unit_cube());
   const auto back = [](Vec3 w) { return w.z < 0 && w.y > 0 ? 1.0f : 0.0f; };
   // Four iterations: samples are splatted over a cell's width, so its edges are blurred at first.
   EXPECT_NEAR(ppg.gain(teach(ppg, 15, 2000, even_sphere, back)), 4, 0.6);

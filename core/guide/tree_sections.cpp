@@ -1,0 +1,118 @@
+#include "core/guide/tree_sections.h"
+
+#include <algorithm>
+#include <numeric>
+
+namespace qray {
+namespace {
+
+constexpr size_t kMaxCells = 1 << 17;  // of a tree
+enum : uint8_t { kLeaf, kCut, kEven };
+
+}  // namespace
+
+void write_cube(ByteWriter& out, const SpatialTree& tree) {
+  out.i64(tree.cube_exponent());
+  for (int axis = 0; axis < 3; ++axis) out.f32(tree.origin()[axis]);
+}
+
+Status read_cube(std::span<const TableSection> sections, std::string_view cube_tag,
+                 std::string_view records_tag, const SpatialTree& tree,
+                 const std::function<void(ByteReader&)>& rest) {
+  if (sections.size() != 2 || sections[0].tag != cube_tag || sections[1].tag != records_tag)
+    return Error{
+        ErrorCode::kCorrupt,
+        "expected the sections " + std::string(cube_tag) + " and " + std::string(records_tag),
+        "table"};
+  const std::string where = "table:" + sections[0].tag;
+  ByteReader in(sections[0].bytes);
+  const int64_t exponent = in.i64();
+  Vec3 origin;
+  for (int axis = 0; axis < 3; ++axis) origin[axis] = in.f32();
+  rest(in);
+  if (!in.ok() || in.remaining() != 0) return Error{ErrorCode::kCorrupt, "wrong size", where};
+  if (exponent != tree.cube_exponent() || !(origin == tree.origin()))
+    return Error{ErrorCode::kConflict, "the table's cube is not this scene's", where};
+  return {};
+}
+
+Error over_memory(const std::string& what, size_t max_bytes, const std::string& where) {
+  return {ErrorCode::kTooLarge,
+          what + " more than the " + std::to_string(max_bytes) + " bytes allowed", where};
+}
+
+std::vector<uint32_t> leaves_by_key(const SpatialTree& tree) {
+  std::vector<uint32_t> leaves(tree.leaves());
+  std::iota(leaves.begin(), leaves.end(), 0u);
+  std::ranges::sort(leaves, {}, [&](uint32_t leaf) { return tree.key(leaf); });
+  return leaves;
+}
+
+Result<uint64_t> read_records(const TableSection& section, const std::string& name,
+                              SpatialTree& tree, int trees,
+                              const std::function<Status(ByteReader&, uint32_t)>& record) {
+  const std::string where = "table:" + section.tag;
+  const auto corrupt = [](std::string what) { return Error{ErrorCode::kCorrupt, what, ""}; };
+  ByteReader in(section.bytes);
+  const uint64_t count = in.u64();
+  std::vector<std::pair<uint64_t, uint32_t>> read;  // keys and their leaves
+  const auto read_one = [&]() -> Status {
+    const uint64_t key = in.u64();
+    if (!SpatialTree::valid_key(key, trees)) return corrupt("not a key of a place");
+    if (!read.empty() && key <= read.back().first) return corrupt("expected rising keys");
+    const uint32_t leaf = tree.reach(key);
+    if (leaf == SpatialTree::kNone) return corrupt("places hold one another");
+    read.emplace_back(key, leaf);
+    return record(in, leaf);
+  };
+  for (uint64_t i = 0; i < count; ++i)
+    if (const Status status = read_one(); !status.ok())
+      return Error{status.error().code, status.error().message,
+                   where + ", " + name + " " + std::to_string(i)};
+  if (!in.ok() || in.remaining() != 0)
+    return Error{ErrorCode::kCorrupt, "wrong size for " + std::to_string(count) + " " + name + "s",
+                 where};
+  for (const auto& [key, leaf] : read)  // cut after it was read?
+    if (tree.key(leaf) != key) return Error{ErrorCode::kCorrupt, "places hold one another", where};
+  return count;
+}
+
+void write_cells(
+    ByteWriter& out, const DirectionTrees::Cells& cells,
+    const std::function<void(const DirectionTrees::Cell&, const DirectionTrees::Cell*)>& rest) {
+  std::vector<uint32_t> open{0};
+  while (!open.empty()) {
+    const DirectionTrees::Cell& c = cells[open.back()];
+    open.pop_back();
+    out.u8(c.child != 0 ? kCut : c.even ? kEven : kLeaf);
+    rest(c, c.child != 0 ? &cells[c.child] : nullptr);
+    for (uint32_t q = 4; c.child != 0 && q-- > 0;) open.push_back(c.child + q);
+  }
+}
+
+DirectionTrees::Cells read_cells(
+    ByteReader& in, uint32_t max_depth,
+    const std::function<bool(DirectionTrees::Cell&, DirectionTrees::Cell*)>& rest) {
+  DirectionTrees::Cells cells = DirectionTrees::one_cell();
+  std::vector<uint32_t> open{0};
+  while (!open.empty()) {
+    const uint32_t c = open.back(), child = static_cast<uint32_t>(cells.size());
+    open.pop_back();
+    const uint8_t mark = in.u8();
+    const bool cut = mark == kCut;
+    if (mark > kEven || (cut ? cells[c].depth >= max_depth || child > kMaxCells : c == 0))
+      return {};
+    if (cut) {
+      cells[c].child = child;
+      DirectionTrees::Cell quarter;
+      quarter.depth = cells[c].depth + 1;
+      cells.resize(child + 4, quarter);
+      for (uint32_t q = 4; q-- > 0;) open.push_back(child + q);
+    }
+    cells[c].even = mark == kEven;
+    if (!rest(cells[c], cut ? &cells[child] : nullptr) || !in.ok()) return {};
+  }
+  return cells;
+}
+
+}  // namespace qray
