@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Makes docs/complexity.md: what each part of the renderer is worth on each scene, and the error
-# against the table's size. Takes about 17 minutes; nothing else should run meanwhile.
+# against the table's size. Takes about 20 minutes; nothing else should run meanwhile.
 #   bash tests/bench/complexity.sh BUILD_DIR [DIR] > docs/complexity.md
 # DIR keeps the results (default: a scratch folder, gone afterwards).
 set -euo pipefail
@@ -8,14 +8,15 @@ build=${1:?usage: complexity.sh BUILD_DIR [DIR]}
 if [ $# -gt 1 ]; then dir=$2; else dir=$(mktemp -d); trap 'rm -rf "$dir"' EXIT; fi
 scenes="cornell-box ajar-door lamp-room thesis-room furnace many-lights glass-caustic"
 methods="none,none:nee=off,none:roulette=off,none:light-table=off"
-methods+=",huang:grid=3,huang:grid=6,huang:grid=12,huang:grid=24,huang:grid=48"
+methods+=",huang:grid=6,huang:grid=24,dahm-keller,ppg"
+methods+=",adaptive:split=1000,adaptive:split=4000,adaptive:split=16000,adaptive:levels=3"
 flags=(--methods "$methods" --size 256x256 --seconds 3 --seeds 3 --ref-seconds 60
-  ${REF_CACHE:+--ref-cache "$REF_CACHE"})  # REF_CACHE: references that a chart has left
+  --ref-method adaptive ${REF_CACHE:+--ref-cache "$REF_CACHE"})  # REF_CACHE: references that a chart has left
 
 # shellcheck disable=SC2086
 "$build/bin/qray" chart $scenes "${flags[@]}" -o "$dir" 1>&2
 for scene in $scenes; do
-  "$build/bin/qray" render "$scene" --method huang --spp 4 --size 64x64 -q -o "$dir/parts.exr" \
+  "$build/bin/qray" render "$scene" --method adaptive --spp 64 --size 128x128 -q -o "$dir/parts.exr" \
     --json "$dir/$scene-parts.json"
 done
 
@@ -26,13 +27,14 @@ Made by \`bash tests/bench/complexity.sh build\`, which runs
 
     qray chart $scenes \\
       --methods $methods \\
-      --size 256x256 --seconds 3 --seeds 3 --ref-seconds 60 -o DIR
+      --size 256x256 --seconds 3 --seeds 3 --ref-seconds 60 --ref-method adaptive -o DIR
 
 Each part is measured on and off: next event estimation (\`nee\`), Russian roulette, picking lights
-by power (\`light-table\`), and a table of the thesis' kind from coarse to fine (\`grid\`: cells
-along the scene's longest side; a state has 26 directions). Efficiency is that of \`none\` with all
-parts on; the words are explained in [charts/README.md](charts/README.md). Three seeds of three
-seconds: differences of a tenth are noise.
+by power (\`light-table\`), and tables from coarse to fine: of the thesis' kind (\`grid\`: cells along
+the scene's longest side; a state has 26 directions) and ours (\`split\`: samples in a pass after
+which a place is cut in two, 4000 by default; \`levels\`: of directions, 6 by default). Efficiency is
+that of \`none\` with all parts on; the words are explained in
+[charts/README.md](charts/README.md). Three seeds of three seconds: differences of a tenth are noise.
 
 A part that cannot matter is off by itself; \`stats.json\` says so under \`parts\`:
 
