@@ -26,6 +26,7 @@ double GuideGate::guided_pass(uint64_t samples, const PassCost& cost, double var
   const double gain = without / with;
   const double before = checks_.empty() ? 0 : checks_.back().gain;
   checks_.push_back({samples, gain});
+  if (open_) return gain;
   if (samples >= (warm_ ? kFirstWarmCheck : kFirstCheck) && gain < 1 && gain < kHope * before)
     on_ = false;
   bool little = false;

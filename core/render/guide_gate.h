@@ -21,13 +21,13 @@ struct PassCost {
 class GuideGate {
  public:
   // `lookup_rays`: the cost of asking the guide, in rays of this scene.
-  // `warm`: the guide starts from a table.
-  explicit GuideGate(double lookup_rays, bool warm = false)
-      : lookup_rays_(lookup_rays), warm_(warm) {}
+  // `warm`: the guide starts from a table. `open`: it rules from the start, whatever it gains.
+  explicit GuideGate(double lookup_rays, bool warm = false, bool open = false)
+      : lookup_rays_(lookup_rays), warm_(warm), open_(open) {}
 
   // Of a pass that starts after `samples` a pixel, with a table that has seen so many events.
   bool guides(uint64_t samples, uint64_t table_samples_seen) const {
-    return on_ && samples >= kControlSamples && table_samples_seen >= kLeastSeen;
+    return open_ || (on_ && samples >= kControlSamples && table_samples_seen >= kLeastSeen);
   }
   bool learns() const { return on_ && learns_; }
   bool grows() const { return grows_; }
@@ -49,7 +49,7 @@ class GuideGate {
   };
 
   double lookup_rays_;
-  bool warm_;
+  bool warm_, open_;
   PassCost unguided_;
   std::vector<Check> checks_;
   bool brought_little_ = false;  // learning, at the last check

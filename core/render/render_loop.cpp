@@ -132,7 +132,7 @@ class Renderer {
         parts_(parts()),
         plan_(settings),
         updates_(guide),
-        gate_(kLookupNs / ray_ns(scene), guide && guide->stats().samples_seen > 0) {
+        gate_(kLookupNs / ray_ns(scene), guide && guide->stats().samples_seen > 0, !settings.gate) {
     if (guide) noise_.emplace(settings.width, settings.height);
     for (int i = 0; i < pool.threads(); ++i)
       workers_.push_back({{scene, lights_, settings, guide}, {}});

@@ -17,7 +17,8 @@ struct RenderSettings {
   std::string method = "adaptive";
   bool nee = true;
   bool russian_roulette = true;
-  bool light_table = true;        // lights are picked by their power; else all alike
+  bool light_table = true;  // lights are picked by their power; else all alike
+  bool gate = true;  // a guide that does not pay is left (guide_gate.h); else it rules regardless
   int width = 512, height = 512;  // pixels
   int samples = 64;    // a pixel, counting learning samples; with `seconds`: at most, 0 = no limit
   double seconds = 0;  // > 0: stop when no further pass fits. The first pass always completes

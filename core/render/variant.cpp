@@ -26,6 +26,7 @@ constexpr Key kKeys[] = {
      [](auto v, RenderSettings& s) { return set_switch(v, s.russian_roulette); }},
     {"light-table", "on or off",
      [](auto v, RenderSettings& s) { return set_switch(v, s.light_table); }},
+    {"gate", "on or off", [](auto v, RenderSettings& s) { return set_switch(v, s.gate); }},
     {"depth", "a whole number",
      [](auto v, RenderSettings& s) { return set_number(v, s.max_depth); }},
     {"learning", "samples a pixel",

@@ -16,8 +16,8 @@ flags=(--methods "$methods" --size 256x256 --seconds 3 --seeds 3 --ref-seconds 6
 # shellcheck disable=SC2086
 "$build/bin/qray" chart $scenes "${flags[@]}" -o "$dir" 1>&2
 for scene in $scenes; do
-  "$build/bin/qray" render "$scene" --method adaptive --spp 64 --size 128x128 -q -o "$dir/parts.exr" \
-    --json "$dir/$scene-parts.json"
+  "$build/bin/qray" render "$scene" --method adaptive --spp 64 --size 128x128 -q \
+    -o "$dir/parts.exr" --json "$dir/$scene-parts.json"
 done
 
 cat <<EOF
@@ -30,11 +30,11 @@ Made by \`bash tests/bench/complexity.sh build\`, which runs
       --size 256x256 --seconds 3 --seeds 3 --ref-seconds 60 --ref-method adaptive -o DIR
 
 Each part is measured on and off: next event estimation (\`nee\`), Russian roulette, picking lights
-by power (\`light-table\`), and tables from coarse to fine: of the thesis' kind (\`grid\`: cells along
-the scene's longest side; a state has 26 directions) and ours (\`split\`: samples in a pass after
-which a place is cut in two, 4000 by default; \`levels\`: of directions, 6 by default). Efficiency is
-that of \`none\` with all parts on; the words are explained in
-[charts/README.md](charts/README.md). Three seeds of three seconds: differences of a tenth are noise.
+by power (\`light-table\`), and tables from coarse to fine: of the thesis' kind (\`grid\`: cells
+along the scene's longest side; a state has 26 directions) and ours (\`split\`: samples in a pass
+after which a place is cut in two, 4000 by default; \`levels\`: of directions, 6 by default).
+Efficiency is that of \`none\` with all parts on; [charts/README.md](charts/README.md) explains the
+words. Three seeds of three seconds: differences of a tenth are noise.
 
 A part that cannot matter is off by itself; \`stats.json\` says so under \`parts\`:
 

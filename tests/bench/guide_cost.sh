@@ -14,9 +14,10 @@ scenes=(cornell-box furnace "$here"/scenes/{sky,mirrors,fine-ball}.json)
   --seeds 5 --ref-seconds 60 --ref-method adaptive -o "$dir" 1>&2
 node -e '
 const fs = require("fs"), dir = process.argv[1];
-const rows = fs.readFileSync(dir + "/results.jsonl", "utf8").trim().split("\n").map(JSON.parse);
+const lines = fs.readFileSync(dir + "/results.jsonl", "utf8").trim().split("\n");
+const rows = lines.map((line) => JSON.parse(line));
 const median = (a) => a.sort((x, y) => x - y)[a.length >> 1];
-console.log("| scene | efficiency | of its relMSE trimmed | rays/s | table |\n|---|---|---|---|---|");
+console.log("| scene | efficiency | the same, trimmed | rays/s | table |\n|---|---|---|---|---|");
 for (const scene of JSON.parse(fs.readFileSync(dir + "/summary.json")).scenes) {
   const m = scene.methods.find((m) => m.method === "adaptive");
   const last = (method) => rows.filter((r) => r.line === "picture" && r.last &&

@@ -4,11 +4,13 @@
 
 #include <numeric>
 
+#include "core/render/variant.h"
+
 namespace qray::test {
 namespace {
 
-// Means tested by the whole suite, about: 60 scenes, 6 methods, 5 regions. More only lowers power.
-constexpr int kMeanTests = 2000;
+// Means tested by the whole suite, about: 60 scenes, 7 methods, 5 regions. More only lowers power.
+constexpr int kMeanTests = 2100;
 constexpr int kReferenceTimes = 64;
 constexpr double kAllowedError = 1.1;  // of `adaptive` over `none`
 
@@ -36,7 +38,8 @@ double Sampled::mean() const {
 Sampled sample_seeds(const PreparedScene& scene, RenderSettings settings, std::string_view method,
                      const SeedOptions& options, const Image* reference, float scale) {
   Sampled sampled;
-  sampled.method = settings.method = method;
+  sampled.method = method;
+  settings = apply_variant(method, std::move(settings)).value();
   std::optional<TableFile> table;
   if (options.table) table = options.table(settings.method);
   for (int i = 1; i <= options.seeds; ++i) {
@@ -109,7 +112,7 @@ void check_methods(const Row& row, const std::string& label, const PreparedScene
   cold.table = nullptr;
   const Sampled none = sample_seeds(scene, settings, "none", cold, &reference);
   EXPECT_GT(none.mean(), 0) << label << ": nothing to compare";
-  for (std::string_view method : method_names()) {
+  for (std::string_view method : compared_methods()) {
     if (method == "none") {
       check_method(row, label, none, none, &none);
     } else {
@@ -117,6 +120,12 @@ void check_methods(const Row& row, const std::string& label, const PreparedScene
                    &none);
     }
   }
+}
+
+std::vector<std::string> compared_methods() {
+  std::vector<std::string> methods(method_names().begin(), method_names().end());
+  methods.emplace_back("adaptive:gate=off");
+  return methods;
 }
 
 }  // namespace qray::test

@@ -1,12 +1,13 @@
 #include "tests/stability/huang_table.h"
 
 #include "core/base/check.h"
+#include "core/render/variant.h"
 
 namespace qray::test {
 
 std::optional<TableFile> learned_table(const PreparedScene& scene, RenderSettings settings,
                                        std::string_view method, int samples) {
-  settings.method = method;
+  settings = apply_variant(method, std::move(settings)).value();
   settings.samples = samples;
   settings.seed = 99'991;
   settings.passes.clear();

@@ -41,7 +41,7 @@ TEST(TableBias, ThePublishedMethodBrightensRooms) {
         return test::learned_table(*scene, settings, method);
       };
       const test::Sampled none = test::sample_seeds(*scene, settings, "none", cold);
-      for (std::string_view method : method_names()) {
+      for (std::string_view method : test::compared_methods()) {
         if (method == "none") continue;
         const test::Sampled sampled = test::sample_seeds(*scene, settings, method, warm);
         EXPECT_EQ(sampled.unbiased, method != "huang-published") << method;

@@ -22,6 +22,7 @@ Means means_of(const PreparedScene& scene, const std::string& method, int sample
   for (uint64_t seed = 1; seed <= kSeeds; ++seed) {
     RenderSettings settings = test::small_settings(method, kSide, samples, seed);
     settings.nee = nee;
+    settings.gate = false;  // so that the guide rules
     const test::Rendered rendered = test::render(scene, settings, table);
     EXPECT_EQ(rendered.job.stats.dropped_samples, 0u);
     means.whole.add(test::mean_luminance(rendered.image));

@@ -54,5 +54,21 @@ TEST(GuideGate, LearningEndsWhenItBringsNothingMore) {
   EXPECT_TRUE(flat.on()) << "it goes on guiding";
 }
 
+TEST(GuideGate, GrowthEndsWhenItBringsLittleTwice) {
+  EXPECT_FALSE(after({1, 1.2, 1.4}).grows());
+  EXPECT_TRUE(after({1, 1.2, 1.6}).grows()) << "once is noise";
+  EXPECT_TRUE(after({1, 1.2, 1.6, 1.7}).grows());
+  EXPECT_TRUE(after({1, 1.2, 1.4}).learns());
+}
+
+TEST(GuideGate, AnOpenGateDecidesNothing) {
+  GuideGate gate(1, false, /*open=*/true);
+  EXPECT_TRUE(gate.guides(0, 0));
+  gate.unguided_pass(kUnguided);
+  for (const uint64_t samples : {4, 8, 16, 32, 64})
+    EXPECT_GT(gate.guided_pass(samples, kGuided, 10, 1), 0);
+  EXPECT_TRUE(gate.on() && gate.learns() && gate.grows());
+}
+
 }  // namespace
 }  // namespace qray
