@@ -11,7 +11,8 @@ methods="none,none:nee=off,none:roulette=off,none:light-table=off"
 methods+=",huang:grid=6,huang:grid=24,dahm-keller,ppg"
 methods+=",adaptive:split=1000,adaptive:split=4000,adaptive:split=16000,adaptive:levels=3"
 flags=(--methods "$methods" --size 256x256 --seconds 3 --seeds 3 --ref-seconds 60
-  --ref-method adaptive ${REF_CACHE:+--ref-cache "$REF_CACHE"})  # REF_CACHE: references that a chart has left
+  --ref-method adaptive
+  ${REF_CACHE:+--ref-cache "$REF_CACHE"})  # REF_CACHE: references that a chart has left
 
 # shellcheck disable=SC2086
 "$build/bin/qray" chart $scenes "${flags[@]}" -o "$dir" 1>&2
