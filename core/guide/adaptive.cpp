@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "core/math/warp.h"
 
@@ -60,7 +61,7 @@ AdaptiveGuide::AdaptiveGuide(const AdaptiveGuide& o)
       states_(o.states_),
       sums_(o.sums_),
       directions_(o.directions_),
-      samples_seen_(o.samples_seen_.load()),
+      samples_seen_(o.samples_seen_),
       refused_(o.refused_) {}
 
 void AdaptiveGuide::add_states() {
@@ -83,7 +84,7 @@ GuidePoint AdaptiveGuide::find(Vec3 p, Vec3 n) const {
 }
 
 float AdaptiveGuide::guide_fraction(const GuidePoint& point, bool diffuse) const {
-  if (!states_[point.state.value].credible) return 0;
+  if (!states_[point.state.value].guides) return 0;
   return diffuse ? 1.0f : params_.glossy;
 }
 
@@ -112,11 +113,13 @@ GuideExpectation AdaptiveGuide::expectation(const GuidePoint& point) const {
   return {state.credible, state.arriving, state.deviation};
 }
 
-std::unique_ptr<GuideDelta> AdaptiveGuide::make_delta() const {
-  return std::make_unique<GuideDelta>();
+std::unique_ptr<GuideDelta> AdaptiveGuide::make_delta() const { return std::make_unique<Delta>(); }
+
+void AdaptiveGuide::update(GuideDelta& delta) {
+  samples_seen_ += std::exchange(static_cast<Delta&>(delta).samples, 0);
 }
 
-void AdaptiveGuide::record(std::span<const GuideVertex> path, GuideDelta&) const {
+void AdaptiveGuide::record(std::span<const GuideVertex> path, GuideDelta& delta) const {
   for (const GuideVertex& v : path) {
     if (!v.guidable) continue;
     const Vec3 w = v.at.frame.to_local(v.wi);
@@ -135,7 +138,7 @@ void AdaptiveGuide::record(std::span<const GuideVertex> path, GuideDelta&) const
       sums.second.fetch_add(1, std::memory_order_relaxed);
     directions_.add(states_[v.at.state.value].root, disk_to_square({w.x, w.y}),
                     static_cast<int64_t>(paid * kRadianceOne));
-    samples_seen_.fetch_add(1, std::memory_order_relaxed);
+    ++static_cast<Delta&>(delta).samples;
   }
 }
 
@@ -173,6 +176,12 @@ void AdaptiveGuide::cut(uint32_t leaf, std::vector<int64_t>& shares) {
   states_.push_back(half);
   sums_.push_back(sums);
   shares.push_back(share);
+}
+
+// Gives the state, of which it is known whether it is credible, its directions.
+void AdaptiveGuide::put(State& state, const Cells& cells, DirectionTrees& to) const {
+  state.root = to.put(cells);
+  state.guides = state.credible && to.second_moment(state.root) >= params_.least_worth;
 }
 
 AdaptiveGuide::Growth AdaptiveGuide::whole_trees() const {
@@ -238,7 +247,7 @@ size_t AdaptiveGuide::rebuild(const Growth& growth, int64_t keep) {
     if (may_grow || share == 0) DirectionTrees::adapt(cells, params_.direction);
     if (may_grow) room = room + before - DirectionTrees::bytes_of(cells);
     DirectionTrees::scale(cells, DirectionTrees::scaled(keep, share, kShareOne), kShareOne);
-    state.root = next.put(cells);
+    put(state, cells, next);
     sums_[leaf].scale(keep, kShareOne);
     held_back += !may_grow;
   }

@@ -3,8 +3,8 @@
 // in all, which Russian roulette reads (path.cpp). What tables hold, and how two become one, is in
 // adaptive_table.cpp.
 //
-// Sums are added to atomically while a pass runs, so record() needs no delta, and neither threads
-// nor order change a bit. Radiance counts in units of the scene's brightest light.
+// Sums are added to atomically while a pass runs: neither threads nor order change a bit. Radiance
+// counts in units of the scene's brightest light.
 #pragma once
 
 #include <array>
@@ -33,7 +33,7 @@ class AdaptiveGuide final : public Guide {
 
   std::unique_ptr<GuideDelta> make_delta() const override;
   void record(std::span<const GuideVertex> path, GuideDelta& delta) const override;
-  void update(GuideDelta&) override {}
+  void update(GuideDelta& delta) override;
   void end_pass() override;
   void stop_growing() override { grows_ = false; }
 
@@ -48,13 +48,16 @@ class AdaptiveGuide final : public Guide {
   using Cell = DirectionTrees::Cell;
   using Cells = DirectionTrees::Cells;
 
+  struct Delta final : GuideDelta {
+    uint64_t samples = 0;  // recorded: all else went into the sums at once
+  };
   // What sampling reads of a leaf of a face's tree.
   struct State {
     uint64_t key = 0;
     uint32_t root = 0;  // of its directions
     Rgb arriving;       // radiance
     float deviation = 0;
-    bool credible = false;
+    bool credible = false, guides = false;
   };
   // What is learned of it: n samples of y = radiance x cos / (pi pdf), in fixed point.
   struct alignas(64) Sums {
@@ -87,6 +90,7 @@ class AdaptiveGuide final : public Guide {
   size_t bytes() const;
   void refine_as(const AdaptiveGuide& other);
   void summarize(State& state, const Sums& sums) const;
+  void put(State& state, const Cells& cells, DirectionTrees& to) const;
   Status load_state(ByteReader& in, uint32_t leaf);
 
   AdaptiveParams params_;
@@ -96,7 +100,7 @@ class AdaptiveGuide final : public Guide {
   std::vector<State> states_;       // by the tree's leaf
   mutable std::vector<Sums> sums_;  // parallel
   mutable DirectionTrees directions_;
-  mutable std::atomic<uint64_t> samples_seen_{0};
+  uint64_t samples_seen_ = 0;
   uint64_t refused_ = 0;
   bool grows_ = true;
 };

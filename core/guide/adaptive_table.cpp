@@ -47,8 +47,8 @@ Status AdaptiveGuide::merge(const Guide& other) {
     const uint64_t key = to.states_[leaf].key;
     to.states_[leaf] = {};  // as load() would
     to.states_[leaf].key = key;
-    to.states_[leaf].root = next.put(cells);
     to.summarize(to.states_[leaf], to.sums_[leaf]);
+    put(to.states_[leaf], cells, next);
   }
   to.directions_ = std::move(next);
   to.index();

@@ -109,7 +109,9 @@ class OrderedUpdates {
   std::vector<std::unique_ptr<GuideDelta>> free_;
 };
 
-struct Worker {
+// Alone in its cache lines, and in those that are fetched with them: threads write theirs all the
+// time.
+struct alignas(128) Worker {
   PathTracer tracer;
   std::vector<Rgb> sums;  // a pixel's samples of even and of odd number
 };

@@ -38,6 +38,8 @@ constexpr Key kKeys[] = {
     {"split", "samples",
      [](auto v, RenderSettings& s) { return set_number(v, s.adaptive.split_samples); }},
     {"keep", "a number", [](auto v, RenderSettings& s) { return set_number(v, s.adaptive.keep); }},
+    {"least-worth", "a number",
+     [](auto v, RenderSettings& s) { return set_number(v, s.adaptive.least_worth); }},
     {"glossy", "a chance",
      [](auto v, RenderSettings& s) { return set_number(v, s.adaptive.glossy); }},
     {"shrinkage", "samples",

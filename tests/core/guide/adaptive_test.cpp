@@ -17,12 +17,13 @@ GuideSetup setup_of(size_t max_bytes = kDefaultTableBytes) {
   setup.adaptive.split_samples = 2000;
   setup.adaptive.direction.split_share = 0.01f;
   setup.adaptive.direction.least_gain = -1;
+  setup.adaptive.least_worth = 0;
   return setup;
 }
 
 // Random events on the floor and a wall, more of them and brighter at x = 3; every `shuffle`-th
-// event first where that is over 1.
-void teach(AdaptiveGuide& guide, uint64_t seed, int events, int shuffle = 1) {
+// event first where that is over 1. `narrow`: from near the normal alone.
+void teach(AdaptiveGuide& guide, uint64_t seed, int events, int shuffle = 1, bool narrow = false) {
   test::Random random(seed);
   std::vector<GuideVertex> all;
   for (int i = 0; i < events; ++i) {
@@ -37,12 +38,14 @@ void teach(AdaptiveGuide& guide, uint64_t seed, int events, int shuffle = 1) {
     v.pdf_w = cosine_hemisphere_pdf_w(local.z);
     v.guidable = true;
     v.arriving = Rgb{x > 3 ? 20.0f : 1.0f} * random.next();
+    if (narrow && local.x * local.x + local.y * local.y > 0.1f) v.arriving = {};
     all.push_back(v);
   }
   const std::unique_ptr<GuideDelta> delta = guide.make_delta();
   for (int first = 0; first < shuffle; ++first)
     for (size_t i = static_cast<size_t>(first); i < all.size(); i += static_cast<size_t>(shuffle))
       guide.record({&all[i], 1}, *delta);
+  guide.update(*delta);
   guide.end_pass();
 }
 
@@ -80,6 +83,21 @@ TEST(Adaptive, PlacesThatAreHitOftenAreCutFiner) {
   EXPECT_FALSE(guide->expectation(below).credible);
   EXPECT_GT(guide->stats().states, 20u);
   EXPECT_EQ(guide->stats().samples_seen, 12u * 20000);
+}
+
+TEST(Adaptive, WhereAllDirectionsPayAlikeItDrawsFromTheBsdf) {
+  GuideSetup setup = setup_of();
+  setup.adaptive.least_worth = AdaptiveParams{}.least_worth;
+  for (bool narrow : {false, true}) {
+    AdaptiveGuide guide(setup), loaded(setup);
+    for (uint64_t pass = 0; pass < 4; ++pass) teach(guide, pass, 20000, 1, narrow);
+    ASSERT_TRUE(loaded.load(guide.save()).ok());
+    for (const AdaptiveGuide* g : {&guide, &loaded}) {
+      const GuidePoint point = g->find({3.5f, 0, 1}, {0, 1, 0});
+      EXPECT_TRUE(g->expectation(point).credible);
+      EXPECT_EQ(g->guide_fraction(point, true), narrow ? 1 : 0);
+    }
+  }
 }
 
 TEST(Adaptive, TheOrderOfEventsChangesNoBit) {
