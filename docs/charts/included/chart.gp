@@ -1,14 +1,20 @@
 # Draws chart.svg, chart.png and each scene's: gnuplot chart.gp
 all_columns = 3
-note = "line: median of 6 seeds; band: least to greatest; dashed: biased"
-array colour[3] = [0x000000, \
+note = "line: median of 5 seeds; band: least to greatest; dashed: biased"
+array colour[6] = [0x000000, \
   0xe69f00, \
-  0x0072b2]
-array point[3] = [7, \
+  0x0072b2, \
+  0x009e73, \
+  0xd55e00, \
+  0xcc79a7]
+array point[6] = [7, \
   9, \
-  11]
-x_low = 0.0407143
-x_high = 11.5377
+  11, \
+  13, \
+  15, \
+  5]
+x_low = 0.030111
+x_high = 9.20481
 array title[7] = ["cornell-box", \
   "ajar-door", \
   "lamp-room", \
@@ -23,74 +29,119 @@ array folder[7] = ["cornell-box", \
   "furnace", \
   "many-lights", \
   "glass-caustic"]
-array floor[7] = [5.89504e-05, \
-  0.0582448, \
-  0.0471408, \
-  9.78065e-05, \
-  7.05923e-07, \
-  0.00643622, \
-  0.0132512]
-array low[7] = [2.29351e-05, \
-  0.0208933, \
-  0.0113063, \
-  3.39229e-05, \
-  1.6412e-07, \
-  0.00182477, \
-  0.00473131]
-array high[7] = [0.741895, \
-  1651.02, \
-  74843.3, \
-  3.88247, \
-  1.53005, \
-  1918.04, \
-  393.528]
+array floor[7] = [3.00982e-05, \
+  0.0106132, \
+  0.00138531, \
+  7.36791e-05, \
+  5.70076e-07, \
+  0.00667378, \
+  0.0128024]
+array low[7] = [1.09419e-05, \
+  0.00301657, \
+  0.00037799, \
+  2.30246e-05, \
+  1.29731e-07, \
+  0.00189676, \
+  0.00410052]
+array high[7] = [0.746519, \
+  3084.56, \
+  605.641, \
+  8.29598, \
+  1.5305, \
+  1940.7, \
+  1126.68]
 legend_columns_all = 5
 legend_columns_one = 2
 # Over all scenes, then scene by scene; empty where a scene has no such series.
-array label[24] = ["none", \
+array label[48] = ["none", \
   "huang-published, biased", \
   "huang", \
+  "dahm-keller", \
+  "ppg", \
+  "adaptive", \
   "none", \
   "huang-published, biased", \
   "huang", \
+  "dahm-keller", \
+  "ppg", \
+  "adaptive", \
   "none", \
   "huang-published, biased", \
   "huang", \
+  "dahm-keller", \
+  "ppg", \
+  "adaptive", \
   "none", \
   "huang-published, biased", \
   "huang", \
+  "dahm-keller", \
+  "ppg", \
+  "adaptive", \
   "none", \
   "huang-published, biased", \
   "huang", \
+  "dahm-keller", \
+  "ppg", \
+  "adaptive", \
   "none", \
   "huang-published, biased", \
   "huang", \
+  "dahm-keller", \
+  "ppg", \
+  "adaptive", \
   "none", \
   "huang-published, biased", \
   "huang", \
+  "dahm-keller", \
+  "ppg", \
+  "adaptive", \
   "none", \
   "huang-published, biased", \
-  "huang"]
-array dash[21] = [1, \
+  "huang", \
+  "dahm-keller", \
+  "ppg", \
+  "adaptive"]
+array dash[42] = [1, \
   2, \
   1, \
   1, \
-  2, \
   1, \
-  1, \
-  2, \
-  1, \
-  1, \
-  2, \
-  1, \
-  1, \
-  2, \
   1, \
   1, \
   2, \
   1, \
   1, \
+  1, \
+  1, \
+  1, \
   2, \
+  1, \
+  1, \
+  1, \
+  1, \
+  1, \
+  2, \
+  1, \
+  1, \
+  1, \
+  1, \
+  1, \
+  2, \
+  1, \
+  1, \
+  1, \
+  1, \
+  1, \
+  2, \
+  1, \
+  1, \
+  1, \
+  1, \
+  1, \
+  2, \
+  1, \
+  1, \
+  1, \
   1]
 
 scenes = |title|
