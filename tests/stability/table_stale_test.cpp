@@ -42,7 +42,7 @@ std::vector<Change> changes() {
 // The noise of jobs that use, and do not change, what four passes made of `start`.
 double error_after_four_passes(const PreparedScene& scene, RenderSettings settings,
                                const std::optional<TableFile>& start, const Image& reference) {
-  constexpr int kSeeds = 16;
+  constexpr int kSeeds = 48;
   std::vector<double> errors;
   RenderSettings learn = settings;
   learn.passes = {1, 1, 1, 1};
@@ -59,8 +59,8 @@ double error_after_four_passes(const PreparedScene& scene, RenderSettings settin
 TEST(TableStale, WarmIsUnbiasedAndRecovers) {
   const test::Row row(
       80, "Stale table",
-      "a table of the scene before a change: the mean of `none`; `adaptive` makes at "
-      "most a tenth more noise after 4 passes than one that began cold");
+      "a table of the scene before a change: the mean of `none`; `adaptive` makes no "
+      "more noise after 4 passes than one that began cold");
   for (Change& change : changes()) {
     const auto before = test::prepare(std::move(change.before));
     const auto after = test::prepare(std::move(change.after));
@@ -81,7 +81,7 @@ TEST(TableStale, WarmIsUnbiasedAndRecovers) {
                            error_after_four_passes(*after, settings, {}, reference);
       row.says(name, formatted("after 4 passes %.2f x the error of cold", ratio));
       if (name.starts_with("adaptive")) {
-        EXPECT_LE(ratio, 1.1) << change.name;  // medians of 16 have noise of their own
+        EXPECT_LE(ratio, 1.05) << change.name;  // medians of 48 have noise of their own
       }
     }
   }

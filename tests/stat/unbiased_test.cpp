@@ -60,8 +60,8 @@ TEST_P(Unbiased, MethodsHaveTheMeanOfNone) {
     if (!nee && GetParam() != std::string_view("cornell-box")) continue;
     const Means none = means_of(*scene, "none", 16, nee);
     for (const std::string& method : methods) {
-      const Means warm = means_of(*scene, method, 16, nee, learned(*scene, method, nee));
       const Means cold = means_of(*scene, method, 16, nee);
+      const Means warm = means_of(*scene, method, 16, nee, learned(*scene, method, nee));
       for (const Means* means : {&cold, &warm}) {
         const std::string which = GetParam() + (", " + method) + (nee ? ", nee" : "") +
                                   (means == &warm ? ", warm" : ", cold");
