@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <mutex>
 #include <utility>
 
 #include "core/math/warp.h"
@@ -15,12 +16,8 @@ constexpr double kMaxPaid = 1024;     // radiance units; a table may be clamped,
 constexpr float kMaxInversePdf = 64;  // of the cosine density over the one drawn from
 constexpr int64_t kMinSamples = 64;   // before a state is believed
 
-void add(std::atomic<int64_t>& sum, double v) {
-  sum.fetch_add(static_cast<int64_t>(v), std::memory_order_relaxed);
-}
-double value(const std::atomic<int64_t>& sum) {
-  return static_cast<double>(sum.load(std::memory_order_relaxed));
-}
+double to_double(int64_t v) { return static_cast<double>(v); }
+int64_t to_fixed(double v) { return static_cast<int64_t>(v); }
 
 // A frame about n that turns smoothly with it for all n of a face: Frame's own turns over where n.z
 // changes its sign, so axes are exchanged to have the face's first.
@@ -35,14 +32,8 @@ Frame frame_of(Vec3 n, int face) {
 
 }  // namespace
 
-AdaptiveGuide::Sums& AdaptiveGuide::Sums::operator=(const Sums& o) {
-  const auto from = const_cast<Sums&>(o).all(), to = all();
-  for (size_t i = 0; i < to.size(); ++i) *to[i] = from[i]->load();
-  return *this;
-}
-
 void AdaptiveGuide::Sums::scale(int64_t numerator, int64_t denominator) {
-  for (std::atomic<int64_t>* v : all()) *v = DirectionTrees::scaled(*v, numerator, denominator);
+  for (int64_t* v : all()) *v = DirectionTrees::scaled(*v, numerator, denominator);
 }
 
 AdaptiveGuide::AdaptiveGuide(const GuideSetup& setup)
@@ -128,27 +119,28 @@ void AdaptiveGuide::record(std::span<const GuideVertex> path, GuideDelta& delta)
     const double factor = inverse_pdf / radiance_unit_;
     const double paid = luminance(v.arriving) * factor;
     if (!(paid < kMaxPaid)) continue;  // NaN too
-    Sums& sums = sums_[v.at.state.value];
-    for (int k = 0; k < 3; ++k) add(sums.y[k], v.arriving[k] * factor * kRadianceOne);
     const double square = paid * paid * kSquareOne, whole = std::floor(square);
-    add(sums.square_hi, whole);
-    add(sums.square_lo, (square - whole) * kSquareRest);
-    sums.n.fetch_add(1, std::memory_order_relaxed);
-    if (tree_.in_second_half(tree_.beside(v.p, v.at.frame.z), v.at.state.value))
-      sums.second.fetch_add(1, std::memory_order_relaxed);
-    directions_.add(states_[v.at.state.value].root, disk_to_square({w.x, w.y}),
-                    static_cast<int64_t>(paid * kRadianceOne));
+    const bool second = tree_.in_second_half(tree_.beside(v.p, v.at.frame.z), v.at.state.value);
+    const Vec2 u = disk_to_square({w.x, w.y});
+    Sums& sums = sums_[v.at.state.value];
+    const std::lock_guard guard(sums.lock);
+    ++sums.n;
+    sums.second += second;
+    for (int k = 0; k < 3; ++k) sums.y[k] += to_fixed(v.arriving[k] * factor * kRadianceOne);
+    sums.square_hi += to_fixed(whole);
+    sums.square_lo += to_fixed((square - whole) * kSquareRest);
+    directions_.add(states_[v.at.state.value].root, u, to_fixed(paid * kRadianceOne));
     ++static_cast<Delta&>(delta).samples;
   }
 }
 
 void AdaptiveGuide::summarize(State& state, const Sums& sums) const {
-  const double n = value(sums.n);
+  const double n = to_double(sums.n);
   if (n < kMinSamples) return;
   Rgb y;
-  for (int k = 0; k < 3; ++k) y[k] = static_cast<float>(value(sums.y[k]) / kRadianceOne / n);
+  for (int k = 0; k < 3; ++k) y[k] = static_cast<float>(to_double(sums.y[k]) / kRadianceOne / n);
   const double square =
-      (value(sums.square_hi) + value(sums.square_lo) / kSquareRest) / kSquareOne / n;
+      (to_double(sums.square_hi) + to_double(sums.square_lo) / kSquareRest) / kSquareOne / n;
   const double variance = std::max(0.0, square - sqr(luminance(y)));
   const float unit = static_cast<float>(radiance_unit_);
   state.arriving = y * unit;
@@ -192,7 +184,7 @@ AdaptiveGuide::Growth AdaptiveGuide::cut_places(size_t room) {
   Growth growth = whole_trees();
   for (uint32_t leaf = 0; leaf < states_.size(); ++leaf) {
     size_t half = 0;  // bytes
-    while (value(sums_[leaf].n) > params_.split_samples &&
+    while (to_double(sums_[leaf].n) > params_.split_samples &&
            tree_.depth(leaf) < SpatialTree::kMaxDepth) {
       if (half == 0)
         half = sizeof(State) + sizeof(Sums) + SpatialTree::kMaxLeafBytes +

@@ -3,14 +3,14 @@
 // in all, which Russian roulette reads (path.cpp). What tables hold, and how two become one, is in
 // adaptive_table.cpp.
 //
-// Sums are added to atomically while a pass runs: neither threads nor order change a bit. Radiance
-// counts in units of the scene's brightest light.
+// Sums are added to while a pass runs, each state's behind its lock: neither threads nor order
+// change a bit. Radiance counts in units of the scene's brightest light.
 #pragma once
 
 #include <array>
-#include <atomic>
 #include <memory>
 
+#include "core/base/spin_lock.h"
 #include "core/guide/guide.h"
 #include "core/guide/spatial_tree.h"
 
@@ -61,15 +61,13 @@ class AdaptiveGuide final : public Guide {
   };
   // What is learned of it: n samples of y = radiance x cos / (pi pdf), in fixed point.
   struct alignas(64) Sums {
-    std::atomic<int64_t> n{0}, second{0}, y[3]{};  // `second`: of n, in the leaf's second half
+    int64_t n = 0, second = 0, y[3]{};  // `second`: of n, in the leaf's second half
     // Of luminance squared: whole parts and what is left of them, since squares range widely.
-    std::atomic<int64_t> square_hi{0}, square_lo{0};
-    std::array<std::atomic<int64_t>*, 7> all() {
+    int64_t square_hi = 0, square_lo = 0;
+    SpinLock lock;  // of the state's directions too
+    std::array<int64_t*, 7> all() {
       return {&n, &second, &y[0], &y[1], &y[2], &square_hi, &square_lo};
     }
-    Sums() = default;
-    Sums(const Sums& o) { *this = o; }
-    Sums& operator=(const Sums& o);
     void scale(int64_t numerator, int64_t denominator);
   };
 

@@ -75,13 +75,6 @@ Vec2 disk_to_square(Vec2 d) {
           std::clamp(0.5f * (b + 1), 0.0f, kOneMinusEpsilon)};
 }
 
-DirectionTrees::Quad::Quad(const Quad& o) {
-  for (int q = 0; q < 4; ++q) {
-    s[q] = o.s[q].load(std::memory_order_relaxed);
-    n[q] = o.n[q].load(std::memory_order_relaxed);
-  }
-}
-
 namespace {
 // 2^32 / n.
 constexpr auto kInverses = [] {
@@ -160,8 +153,8 @@ void DirectionTrees::add(uint32_t root, Vec2 u, int64_t s) {
     const int q = descent.next();
     const Node& node = nodes_[root + i];
     if (!node.has_child(q)) {
-      sums_[root + i].s[q].fetch_add(s, std::memory_order_relaxed);
-      sums_[root + i].n[q].fetch_add(1, std::memory_order_relaxed);
+      sums_[root + i].s[q] += s;
+      ++sums_[root + i].n[q];
       return;
     }
     i = node.child(q);
@@ -212,8 +205,7 @@ DirectionTrees::Cells DirectionTrees::take(uint32_t root) const {
       Cell c;
       c.depth = cells[cell].depth + 1;
       c.mean = cells[cell].mean * 4 * static_cast<double>(kChance * static_cast<float>(node.p[q]));
-      c.sums = {sums_[i].s[q].load(std::memory_order_relaxed),
-                sums_[i].n[q].load(std::memory_order_relaxed)};
+      c.sums = {sums_[i].s[q], sums_[i].n[q]};
       c.even = node.even >> q & 1;
       cells.push_back(c);
       if (node.has_child(q))

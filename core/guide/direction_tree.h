@@ -7,11 +7,11 @@
 // hit the parent, whose area is A, a cell of area a has (S + k w m_parent) / (N a + k w), w = N A /
 // n.
 //
-// Trees are rebuilt between passes; in between add() may be called from any thread.
+// Trees are rebuilt between passes; in between add() may be called from any thread, for one tree by
+// one at a time.
 #pragma once
 
 #include <array>
-#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -111,10 +111,8 @@ class DirectionTrees {
     }
   };
   struct Quad {
-    std::atomic<int64_t> s[4]{};
-    std::atomic<uint32_t> n[4]{};
-    Quad() = default;
-    Quad(const Quad& o);
+    int64_t s[4]{};
+    uint32_t n[4]{};
   };
 
   std::vector<Node> nodes_;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <mutex>
 
 #include "core/base/check.h"
 #include "core/guide/tree_sections.h"
@@ -61,7 +62,7 @@ PpgGuide::PpgGuide(const GuideSetup& setup)
       tree_(setup.bounds) {
   DirectionTrees::Cells cells = DirectionTrees::one_cell();
   DirectionTrees::adapt(cells, kDirection);
-  leaves_.push_back({.root = directions_.put(cells)});
+  leaves_.emplace_back().root = directions_.put(cells);
 }
 
 GuidePoint PpgGuide::find(Vec3 p, Vec3 n) const {
@@ -107,7 +108,10 @@ void PpgGuide::record(std::span<const GuideVertex> path, GuideDelta& delta) cons
     u.x = std::clamp(u.x + width * jitter.next(), 0.0f, kOneMinusEpsilon);
     u.y += width * jitter.next();
     u.y = std::min(u.y - std::floor(u.y), kOneMinusEpsilon);
-    directions_.add(leaf.root, u, static_cast<int64_t>(paid * kRadianceOne));
+    {
+      const std::lock_guard guard(leaf.lock);
+      directions_.add(leaf.root, u, static_cast<int64_t>(paid * kRadianceOne));
+    }
     // 2. How the chance of the guide should change.
     float gradient = 0;
     if (at.ready && at.paid > 0) {  // in units of what the place is usually paid

@@ -8,6 +8,7 @@
 // Its tables hold densities without the weight behind each, so two of them cannot be merged.
 #pragma once
 
+#include "core/base/spin_lock.h"
 #include "core/guide/direction_tree.h"
 #include "core/guide/guide.h"
 #include "core/guide/spatial_tree.h"
@@ -49,6 +50,7 @@ class PpgGuide final : public Guide {
     float fraction = 0.5f;  // that
     float theta = 0, first_moment = 0, second_moment = 0;
     uint32_t steps = 0;
+    mutable SpinLock lock;  // of what is added to its directions
   };
   struct Delta;
 

@@ -134,6 +134,32 @@ void GuidedVertex(benchmark::State& state, bool records) {
   state.SetLabel(std::string(method) + ", " + std::to_string(guide.stats().states) + " states, " +
                  std::to_string(static_cast<int>(100 * guided + 0.5)) + "% guided");
 }
+// What of it costs what; not the time that a path's own work can hide.
+enum class Part { kFind, kSample, kPdf, kRecord };
+void AdaptivePart(benchmark::State& state, Part part) {
+  static Learned learned("adaptive");
+  const Guide& guide = *learned.guide;
+  const auto delta = guide.make_delta();
+  std::vector<GuidePoint> points;
+  for (const Event& e : learned.events) points.push_back(guide.find(e.at.p, e.at.n));
+  size_t i = 0;
+  for (auto _ : state) {
+    i = (i + 1) % kEvents;
+    const Event& e = learned.events[i];
+    if (part == Part::kFind) benchmark::DoNotOptimize(guide.find(e.at.p, e.at.n));
+    if (part == Part::kSample) benchmark::DoNotOptimize(guide.sample(points[i], e.u));
+    if (part == Part::kPdf) benchmark::DoNotOptimize(guide.pdf_w(points[i], e.vertex.wi));
+    if (part == Part::kRecord) {
+      GuideVertex v = e.vertex;
+      v.at = points[i];
+      guide.record({&v, 1}, *delta);
+    }
+  }
+}
+BENCHMARK_CAPTURE(AdaptivePart, find, Part::kFind);
+BENCHMARK_CAPTURE(AdaptivePart, sample, Part::kSample);
+BENCHMARK_CAPTURE(AdaptivePart, pdf_w, Part::kPdf);
+BENCHMARK_CAPTURE(AdaptivePart, record, Part::kRecord);
 BENCHMARK_CAPTURE(GuidedVertex, sampled, false)->DenseRange(0, 3);
 BENCHMARK_CAPTURE(GuidedVertex, recorded, true)->DenseRange(0, 3);
 
