@@ -171,7 +171,8 @@ void AdaptiveGuide::cut(uint32_t leaf, std::vector<int64_t>& shares) {
 }
 
 // Gives the state, of which it is known whether it is credible, its directions.
-void AdaptiveGuide::put(State& state, const Cells& cells, DirectionTrees& to) const {
+void AdaptiveGuide::put(State& state, Cells cells, DirectionTrees& to) const {
+  DirectionTrees::add_even(cells, params_.even);
   state.root = to.put(cells);
   state.guides = state.credible && to.second_moment(state.root) >= params_.least_worth;
 }
@@ -239,7 +240,7 @@ size_t AdaptiveGuide::rebuild(const Growth& growth, int64_t keep) {
     if (may_grow || share == 0) DirectionTrees::adapt(cells, params_.direction);
     if (may_grow) room = room + before - DirectionTrees::bytes_of(cells);
     DirectionTrees::scale(cells, DirectionTrees::scaled(keep, share, kShareOne), kShareOne);
-    put(state, cells, next);
+    put(state, std::move(cells), next);
     sums_[leaf].scale(keep, kShareOne);
     held_back += !may_grow;
   }

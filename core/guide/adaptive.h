@@ -88,7 +88,7 @@ class AdaptiveGuide final : public Guide {
   size_t bytes() const;
   void refine_as(const AdaptiveGuide& other);
   void summarize(State& state, const Sums& sums) const;
-  void put(State& state, const Cells& cells, DirectionTrees& to) const;
+  void put(State& state, Cells cells, DirectionTrees& to) const;
   Status load_state(ByteReader& in, uint32_t leaf);
 
   AdaptiveParams params_;

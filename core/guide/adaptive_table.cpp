@@ -1,5 +1,6 @@
 // AdaptiveGuide's tables: two made one, and what stands in a file.
 #include <cmath>
+#include <utility>
 
 #include "core/base/check.h"
 #include "core/guide/adaptive.h"
@@ -48,7 +49,7 @@ Status AdaptiveGuide::merge(const Guide& other) {
     to.states_[leaf] = {};  // as load() would
     to.states_[leaf].key = key;
     to.summarize(to.states_[leaf], to.sums_[leaf]);
-    put(to.states_[leaf], cells, next);
+    put(to.states_[leaf], std::move(cells), next);
   }
   to.directions_ = std::move(next);
   to.index();

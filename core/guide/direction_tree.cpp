@@ -302,6 +302,19 @@ void DirectionTrees::estimate(Cells& cells, float shrinkage) {
   }
 }
 
+void DirectionTrees::add_even(Cells& cells, float part) {
+  double mean = 0, square = 0;  // over the square
+  for (const Cell& c : cells) {
+    if (c.child != 0) continue;
+    const double area = std::ldexp(1.0, -2 * static_cast<int>(c.depth));
+    mean += area * c.mean;
+    square += area * c.mean * c.mean;
+  }
+  if (!(square > 0)) return;
+  const double even = static_cast<double>(part) * mean * mean * mean / square;
+  for (Cell& c : cells) c.mean += even;
+}
+
 namespace {
 // How much of the second moment the cut of a cell into four leaves saves, beyond what noise would
 // make of equal ones; much, while that is not known.

@@ -88,6 +88,9 @@ class DirectionTrees {
   static void estimate(Cells& cells, float shrinkage);
   // Cuts and joins cells as their shares ask for; the estimates must be filled, and stay so.
   static void adapt(Cells& cells, const DirectionParams& params);
+  // Adds an even part to the means, `part` of the whole square's over the second moment: so that
+  // cells thought dark, which are believed least, do not weigh much when they are drawn.
+  static void add_even(Cells& cells, float part);
   // Adds to each cell the sums of `other`'s, cut alike first. In either order the result is the
   // same.
   static void add_cells(Cells& cells, const Cells& other);

@@ -140,7 +140,8 @@ struct AdaptiveParams {
   float split_samples = 4000;  // a place that was hit more often in a pass is cut in two
   float glossy = 0.5f;         // the chance to draw from the guide on a surface that is not diffuse
   float keep = 0.7f;           // of what earlier passes learned, each pass
-  float least_worth = 1.2f;    // a place whose directions gain less draws from the BSDF alone
+  float even = 0.15f;          // DirectionTrees::add_even
+  float least_worth = 1.15f;   // a place whose directions gain less draws from the BSDF alone
   bool operator==(const AdaptiveParams&) const = default;
 };
 

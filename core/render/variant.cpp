@@ -38,6 +38,7 @@ constexpr Key kKeys[] = {
     {"split", "samples",
      [](auto v, RenderSettings& s) { return set_number(v, s.adaptive.split_samples); }},
     {"keep", "a number", [](auto v, RenderSettings& s) { return set_number(v, s.adaptive.keep); }},
+    {"even", "a number", [](auto v, RenderSettings& s) { return set_number(v, s.adaptive.even); }},
     {"least-worth", "a number",
      [](auto v, RenderSettings& s) { return set_number(v, s.adaptive.least_worth); }},
     {"glossy", "a chance",
