@@ -55,9 +55,11 @@ TEST_P(Unbiased, MethodsHaveTheMeanOfNone) {
   const std::vector<std::string> methods = unbiased_methods(*scene);
   ASSERT_GE(methods.size(), 2u);
   const int tests = 4 * 2 * static_cast<int>(methods.size()) * (kRegions * kRegions + 1);
+  // Where lights are small, paths without nee meet them so rarely that 24 pictures tell nothing.
+  const std::string_view name = GetParam();
+  const bool small_lights = name == "ajar-door" || name == "lamp-room";
   for (bool nee : {true, false}) {
-    // Where lights are small, paths without nee meet them so rarely that 24 pictures tell nothing.
-    if (!nee && GetParam() != std::string_view("cornell-box")) continue;
+    if (!nee && small_lights) continue;
     const Means none = means_of(*scene, "none", 16, nee);
     for (const std::string& method : methods) {
       const Means cold = means_of(*scene, method, 16, nee);
@@ -91,7 +93,7 @@ TEST_P(Unbiased, HuangAsPublishedIsBrighter) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Scenes, Unbiased,
-                         ::testing::Values("cornell-box", "ajar-door", "lamp-room"),
+                         ::testing::Values("cornell-box", "thesis-room", "ajar-door", "lamp-room"),
                          [](const auto& info) {
                            std::string name = info.param;
                            std::replace(name.begin(), name.end(), '-', '_');
