@@ -56,6 +56,11 @@ std::vector<DirectionTrees::Sums> totals(const DirectionTrees::Cells& cells) {
 
 double to_double(int64_t v) { return static_cast<double>(v); }
 
+// What arrives in the cell, by its estimate.
+double flux(const DirectionTrees::Cell& cell) {
+  return std::ldexp(cell.mean, -2 * static_cast<int>(cell.depth));
+}
+
 }  // namespace
 
 Vec2 disk_to_square(Vec2 d) {
@@ -306,9 +311,8 @@ void DirectionTrees::add_even(Cells& cells, float part) {
   double mean = 0, square = 0;  // over the square
   for (const Cell& c : cells) {
     if (c.child != 0) continue;
-    const double area = std::ldexp(1.0, -2 * static_cast<int>(c.depth));
-    mean += area * c.mean;
-    square += area * c.mean * c.mean;
+    mean += flux(c);
+    square += flux(c) * c.mean;
   }
   if (!(square > 0)) return;
   const double even = static_cast<double>(part) * mean * mean * mean / square;
@@ -335,20 +339,16 @@ double gain_of_cut(const DirectionTrees::Cells& cells, const std::vector<Directi
 
 void DirectionTrees::adapt(Cells& cells, const DirectionParams& params) {
   const std::vector<Sums> all = totals(cells);
-  // What arrives in all, by the leaves' estimates.
-  const auto flux = [&cells](size_t i) {
-    return std::ldexp(cells[i].mean, -2 * static_cast<int>(cells[i].depth));
-  };
-  double sum = 0;
-  for (size_t i = 0; i < cells.size(); ++i)
-    if (cells[i].child == 0) sum += flux(i);
+  double sum = 0;  // what arrives in all
+  for (const Cell& c : cells)
+    if (c.child == 0) sum += flux(c);
   Cells out(1);
   out[0] = cells[0];
   std::vector<uint32_t> from{0};  // the old cell of each new one
   for (size_t i = 0; i < out.size(); ++i) {
     const uint32_t old = from[i];
     if (old == kNew) continue;
-    const double share = sum > 0 ? flux(old) / sum : 0;
+    const double share = sum > 0 ? flux(cells[old]) / sum : 0;
     const bool was_cut = cells[old].child != 0;
     const bool root = i == 0;
     const bool even = was_cut && !root && gain_of_cut(cells, all, old, share) < params.least_gain;

@@ -100,12 +100,17 @@ class Learned {
   uint64_t state_ = 5;
 };
 
+// Benchmarks run several times, and share their tables.
+Learned& learned_by(std::string_view method) {
+  static std::map<std::string_view, Learned> tables;
+  return tables.try_emplace(method, method).first->second;
+}
+
 // One vertex: both directions are needed, that which the guide draws and that which the BSDF or a
 // light gave.
 void GuidedVertex(benchmark::State& state, bool records) {
   const char* method = kMethods[state.range(0)];
-  static std::map<std::string_view, Learned> tables;  // a function runs several times
-  Learned& learned = tables.try_emplace(method, method).first->second;
+  Learned& learned = learned_by(method);
   const auto delta = learned.guide->make_delta();
   const Guide& guide = *learned.guide;
   size_t i = 0;
@@ -134,10 +139,13 @@ void GuidedVertex(benchmark::State& state, bool records) {
   state.SetLabel(std::string(method) + ", " + std::to_string(guide.stats().states) + " states, " +
                  std::to_string(static_cast<int>(100 * guided + 0.5)) + "% guided");
 }
+BENCHMARK_CAPTURE(GuidedVertex, sampled, false)->DenseRange(0, 3);
+BENCHMARK_CAPTURE(GuidedVertex, recorded, true)->DenseRange(0, 3);
+
 // What of it costs what; not the time that a path's own work can hide.
 enum class Part { kFind, kSample, kPdf, kRecord };
 void AdaptivePart(benchmark::State& state, Part part) {
-  static Learned learned("adaptive");
+  Learned& learned = learned_by("adaptive");
   const Guide& guide = *learned.guide;
   const auto delta = guide.make_delta();
   std::vector<GuidePoint> points;
@@ -160,8 +168,6 @@ BENCHMARK_CAPTURE(AdaptivePart, find, Part::kFind);
 BENCHMARK_CAPTURE(AdaptivePart, sample, Part::kSample);
 BENCHMARK_CAPTURE(AdaptivePart, pdf_w, Part::kPdf);
 BENCHMARK_CAPTURE(AdaptivePart, record, Part::kRecord);
-BENCHMARK_CAPTURE(GuidedVertex, sampled, false)->DenseRange(0, 3);
-BENCHMARK_CAPTURE(GuidedVertex, recorded, true)->DenseRange(0, 3);
 
 }  // namespace
 }  // namespace qray::bench
