@@ -29,6 +29,16 @@ std::string size_text(const Image& image) {
 
 }  // namespace
 
+double relmse(const Image& picture, const Image& reference) {
+  double sum = 0;
+  for (size_t i = 0; i < reference.data().size(); ++i) {
+    const double x = static_cast<double>(picture.data()[i]),
+                 r = static_cast<double>(reference.data()[i]);
+    sum += (x - r) * (x - r) / (r * r + 0.01);
+  }
+  return sum / static_cast<double>(reference.data().size());
+}
+
 Result<ImageDifference> image_difference(const Image& picture, const Image& reference) {
   if (const Status s = check(picture, "picture"); !s.ok()) return s.error();
   if (const Status s = check(reference, "reference"); !s.ok()) return s.error();

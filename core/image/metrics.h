@@ -16,6 +16,9 @@ struct ImageDifference {
   double max_abs = 0;         // largest |x - r| of any channel
 };
 
+// The relmse alone, unchecked.
+double relmse(const Image& picture, const Image& reference);
+
 Result<ImageDifference> image_difference(const Image& picture, const Image& reference);
 
 }  // namespace qray

@@ -51,7 +51,7 @@ double error_after_four_passes(const PreparedScene& scene, RenderSettings settin
     learn.seed = 700 + seed;
     settings.seed = seed;
     const std::optional<TableFile> table = test::render(scene, learn, start).job.table;
-    errors.push_back(test::relmse(test::render(scene, settings, table).image, reference));
+    errors.push_back(relmse(test::render(scene, settings, table).image, reference));
   }
   return test::median(errors);
 }

@@ -25,8 +25,8 @@ TEST(Warm, ASecondJobStartsAheadOfACold) {
     // The thesis' setting: the guide alone finds the light. The warm job has other samples.
     const test::Rendered cold = run(*scene, "huang", false, 64, seed, {});
     const test::Rendered warm = run(*scene, "huang", false, 64, seed + 100, cold.job.table);
-    cold_errors.push_back(test::relmse(cold.image, reference));
-    warm_errors.push_back(test::relmse(warm.image, reference));
+    cold_errors.push_back(relmse(cold.image, reference));
+    warm_errors.push_back(relmse(warm.image, reference));
   }
   std::printf("relMSE at 64 samples a pixel, median of %d seeds: cold %.4f, warm %.4f\n",
               static_cast<int>(kSeeds), test::median(cold_errors), test::median(warm_errors));

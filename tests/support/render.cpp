@@ -57,10 +57,6 @@ std::vector<double> region_luminances(const Image& image, int regions) {
   return means;
 }
 
-double relmse(const Image& image, const Image& reference) {
-  return image_difference(image, reference).value().relmse;
-}
-
 double median(std::vector<double> values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
   std::nth_element(values.begin(), middle, values.end());

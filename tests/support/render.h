@@ -5,6 +5,7 @@
 #include <string>
 
 #include "core/image/image.h"
+#include "core/image/metrics.h"
 #include "core/job/run_job.h"
 
 namespace qray::test {
@@ -31,8 +32,6 @@ std::shared_ptr<const PreparedScene> included_scene(const std::string& name);
 double mean_luminance(const Image& image);
 // Means over regions x regions blocks, row by row. The sides are multiples of `regions`.
 std::vector<double> region_luminances(const Image& image, int regions);
-// Of the picture against its reference; they have equal sizes.
-double relmse(const Image& image, const Image& reference);
 double median(std::vector<double> values);
 
 }  // namespace qray::test

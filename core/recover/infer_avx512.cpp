@@ -1,0 +1,10 @@
+#include "core/recover/infer_rows.h"
+
+#if defined(__x86_64__)
+#pragma GCC target("avx512f,avx512vl,avx512bw,avx512dq,avx2,fma,prefer-vector-width=512")
+#endif
+#include "core/recover/infer_loops.h"
+
+namespace qray {
+const InferLoops& avx512_loops() { return kLoops; }
+}  // namespace qray

@@ -1,0 +1,47 @@
+#include "core/recover/recover.h"
+
+#include <algorithm>
+
+#include "core/recover/bilinear.h"
+#include "core/recover/fast_recovery.h"
+
+namespace qray {
+namespace {
+
+int even(int n) { return n + n % 2; }
+
+// The picture moved by (dx, dy) to the right and down, to even sides; the edges go on.
+Image moved(const Image& image, int dx, int dy) {
+  Image out(even(image.width() + dx), even(image.height() + dy), image.channels());
+  for (int y = 0; y < out.height(); ++y)
+    for (int x = 0; x < out.width(); ++x)
+      for (int c = 0; c < image.channels(); ++c)
+        out.at(x, y, c) = image.at(std::clamp(x - dx, 0, image.width() - 1),
+                                   std::clamp(y - dy, 0, image.height() - 1), c);
+  return out;
+}
+
+}  // namespace
+
+Image recover_quarter(const Network& net, const RecoveryInput& input, TaskPool& pool) {
+  if (net.hidden == 0) return bilinear_recovery(input.colour);
+  FastRecovery recovery(net, input.colour.width(), input.colour.height());
+  return recovery.run(input.features, input.colour, input.noise, pool);
+}
+
+Image recover_all(const Network& net, const RecoveryInput& input, TaskPool& pool) {
+  Image mean(input.colour.width(), input.colour.height(), 3);
+  for (int dy : {0, 1})
+    for (int dx : {0, 1}) {
+      const Image part = recover_quarter(
+          net,
+          {moved(input.features, dx, dy), moved(input.colour, dx, dy), moved(input.noise, dx, dy)},
+          pool);
+      for (int y = 0; y < mean.height(); ++y)
+        for (int x = 0; x < mean.width(); ++x)
+          mean.set_rgb(x, y, mean.rgb(x, y) + part.rgb(x + dx, y + dy) * 0.25f);
+    }
+  return mean;
+}
+
+}  // namespace qray

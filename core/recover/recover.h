@@ -1,0 +1,25 @@
+// The whole picture from what was sampled of it, by any rung of the ladder (ladder.h). Any thread;
+// the pool's work.
+#pragma once
+
+#include "core/base/task_pool.h"
+#include "core/image/image.h"
+#include "core/recover/network.h"
+
+namespace qray {
+
+// A picture's guides beside its light; images of one size.
+struct RecoveryInput {
+  Image features;  // kFeatures channels, every pixel
+  Image colour;    // linear, where it is known
+  Image noise;     // one channel, there: r / (1 + r), r the standard error over the mean
+};
+
+// From the first pixel of each 2 x 2 block. Even sides.
+Image recover_quarter(const Network& net, const RecoveryInput& input, TaskPool& pool);
+
+// From all pixels: the mean of what each of the four pixels of the blocks makes of the picture.
+// Denoises, with a network of the same size.
+Image recover_all(const Network& net, const RecoveryInput& input, TaskPool& pool);
+
+}  // namespace qray

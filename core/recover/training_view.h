@@ -1,0 +1,32 @@
+// What the network learns from: small pictures of one scene, each with noisy pixels as they will be
+// given and, in other random numbers, a target that may be noisy too. Plain data.
+#pragma once
+
+#include "core/image/image.h"
+#include "core/recover/block_tile.h"
+
+namespace qray {
+
+struct TrainingView {
+  Image features;            // kFeatures channels
+  Image input;               // linear colour; every pixel, so that any may be the known one
+  Image noise;               // of the input: 1 channel, see tile_of()
+  Image target;              // linear colour
+  double target_relmse = 0;  // of the target itself, about: what the truth's error against it is
+};
+
+// One of the eight ways to turn and mirror a square.
+struct Flip {
+  bool mirror_x = false, mirror_y = false, exchange = false;
+};
+
+// height x width blocks of a turned square view, from block (y, x) on. Blocks beyond the edge are
+// copies of it. `noise`: of each pixel's colour, standard error over mean as r / (1 + r), [0, 1].
+BlockTile tile_of(const Image& features, const Image& input, const Image& noise, int y, int x,
+                  int height, int width, Flip flip = {});
+
+// The target of those blocks: [block][pixel][3].
+std::vector<float> target_of(const TrainingView& view, int y, int x, int height, int width,
+                             Flip flip);
+
+}  // namespace qray

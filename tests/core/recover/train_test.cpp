@@ -1,0 +1,73 @@
+#include "core/recover/train.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/support/random.h"
+
+namespace qray {
+namespace {
+
+constexpr int kSide = 64;  // pixels
+
+// Stripes of albedo under a smooth light, seen through noise.
+TrainingView stripes(uint64_t seed) {
+  test::Random random(seed);
+  TrainingView view{Image(kSide, kSide, kFeatures), Image(kSide, kSide, 3), Image(kSide, kSide, 1),
+                    Image(kSide, kSide, 3)};
+  const float tilt = random.next();
+  for (int y = 0; y < kSide; ++y)
+    for (int x = 0; x < kSide; ++x) {
+      const float albedo = (x / 5 + y / 7) % 2 ? 0.8f : 0.2f;
+      const float light =
+          0.5f + tilt * static_cast<float>(x) / kSide + 0.5f * static_cast<float>(y) / kSide;
+      for (int k = 0; k < 3; ++k) view.features.at(x, y, k) = albedo;
+      view.features.at(x, y, kFeatureNormal) = 1;
+      view.features.at(x, y, kFeatureDepth) = 1;
+      view.noise.at(x, y, 0) = 0.5f;
+      for (int c = 0; c < 3; ++c) {
+        view.target.at(x, y, c) = albedo * light;
+        view.input.at(x, y, c) = albedo * light * 2 * random.next();
+      }
+    }
+  return view;
+}
+
+Trained taught(int threads, int steps) {
+  std::vector<TrainingView> views;
+  for (uint64_t seed = 1; seed <= 6; ++seed) views.push_back(stripes(seed));
+  TaskPool pool(threads);
+  Result<Trained> trained = train(untrained_network(16, 1), views, 2, {.steps = steps}, pool, {},
+                                  [](const TrainProgress&) {});
+  EXPECT_TRUE(trained.ok());
+  return std::move(trained).value();
+}
+
+TEST(Train, LowersTheErrorOfViewsItHasNotSeen) {
+  const TrainingView unseen = stripes(77);
+  const double before = recovery_error(untrained_network(16, 1), unseen);
+  const Trained trained = taught(2, 120);
+  EXPECT_EQ(trained.held_out.size(), 2u);
+  EXPECT_LT(recovery_error(trained.network, unseen), 0.8 * before);
+}
+
+TEST(Train, AnyNumberOfThreadsMakesTheSameNetwork) {
+  EXPECT_EQ(taught(1, 20).network.values, taught(3, 20).network.values);
+}
+
+TEST(Train, StopsWhenAsked) {
+  std::vector<TrainingView> views{stripes(1), stripes(2)};
+  TaskPool pool(2);
+  std::stop_source stop;
+  int steps = 0;
+  const Result<Trained> trained = train(untrained_network(16, 1), views, 1, {.steps = 1000}, pool,
+                                        stop.get_token(), [&](const TrainProgress& p) {
+                                          steps = p.step;
+                                          if (p.step == 3) stop.request_stop();
+                                        });
+  ASSERT_FALSE(trained.ok());
+  EXPECT_EQ(trained.error().code, ErrorCode::kCanceled);
+  EXPECT_EQ(steps, 3);
+}
+
+}  // namespace
+}  // namespace qray
