@@ -20,14 +20,17 @@ TileRect Film::tile(int index) const {
   return {x, y, std::min(kTilePx, width_ - x), std::min(kTilePx, height_ - y)};
 }
 
-void Film::add(int index, std::span<const Rgb> sums, uint32_t samples) {
+void Film::add(int index, std::span<const Rgb> sums, uint32_t samples,
+               std::span<const uint32_t> counts) {
   Tile& tile = tiles_[static_cast<size_t>(index)];
   std::lock_guard lock(tile.mutex);
-  if (tile.sums.empty()) tile.sums.resize(sums.size());
-  QRAY_CHECK(tile.sums.size() == sums.size());
-  for (size_t i = 0; i < sums.size(); ++i) tile.sums[i] += sums[i];
+  if (tile.sums.empty()) tile.sums.resize(sums.size()), tile.weights.resize(sums.size());
+  QRAY_CHECK(tile.sums.size() == sums.size() && (counts.empty() || counts.size() == sums.size()));
+  for (size_t i = 0; i < sums.size(); ++i) {
+    tile.sums[i] += sums[i];
+    tile.weights[i] += static_cast<float>(counts.empty() ? samples : counts[i]);
+  }
   tile.samples += samples;
-  tile.weight += static_cast<float>(samples);
   tile.version = version_.fetch_add(1, std::memory_order_acq_rel) + 1;
 }
 
@@ -35,7 +38,7 @@ void Film::fade(float keep) {
   for (Tile& tile : tiles_) {
     std::lock_guard lock(tile.mutex);
     for (Rgb& sum : tile.sums) sum *= keep;
-    tile.weight *= keep;
+    for (float& weight : tile.weights) weight *= keep;
   }
 }
 
@@ -47,8 +50,8 @@ Film::TileView Film::view(int index) const {
   v.version = tile.version;
   v.samples = tile.samples;
   v.mean.reserve(tile.sums.size());
-  const float scale = tile.weight > 0 ? 1 / tile.weight : 0.0f;
-  for (Rgb sum : tile.sums) v.mean.push_back(sum * scale);
+  for (size_t i = 0; i < tile.sums.size(); ++i)
+    v.mean.push_back(tile.weights[i] > 0 ? tile.sums[i] * (1 / tile.weights[i]) : Rgb{});
   return v;
 }
 
@@ -72,6 +75,16 @@ Film::Changes Film::tiles_since(uint64_t since, int limit) const {
   }
   for (size_t i = 0; i < kept; ++i) changes.tiles.push_back(view(changed[i].second));
   return changes;
+}
+
+void Film::set_noise(Image noise) {
+  std::lock_guard lock(noise_mutex_);
+  noise_ = std::move(noise);
+}
+
+std::optional<Image> Film::noise() const {
+  std::lock_guard lock(noise_mutex_);
+  return noise_;
 }
 
 Image Film::develop() const {

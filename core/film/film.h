@@ -1,4 +1,5 @@
 // The picture as it forms: sums of samples per pixel, in 64 x 64 tiles that finish independently.
+// Pixels may have samples more or less, or none.
 // Each change of a tile gives it a new version, so a reader can ask for what changed since.
 // Threads: add and the readers may be called from any thread; one tile is added by one thread at
 // a time, in pass order, so the sums' bits do not depend on threads.
@@ -7,6 +8,7 @@
 #include <atomic>
 #include <cstdint>
 #include <mutex>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -29,8 +31,10 @@ class Film {
   int tile_count() const { return static_cast<int>(tiles_.size()); }
   TileRect tile(int index) const;  // row by row from the top left
 
-  // Adds `samples` samples to each pixel of the tile; `sums` has one entry a pixel, in rows.
-  void add(int index, std::span<const Rgb> sums, uint32_t samples);
+  // Adds what a pass of `samples` samples a pixel made of the tile: the sum of each pixel's, in
+  // rows. `counts`: how many each had; empty: all as many.
+  void add(int index, std::span<const Rgb> sums, uint32_t samples,
+           std::span<const uint32_t> counts = {});
 
   // What is there so far counts `keep` times as much, against what is added from here on.
   void fade(float keep);
@@ -38,8 +42,8 @@ class Film {
   struct TileView {
     int index = 0;
     uint64_t version = 0;
-    uint32_t samples = 0;  // a pixel
-    std::vector<Rgb> mean;
+    uint32_t samples = 0;   // a pixel, by the passes
+    std::vector<Rgb> mean;  // black where a pixel has none
   };
   struct Changes {
     std::vector<TileView> tiles;  // oldest change first
@@ -52,19 +56,25 @@ class Film {
   Changes tiles_since(uint64_t since, int limit) const;
   Image develop() const;  // means; black where there is no sample yet
 
+  // Standard error of each pixel's luminance over its mean, as last estimated: one channel.
+  void set_noise(Image noise);
+  std::optional<Image> noise() const;  // none: not estimated
+
  private:
   struct Tile {
     mutable std::mutex mutex;
     uint64_t version = 0;
     uint32_t samples = 0;
-    float weight = 0;       // of the samples, in sums
-    std::vector<Rgb> sums;  // empty until the first add
+    std::vector<Rgb> sums;       // empty until the first add
+    std::vector<float> weights;  // parallel: of the samples in them
   };
   TileView view(int index) const;
 
   int width_, height_, tiles_x_;
   std::vector<Tile> tiles_;
   std::atomic<uint64_t> version_{0};
+  mutable std::mutex noise_mutex_;
+  std::optional<Image> noise_;
 };
 
 }  // namespace qray

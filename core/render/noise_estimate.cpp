@@ -31,62 +31,73 @@ void blur_line(float* values, int count, size_t stride, std::vector<double>& sum
 
 NoiseEstimate::NoiseEstimate(int width, int height) : width_(width), height_(height) {
   const size_t pixels = static_cast<size_t>(width) * static_cast<size_t>(height);
-  for (auto* values : {&sum_, &half_[0], &half_[1], &square_}) values->resize(pixels);
+  for (auto* values :
+       {&samples_, &count_[0], &count_[1], &sum_, &half_[0], &half_[1], &square_, &mean_})
+    values->resize(pixels);
 }
 
-void NoiseEstimate::start_pass(uint64_t first, int samples, bool guided) {
-  if (guided != guided_) {
-    for (int k = 0; k < 2; ++k) {
-      std::fill(half_[k].begin(), half_[k].end(), 0.0f);
-      count_[k] = 0;
-    }
-  }
+void NoiseEstimate::start_pass(bool guided) {
+  if (guided != guided_)
+    for (auto* values : {&half_[0], &half_[1], &count_[0], &count_[1]})
+      std::fill(values->begin(), values->end(), 0.0f);
   guided_ = guided;
-  samples_ += samples;
-  const int odd = (samples + static_cast<int>(first & 1)) / 2;
-  count_[0] += samples - odd;
-  count_[1] += odd;
 }
 
-void NoiseEstimate::add(int x, int y, float even, float odd) {
+void NoiseEstimate::add(int x, int y, uint32_t first, uint32_t count, float even, float odd) {
   const size_t i = index(x, y);
+  const uint32_t odds = (count + (first & 1)) / 2;
+  count_[0][i] += static_cast<float>(count - odds);
+  count_[1][i] += static_cast<float>(odds);
   half_[0][i] += even;
   half_[1][i] += odd;
   sum_[i] += even + odd;
+  samples_[i] += static_cast<float>(count);
 }
 
 bool NoiseEstimate::end_pass() {
-  if (count_[0] == 0 || count_[1] == 0) return false;
-  // The halves are independent: the variance of their difference is (1 / even + 1 / odd) times a
-  // sample's.
-  const float even = static_cast<float>(1 / count_[0]), odd = static_cast<float>(1 / count_[1]);
   const bool first = distance_.empty();
+  const auto ready = [this](size_t i) { return count_[0][i] > 0 && count_[1][i] > 0; };
+  bool any = false;
+  for (size_t i = 0; i < square_.size() && !any; ++i) any = ready(i);
+  if (!any) return false;
   if (!first) before_ = square_;
   distance_.resize(square_.size());
   for (size_t i = 0; i < square_.size(); ++i) {
+    if (!ready(i)) continue;
+    // The halves are independent: the variance of their difference is (1 / even + 1 / odd) times a
+    // sample's.
+    const float even = 1 / count_[0][i], odd = 1 / count_[1][i];
     square_[i] = sqr(half_[0][i] * even - half_[1][i] * odd) / (even + odd);
     const float distance = std::sqrt(square_[i]);
     distance_[i] = first ? distance : lerp(kKeep, distance, distance_[i]);
-  }
-  for (int k = 0; k < 2; ++k) {
-    std::fill(half_[k].begin(), half_[k].end(), 0.0f);
-    count_[k] = 0;
+    for (auto* values : {&half_[0], &half_[1], &count_[0], &count_[1]}) (*values)[i] = 0;
   }
   deviation_ = distance_;
   for (float& d : deviation_) d *= kDeviation;
   blur(deviation_);
-  std::vector<float> mean(sum_);
-  for (float& m : mean) m *= static_cast<float>(1 / samples_);
-  blur(mean);
+  for (size_t i = 0; i < mean_.size(); ++i)
+    mean_[i] = samples_[i] > 0 ? sum_[i] * (1 / samples_[i]) : 0.0f;
+  blur(mean_);
   if (!guided_) {
     unguided_.resize(square_.size());
     const float part = static_cast<float>(1 / ++unguided_count_);
     for (size_t i = 0; i < square_.size(); ++i) unguided_[i] = lerp(part, unguided_[i], square_[i]);
   }
-  variance_ = trimmed_mean(square_, mean);
-  if (!first) variance_before_ = trimmed_mean(before_, mean);
-  if (!unguided_.empty()) unguided_variance_ = trimmed_mean(unguided_, mean);
+  variance_ = trimmed_mean(square_, mean_);
+  if (!first) variance_before_ = trimmed_mean(before_, mean_);
+  if (!unguided_.empty()) unguided_variance_ = trimmed_mean(unguided_, mean_);
   return true;
+}
+
+float NoiseEstimate::relative_deviation(int x, int y) const {
+  if (!known()) return kMostError;
+  const size_t i = index(x, y);
+  return std::min(deviation_[i] / (mean_[i] + 1e-3f), kMostError);
+}
+
+float NoiseEstimate::relative_error(int x, int y) const {
+  const float samples = samples_[index(x, y)];
+  return samples > 0 ? relative_deviation(x, y) / std::sqrt(samples) : kMostError;
 }
 
 double NoiseEstimate::trimmed_mean(const std::vector<float>& squares,

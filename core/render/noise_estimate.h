@@ -14,11 +14,10 @@ class NoiseEstimate {
  public:
   NoiseEstimate(int width, int height);
 
-  // Samples `first`, `first` + 1, ... of every pixel.
-  void start_pass(uint64_t first, int samples, bool guided);
-  // Sums of the luminance of a pixel's samples, by even and odd number.
-  void add(int x, int y, float even, float odd);
-  // False: samples of both kinds are not there yet, the next pass goes on.
+  void start_pass(bool guided);
+  // Sums of the luminance of a pixel's `count` samples, by even and odd number, from `first` on.
+  void add(int x, int y, uint32_t first, uint32_t count, float even, float odd);
+  // False: no pixel has samples of both kinds yet, the next pass goes on.
   bool end_pass();
 
   // Standard deviation of the luminance of one sample, blurred; 0: not known.
@@ -33,6 +32,14 @@ class NoiseEstimate {
   double variance_before() const { return variance_before_; }
   double unguided_variance() const { return unguided_variance_; }
 
+  // Of the pixel's mean so far: standard error over what it and its neighbours are like on average,
+  // at most kMostError; that where it is not known.
+  float relative_error(int x, int y) const;
+  // Standard deviation of a sample over the same.
+  float relative_deviation(int x, int y) const;
+  bool known() const { return !deviation_.empty(); }
+  static constexpr float kMostError = 16;
+
  private:
   size_t index(int x, int y) const {
     return static_cast<size_t>(y) * static_cast<size_t>(width_) + static_cast<size_t>(x);
@@ -42,10 +49,11 @@ class NoiseEstimate {
 
   int width_, height_;
   bool guided_ = false;
-  double samples_ = 0;           // of a pixel, in mean_
-  double count_[2] = {0, 0};     // of a pixel, in half_
+  std::vector<float> samples_;   // each pixel's, all
+  std::vector<float> count_[2];  // in half_
   std::vector<float> sum_;       // of luminance, all samples
   std::vector<float> half_[2];   // of luminance, since the last estimate, by even and odd
+  std::vector<float> mean_;      // of luminance, blurred
   std::vector<float> square_;    // a sample's variance by the last estimate
   std::vector<float> before_;    // square_ of the estimate before
   std::vector<float> unguided_;  // the same of unguided passes, their mean

@@ -11,6 +11,7 @@
 #include "core/render/guide_gate.h"
 #include "core/render/noise_estimate.h"
 #include "core/render/path.h"
+#include "core/render/pixel_plan.h"
 
 namespace qray {
 namespace {
@@ -114,6 +115,7 @@ class OrderedUpdates {
 struct alignas(128) Worker {
   PathTracer tracer;
   std::vector<Rgb> sums;  // a pixel's samples of even and of odd number
+  std::vector<uint32_t> counts;
 };
 
 class Renderer {
@@ -133,11 +135,13 @@ class Renderer {
         lights_(settings.light_table ? scene.lights : uniform_lights_),
         parts_(parts()),
         plan_(settings),
+        pixels_(settings),
         updates_(guide),
         gate_(kLookupNs / ray_ns(scene), guide && guide->stats().samples_seen > 0, !settings.gate) {
-    if (guide) noise_.emplace(settings.width, settings.height);
+    if (guide || settings.estimates_noise || settings.pixels == Pixels::kAdaptive)
+      noise_.emplace(pixels_.width(), pixels_.height());
     for (int i = 0; i < pool.threads(); ++i)
-      workers_.push_back({{scene, lights_, settings, guide}, {}});
+      workers_.push_back({{scene, lights_, settings, guide}, {}, {}});
   }
 
   Result<RenderStats> run() {
@@ -150,11 +154,17 @@ class Renderer {
       render_pass(samples);
       if (stop_.stop_requested()) return Error{ErrorCode::kCanceled, "canceled", ""};
       done_ += static_cast<uint64_t>(samples);
+      pixels_.end_pass();
       if (learning_) {
         guide_->end_pass();
         learning_done_ += static_cast<uint64_t>(samples);
       }
-      if (noise_) judge_pass();
+      if (guide_) {
+        judge_pass();
+      } else if (noise_) {
+        noise_->end_pass();
+      }
+      if (settings_.estimates_noise) film_.set_noise(noise_picture());
       last_pass_seconds = elapsed() - pass_start;
       observer_.on_pass(progress(0), stats());
     }
@@ -218,7 +228,8 @@ class Renderer {
       worker.tracer.set_guiding(guided_     ? PathTracer::Guiding::kOn
                                 : learning_ ? PathTracer::Guiding::kWatch
                                             : PathTracer::Guiding::kOff);
-    if (noise_) noise_->start_pass(done_, samples, guided_);
+    if (noise_) noise_->start_pass(guided_);
+    pixels_.start_pass(samples, noise_ ? &*noise_ : nullptr);
     const size_t tiles = static_cast<size_t>(film_.tile_count());
     size_t finished = 0;
     pool_.run(tiles, [&](size_t tile, int worker) {
@@ -236,40 +247,58 @@ class Renderer {
     const TileRect rect = film_.tile(index);
     const size_t pixels = static_cast<size_t>(rect.width) * static_cast<size_t>(rect.height);
     worker.sums.assign(2 * pixels, Rgb{});
+    worker.counts.assign(pixels, 0);
     std::unique_ptr<GuideDelta> delta = learning_ ? updates_.empty_delta() : nullptr;
     Sampler sampler(settings_.seed);
-    size_t pixel = 0;
-    for (int y = rect.y; y < rect.y + rect.height; ++y) {
-      for (int x = rect.x; x < rect.x + rect.width; ++x, ++pixel) {
+    const int step = pixels_.step();
+    const auto in_tile = [&](int x, int y) {
+      return static_cast<size_t>(y - rect.y) * static_cast<size_t>(rect.width) +
+             static_cast<size_t>(x - rect.x);
+    };
+    for (int y = rect.y; y < rect.y + rect.height; y += step) {
+      for (int x = rect.x; x < rect.x + rect.width; x += step) {
         if (stop_.stop_requested()) {
           worker.tracer.discard();
           return false;
         }
-        for (int s = 0; s < samples; ++s) {
-          sampler.start(static_cast<uint32_t>(x), static_cast<uint32_t>(y),
-                        static_cast<uint32_t>(done_) + static_cast<uint32_t>(s));
+        const int gx = x / step, gy = y / step;
+        const size_t pixel = in_tile(x, y);
+        const uint32_t first = pixels_.first(gx, gy), count = pixels_.count(gx, gy);
+        worker.counts[pixel] = count;
+        for (uint32_t s = first; s < first + count; ++s) {
+          sampler.start(static_cast<uint32_t>(x), static_cast<uint32_t>(y), s);
           const Vec2 in_pixel = sampler.next_2d();
           const Vec2 lens = camera_.has_lens() ? sampler.next_2d() : Vec2{};
           const Ray ray = camera_.ray(
               {static_cast<float>(x) + in_pixel.x, static_cast<float>(y) + in_pixel.y}, lens);
-          worker.tracer.sample(ray, sampler, delta.get(), noise_ ? noise_->deviation(x, y) : 0.0f,
-                               worker.sums[pixel * 2 + ((done_ + static_cast<uint64_t>(s)) & 1)]);
+          worker.tracer.sample(ray, sampler, delta.get(), noise_ ? noise_->deviation(gx, gy) : 0.0f,
+                               worker.sums[pixel * 2 + (s & 1)]);
         }
       }
     }
     worker.tracer.flush();
-    pixel = 0;
     for (int y = rect.y; y < rect.y + rect.height; ++y) {
-      for (int x = rect.x; x < rect.x + rect.width; ++x, ++pixel) {
+      for (int x = rect.x; x < rect.x + rect.width; ++x) {
+        const size_t pixel = in_tile(x, y);
         const Rgb even = worker.sums[pixel * 2], odd = worker.sums[pixel * 2 + 1];
-        if (noise_) noise_->add(x, y, luminance(even), luminance(odd));
         worker.sums[pixel] = even + odd;
+        if (noise_ && x % step == 0 && y % step == 0)
+          noise_->add(x / step, y / step, pixels_.first(x / step, y / step), worker.counts[pixel],
+                      luminance(even), luminance(odd));
       }
     }
     worker.sums.resize(pixels);
-    film_.add(index, worker.sums, static_cast<uint32_t>(samples));
+    film_.add(index, worker.sums, static_cast<uint32_t>(samples), worker.counts);
     if (delta) updates_.finish(static_cast<size_t>(index), std::move(delta));
     return true;
+  }
+
+  Image noise_picture() const {
+    Image picture(settings_.width, settings_.height, 1);
+    for (int y = 0; y < pixels_.height(); ++y)
+      for (int x = 0; x < pixels_.width(); ++x)
+        picture.at(x * pixels_.step(), y * pixels_.step(), 0) = noise_->relative_error(x, y);
+    return picture;
   }
 
   std::map<std::string, std::string> parts() const {
@@ -301,8 +330,9 @@ class Renderer {
   RenderStats stats() const {
     RenderStats stats;
     stats.method = settings_.method;
-    stats.unbiased = !guide_ || guide_->unbiased();
+    stats.unbiased = (!guide_ || guide_->unbiased()) && settings_.pixels != Pixels::kAdaptive;
     stats.nee = settings_.nee;
+    stats.pixels = pixels_name(settings_.pixels);
     stats.parts = parts_;
     stats.seed = settings_.seed;
     stats.width = settings_.width;
@@ -347,6 +377,7 @@ class Renderer {
   const LightPick& lights_;
   std::map<std::string, std::string> parts_;
   PassPlan plan_;
+  PixelPlan pixels_;
   OrderedUpdates updates_;
   std::vector<Worker> workers_;
   std::optional<NoiseEstimate> noise_;

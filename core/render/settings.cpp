@@ -28,6 +28,22 @@ Status check_range(double value, double lo, double hi, const char* pointer) {
 
 }  // namespace
 
+namespace {
+constexpr std::pair<Pixels, std::string_view> kPixels[] = {
+    {Pixels::kAll, "all"}, {Pixels::kQuarter, "quarter"}, {Pixels::kAdaptive, "adaptive"}};
+}  // namespace
+
+std::string_view pixels_name(Pixels pixels) {
+  for (const auto& [p, name] : kPixels)
+    if (p == pixels) return name;
+  return "";
+}
+std::optional<Pixels> pixels_named(std::string_view wanted) {
+  for (const auto& [p, name] : kPixels)
+    if (name == wanted) return p;
+  return {};
+}
+
 Status check_settings(const RenderSettings& s, int64_t max_pixels) {
   struct Check {
     double value, lo, hi;
@@ -47,6 +63,12 @@ Status check_settings(const RenderSettings& s, int64_t max_pixels) {
   };
   for (const Check& c : checks)
     if (Status status = check_range(c.value, c.lo, c.hi, c.pointer); !status.ok()) return status;
+  for (const auto& [side, pointer] : {std::pair{s.width, "/width"}, {s.height, "/height"}})
+    if (s.pixels != Pixels::kAll && side % 2 != 0)
+      return Error{ErrorCode::kInvalid,
+                   "expected an even number, as only a quarter of the pixels is sampled, got " +
+                       std::to_string(side),
+                   pointer};
   if (static_cast<int64_t>(s.width) * s.height > max_pixels) {
     return Error{ErrorCode::kTooLarge,
                  "expected at most " + std::to_string(max_pixels) + " pixels, got " +

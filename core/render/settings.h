@@ -3,6 +3,7 @@
 
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "core/base/result.h"
@@ -13,6 +14,12 @@ namespace qray {
 
 constexpr int kMaxSamples = 1'000'000;  // a pixel
 
+// Which pixels are sampled: all; the first of each block of 2 x 2 (the thesis' Figure 1); or those,
+// from the time on when their noise is known, more or less by it.
+enum class Pixels { kAll, kQuarter, kAdaptive };
+std::string_view pixels_name(Pixels pixels);  // all, quarter, adaptive
+std::optional<Pixels> pixels_named(std::string_view name);
+
 struct RenderSettings {
   std::string method = "adaptive";
   bool nee = true;
@@ -20,7 +27,12 @@ struct RenderSettings {
   bool light_table = true;  // lights are picked by their power; else all alike
   bool gate = true;  // a guide that does not pay is left (guide_gate.h); else it rules regardless
   int width = 512, height = 512;  // pixels
-  int samples = 64;    // a pixel, counting learning samples; with `seconds`: at most, 0 = no limit
+  Pixels pixels = Pixels::kAll;   // others than kAll: width and height must be even
+  std::string recover = "none";  // the network that makes the picture whole; by charts (run_job has
+                                 // its own), an included one
+  bool estimates_noise = false;  // for Film::noise(); some methods and pixels do anyway
+  int samples =
+      64;  // a sampled pixel, counting learning samples; with `seconds`: at most, 0 = no limit
   double seconds = 0;  // > 0: stop when no further pass fits. The first pass always completes
   uint64_t seed = 1;
   int max_depth = 16;                  // surfaces on a path

@@ -27,7 +27,11 @@ struct RenderStats {
   uint64_t seed = 0;
   int width = 0, height = 0, threads = 0;
 
-  double seconds = 0;          // of rendering; loading apart
+  std::string pixels = "all";     // which were sampled: all, quarter, adaptive
+  std::string recovery = "none";  // by what the picture was made whole, if it was
+  double recovery_seconds = 0;    // features counted
+
+  double seconds = 0;          // of rendering; loading and recovery apart
   double prepare_seconds = 0;  // load, validate, build the tree
   uint64_t samples_per_pixel = 0;
   uint64_t learning_samples_per_pixel = 0;  // of these, how many the guide learned from

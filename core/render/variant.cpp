@@ -27,6 +27,17 @@ constexpr Key kKeys[] = {
     {"light-table", "on or off",
      [](auto v, RenderSettings& s) { return set_switch(v, s.light_table); }},
     {"gate", "on or off", [](auto v, RenderSettings& s) { return set_switch(v, s.gate); }},
+    {"pixels", "all, quarter or adaptive",
+     [](auto v, RenderSettings& s) {
+       const std::optional<Pixels> pixels = pixels_named(v);
+       s.pixels = pixels.value_or(s.pixels);
+       return pixels.has_value();
+     }},
+    {"recover", "none, bilinear, untrained or default",
+     [](auto v, RenderSettings& s) {
+       s.recover = v;
+       return v == "none" || v == "bilinear" || v == "untrained" || v == "default";
+     }},
     {"depth", "a whole number",
      [](auto v, RenderSettings& s) { return set_number(v, s.max_depth); }},
     {"learning", "samples a pixel",
@@ -118,11 +129,14 @@ Result<std::vector<std::string>> parse_variants(std::string_view list) {
 }
 
 MethodTraits method_traits(std::string_view variant) {
-  const std::string_view method = next_part(variant, ':');
-  const Result<std::unique_ptr<Guide>> guide = make_guide(method, GuideSetup{});
+  const Result<RenderSettings> settings = apply_variant(variant, {});
+  QRAY_CHECK(settings.ok());
+  const Result<std::unique_ptr<Guide>> guide = make_guide(settings.value().method, GuideSetup{});
   QRAY_CHECK(guide.ok());
-  if (!guide.value()) return {};
-  return {true, guide.value()->unbiased()};
+  const bool sampled =
+      settings.value().recover == "none" && settings.value().pixels != Pixels::kAdaptive;
+  if (!guide.value()) return {false, sampled};
+  return {true, sampled && guide.value()->unbiased()};
 }
 
 }  // namespace qray

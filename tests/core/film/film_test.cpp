@@ -43,6 +43,17 @@ TEST(Film, WhatWasThereCountsAsMuchAsItIsWorth) {
   EXPECT_EQ(film.tiles_since(version, 9).tiles[0].samples, 7u);
 }
 
+TEST(Film, PixelsMayHaveSamplesMoreOrLessOrNone) {
+  Film film(4, 1);
+  const std::vector<Rgb> sums{Rgb{6.0f}, Rgb{}, Rgb{8.0f}, Rgb{}};
+  film.add(0, sums, 2, std::vector<uint32_t>{3, 0, 1, 0});
+  film.add(0, sums, 2, std::vector<uint32_t>{1, 0, 3, 0});
+  const Image image = film.develop();
+  EXPECT_FLOAT_EQ(image.at(0, 0, 0), 3);
+  EXPECT_FLOAT_EQ(image.at(1, 0, 0), 0);
+  EXPECT_FLOAT_EQ(image.at(2, 0, 0), 4);
+}
+
 TEST(Film, UntouchedTilesAreBlackAndUnlisted) {
   Film film(128, 64);
   film.add(1, flat(film.tile(1), 4.0f), 2);

@@ -12,14 +12,15 @@ constexpr int kSide = 64;
 // A pass of samples of mean 1 and the given standard deviation.
 void render(NoiseEstimate& noise, uint64_t& done, int samples, bool guided, float deviation,
             test::Random& random) {
-  noise.start_pass(done, samples, guided);
+  noise.start_pass(guided);
   for (int y = 0; y < kSide; ++y)
     for (int x = 0; x < kSide; ++x) {
       float half[2] = {0, 0};
       for (int s = 0; s < samples; ++s)
         half[(done + static_cast<uint64_t>(s)) & 1] +=
             1 + deviation * (random.next() < 0.5f ? -1.0f : 1.0f);
-      noise.add(x, y, half[0], half[1]);
+      noise.add(x, y, static_cast<uint32_t>(done), static_cast<uint32_t>(samples), half[0],
+                half[1]);
     }
   done += static_cast<uint64_t>(samples);
 }

@@ -54,6 +54,35 @@ TEST(RenderLoop, SameBitsForAnyNumberOfThreads) {
   }
 }
 
+TEST(RenderLoop, AQuarterIsThosePixelsOfTheWholePicture) {
+  const auto scene = test::prepare(test::room());
+  RenderSettings settings = small("none", 6);
+  const Outcome all = run(*scene, settings, 2);
+  settings.pixels = Pixels::kQuarter;
+  const Outcome quarter = run(*scene, settings, 2);
+  EXPECT_EQ(4 * quarter.job.stats.paths, all.job.stats.paths);
+  for (int y = 0; y < settings.height; ++y)
+    for (int x = 0; x < settings.width; ++x) {
+      const Rgb expected = x % 2 || y % 2 ? Rgb{} : all.image.rgb(x, y);
+      ASSERT_EQ(quarter.image.rgb(x, y), expected) << x << " " << y;
+    }
+}
+
+TEST(RenderLoop, AdaptivePixelsAreTheSameForAnyNumberOfThreadsAndAsManySamples) {
+  const auto scene = test::prepare(test::room());
+  for (const char* method : {"none", "adaptive"}) {
+    RenderSettings settings = small(method, 32);
+    settings.pixels = Pixels::kQuarter;
+    const uint64_t paths = run(*scene, settings, 2).job.stats.paths;
+    settings.pixels = Pixels::kAdaptive;
+    const Outcome one = run(*scene, settings, 1);
+    EXPECT_TRUE(same_bits(one.image, run(*scene, settings, 3).image)) << method;
+    EXPECT_NEAR(static_cast<double>(one.job.stats.paths), static_cast<double>(paths),
+                0.02 * static_cast<double>(paths));
+    EXPECT_FALSE(one.job.stats.unbiased);
+  }
+}
+
 TEST(RenderLoop, SeedsGiveOtherPictures) {
   const auto scene = test::prepare(test::room());
   RenderSettings settings = small("none", 1);

@@ -1,0 +1,77 @@
+#include "core/render/features.h"
+
+#include <array>
+
+#include "core/math/frame.h"
+
+namespace qray {
+namespace {
+
+constexpr int kMostMirrors = 8;
+constexpr float kFar = 2, kNoSurface = 2;
+// Far enough apart that a kernel tells them: kinds differ by their squares.
+constexpr float kGlossyKind = 0.25f, kMixedKind = 0.5f, kEmitting = 1, kBehindMirror = 0.75f;
+
+float kind_of(const MeshShading& mesh, bool mirrored) {
+  float kind = 0;
+  if (mesh.kind == BsdfKind::kGlossy) kind = kGlossyKind;
+  if (mesh.kind == BsdfKind::kMixed) kind = kMixedKind;
+  if (mesh.emits) kind = kEmitting;
+  return mirrored ? kind + kBehindMirror : kind;
+}
+
+using Features = std::array<float, kFeatureChannels>;
+
+Features features_along(const PreparedScene& scene, Ray ray, float diagonal) {
+  Rgb tint{1};
+  float length = 0;
+  for (int mirrors = 0; mirrors <= kMostMirrors; ++mirrors) {
+    Hit hit;
+    if (!scene.accel->intersect(ray, hit)) break;
+    const SurfacePoint at = scene.surface_at(ray, hit);
+    const MeshShading& mesh = scene.meshes[hit.mesh.value];
+    const ShadingPoint sp = scene.shading_point(mesh, at.uv);
+    const Frame frame(at.ns);
+    const Vec3 wo = frame.to_local(-ray.d);
+    length += hit.t;
+    if (mesh.kind == BsdfKind::kDelta && !mesh.emits && mirrors < kMostMirrors) {
+      // The likelier of what is reflected and what shines through.
+      const std::optional<BsdfSample> s = mesh.bsdf->sample(sp, wo, 0.5f, {0.5f, 0.5f});
+      if (!s) break;
+      tint = tint * s->weight;
+      const Vec3 wi = frame.to_world(s->wi);
+      const float side = dot(at.ng, wi) < 0 ? -1.0f : 1.0f;
+      ray = Ray{at.p + at.ng * (side * scene.ray_epsilon), wi};
+      continue;
+    }
+    const Rgb albedo = tint * mesh.bsdf->albedo(sp, wo);
+    const Vec3 n = wo.z < 0 ? -at.ns : at.ns;
+    return {albedo.r, albedo.g, albedo.b,          n.x,
+            n.y,      n.z,      length / diagonal, kind_of(mesh, mirrors > 0)};
+  }
+  return {tint.r, tint.g, tint.b, 0, 0, 0, kFar, kNoSurface};
+}
+
+}  // namespace
+
+Result<Image> render_features(const PreparedScene& scene, const RenderSettings& settings,
+                              TaskPool& pool, std::stop_token stop) {
+  const CameraRays camera(settings.camera.value_or(scene.scene.camera), settings.width,
+                          settings.height);
+  const float diagonal = std::max(length(scene.bounds.hi - scene.bounds.lo), 1e-30f);
+  Image image(settings.width, settings.height, kFeatureChannels);
+  pool.run(static_cast<size_t>(settings.height), [&](size_t row, int) {
+    const int y = static_cast<int>(row);
+    if (stop.stop_requested()) return;
+    for (int x = 0; x < settings.width; ++x) {
+      const Ray ray =
+          camera.ray({static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f}, {0.5f, 0.5f});
+      const Features f = features_along(scene, ray, diagonal);
+      for (int k = 0; k < kFeatureChannels; ++k) image.at(x, y, k) = f[static_cast<size_t>(k)];
+    }
+  });
+  if (stop.stop_requested()) return Error{ErrorCode::kCanceled, "canceled", ""};
+  return image;
+}
+
+}  // namespace qray

@@ -1,0 +1,23 @@
+// What recovery knows of every pixel beside its light: one ray through its centre, which follows
+// mirrors and clear glass to what is seen in them. Any thread.
+#pragma once
+
+#include <stop_token>
+
+#include "core/base/task_pool.h"
+#include "core/image/image.h"
+#include "core/render/prepared_scene.h"
+#include "core/render/settings.h"
+
+namespace qray {
+
+// Channels, in the order of core/recover/network.h: albedo, mirrors' tints included (3); shading
+// normal towards the eye, world space (3); length of the path, in diagonals of the scene; kind of
+// surface, [0, 2]. Where no surface is: albedo 1, normal 0, depth 2, kind 2.
+constexpr int kFeatureChannels = 8;
+
+// Of the settings' size and camera. kCanceled when stopped.
+Result<Image> render_features(const PreparedScene& scene, const RenderSettings& settings,
+                              TaskPool& pool, std::stop_token stop);
+
+}  // namespace qray

@@ -1,0 +1,45 @@
+// Which pixels a pass samples, and how often. Sampled pixels lie `step` apart and are counted in
+// that grid. With the pixels kAdaptive, those get more whose samples scatter more, so that a mean's
+// relative error is the same everywhere: n in proportion to deviation / mean lowers the sum of
+// squared relative errors most. Their counts follow their own samples, so the mean of such pictures
+// is not exactly that of the light. Between passes one thread; readers from any.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "core/render/noise_estimate.h"
+#include "core/render/settings.h"
+
+namespace qray {
+
+class PixelPlan {
+ public:
+  PixelPlan(const RenderSettings& settings);
+
+  int step() const { return step_; }    // pixels
+  int width() const { return width_; }  // of the grid
+  int height() const { return height_; }
+  double sampled_part() const { return 1.0 / (step_ * step_); }  // of all pixels
+
+  // As many samples as `samples` for each pixel of the grid would be. `noise`: null, not used.
+  void start_pass(int samples, const NoiseEstimate* noise);
+  // The pixel's samples in this pass, and how many it had before.
+  uint32_t count(int x, int y) const { return counts_.empty() ? samples_ : counts_[index(x, y)]; }
+  uint32_t first(int x, int y) const { return counts_.empty() ? done_ : done_each_[index(x, y)]; }
+  void end_pass();
+
+ private:
+  size_t index(int x, int y) const {
+    return static_cast<size_t>(y) * static_cast<size_t>(width_) + static_cast<size_t>(x);
+  }
+  void share_out(int samples, const NoiseEstimate& noise);
+
+  bool adaptive_;
+  uint64_t seed_;
+  int step_, width_, height_;
+  uint32_t samples_ = 0, done_ = 0;           // a pixel, while all are alike
+  std::vector<uint32_t> counts_, done_each_;  // empty while all are alike
+};
+
+}  // namespace qray
