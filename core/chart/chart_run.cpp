@@ -2,9 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 
 #include "core/image/metrics.h"
+#include "core/job/recover_picture.h"
 #include "core/job/run_job.h"
+#include "core/recover/included_networks.h"
 #include "core/render/variant.h"
 
 namespace qray {
@@ -30,12 +33,36 @@ class PausableClock final : public Clock {
   double lost_ = 0;
 };
 
+// The picture of a run as it is now, and what it took to recover it.
+struct Developed {
+  Image picture;
+  double seconds = 0;
+};
+using Develop = std::function<Result<Developed>()>;
+
+// By the network that the settings name.
+Result<Develop> developer(const PreparedScene& scene, const RenderSettings& settings,
+                          const Film& film, TaskPool& pool, std::stop_token stop,
+                          const Clock& clock) {
+  if (settings.recover == "none")
+    return Develop([&film]() -> Result<Developed> { return Developed{film.develop()}; });
+  Result<Network> network = included_network(settings.recover);
+  if (!network) return network.error();
+  return Develop([&scene, &film, &pool, &clock, settings, stop,
+                  net = std::move(network).value()]() -> Result<Developed> {
+    const double start = clock.seconds();
+    Result<Image> picture = recover_picture(scene, settings, net, film, pool, stop);
+    if (!picture) return picture.error();
+    return Developed{std::move(picture).value(), clock.seconds() - start};
+  });
+}
+
 // Makes the rows of a run while it is rendered.
 class PictureSampler final : public RenderObserver {
  public:
-  PictureSampler(const Film& film, const Image& reference, ChartRow label, double seconds,
+  PictureSampler(Develop develop, const Image& reference, ChartRow label, double seconds,
                  PausableClock& clock, RenderObserver& next)
-      : film_(film),
+      : develop_(std::move(develop)),
         reference_(reference),
         label_(std::move(label)),
         times_(chart_times(seconds)),
@@ -48,24 +75,30 @@ class PictureSampler final : public RenderObserver {
     next_.on_pass(progress, so_far);
     const auto after = std::upper_bound(times_.begin(), times_.end(), so_far.seconds);
     const int passed = static_cast<int>(after - times_.begin());
-    if (passed > passed_ && status_.ok()) look(so_far, passed - 1, film_.develop());
+    if (passed > passed_ && status_.ok()) look(so_far, passed - 1);
     passed_ = passed;
     clock_.resume();
   }
 
   // Rows up to the end, whose picture may have been looked at already.
-  Result<std::vector<ChartRow>> finish(const RenderStats& stats, const Image& picture) {
+  Result<ChartRunResult> finish(const RenderStats& stats) {
     if (!rows_.empty() && rows_.back().samples_per_pixel == stats.samples_per_pixel)
       rows_.pop_back();
-    if (status_.ok()) look(stats, kChartTimes, picture);
+    if (status_.ok()) look(stats, kChartTimes);
     if (!status_.ok()) return status_.error();
     rows_.back().last = true;
-    return std::move(rows_);
+    return ChartRunResult{std::move(rows_), std::move(picture_)};
   }
 
  private:
-  void look(const RenderStats& stats, int point, const Image& picture) {
-    const Result<ImageDifference> difference = image_difference(picture, reference_);
+  void look(const RenderStats& stats, int point) {
+    Result<Developed> developed = develop_();
+    if (!developed) {
+      status_ = developed.error();
+      return;
+    }
+    picture_ = std::move(developed.value().picture);
+    const Result<ImageDifference> difference = image_difference(picture_, reference_);
     if (!difference) {
       status_ = difference.error();
       return;
@@ -73,7 +106,7 @@ class PictureSampler final : public RenderObserver {
     const ImageDifference& d = difference.value();
     ChartRow row = label_;
     row.point = point;
-    row.seconds = stats.seconds;
+    row.seconds = stats.seconds + developed.value().seconds;
     row.samples_per_pixel = stats.samples_per_pixel;
     row.rays = stats.rays;
     row.dropped_samples = stats.dropped_samples;
@@ -86,7 +119,7 @@ class PictureSampler final : public RenderObserver {
     rows_.push_back(std::move(row));
   }
 
-  const Film& film_;
+  const Develop develop_;
   const Image& reference_;
   const ChartRow label_;
   const std::vector<double> times_;
@@ -94,6 +127,7 @@ class PictureSampler final : public RenderObserver {
   RenderObserver& next_;
   int passed_ = 0;  // of times_
   std::vector<ChartRow> rows_;
+  Image picture_;  // the last that was looked at
   Status status_;
 };
 
@@ -158,23 +192,21 @@ Result<ChartRunResult> measure_run(const PreparedScene& scene, const ChartPlan& 
   }
 
   settings.seed = run.seed;
+  settings.estimates_noise |= settings.recover != "none";
   Film film(settings.width, settings.height);
+  const Result<Develop> develop = developer(scene, settings, film, pool, stop, clock);
+  if (!develop) return develop.error();
   PausableClock pausable(clock);
   ChartRow label;
   label.scene = run.scene;
   label.method = run.method;
   label.warm = run.warm;
   label.seed = run.seed;
-  PictureSampler sampler(film, reference, label, plan.seconds, pausable, observer);
+  PictureSampler sampler(develop.value(), reference, label, plan.seconds, pausable, observer);
   const Result<JobResult> job =
       run_job(scene, settings, std::move(table), film, pool, sampler, stop, pausable);
   if (!job) return job.error();
-  ChartRunResult result;
-  result.picture = film.develop();
-  Result<std::vector<ChartRow>> rows = sampler.finish(job.value().stats, result.picture);
-  if (!rows) return rows.error();
-  result.rows = std::move(rows).value();
-  return result;
+  return sampler.finish(job.value().stats);
 }
 
 }  // namespace qray

@@ -1,6 +1,7 @@
 // What a chart measures and concludes: plain data, written to results.jsonl and summary.json by
 // proto/chart_json. Errors are relMSE unless said otherwise (core/image/metrics.h); seconds are of
-// rendering alone: loading, developing and comparing pictures do not count.
+// rendering and, where a picture is recovered, of recovering that one: loading, developing and
+// comparing pictures do not count.
 #pragma once
 
 #include <cstdint>

@@ -1,5 +1,7 @@
 #include "core/job/run_job.h"
 
+#include "core/job/recover_picture.h"
+
 namespace qray {
 namespace {
 
@@ -33,6 +35,7 @@ ImageMetadata metadata_of(const RenderStats& stats, const PreparedScene& scene,
   std::string passes;
   for (int n : stats.passes) passes += (passes.empty() ? "" : ",") + std::to_string(n);
   m["passes"] = passes;
+  m["pixels"] = stats.pixels;
   m["learning_samples"] = std::to_string(stats.learning_samples_per_pixel);
   m["table_in"] = table_in ? table_in->id : "none";
   m["table_out"] = table_out ? table_out->header.id : "none";
@@ -71,21 +74,37 @@ Result<std::unique_ptr<Guide>> load_guide(const PreparedScene& scene,
   return made;
 }
 
-Result<JobResult> run_job(const PreparedScene& scene, const RenderSettings& settings,
+Result<JobResult> run_job(const PreparedScene& scene, RenderSettings settings,
                           std::optional<TableFile> table_in, Film& film, TaskPool& pool,
-                          RenderObserver& observer, std::stop_token stop, const Clock& clock) {
+                          RenderObserver& observer, std::stop_token stop, const Clock& clock,
+                          const Recovery* recovery) {
   Result<std::unique_ptr<Guide>> made = load_guide(scene, settings, table_in);
   if (!made.ok()) return made.error();
   const std::unique_ptr<Guide> guide = std::move(made).value();
   std::optional<TableHeader> parent;
   if (table_in) parent = std::move(table_in->header);
+  settings.estimates_noise |= recovery != nullptr;
   Result<RenderStats> stats =
-      render(scene, settings, guide.get(), film, pool, observer, std::move(stop), clock);
+      render(scene, settings, guide.get(), film, pool, observer, stop, clock);
   if (!stats.ok()) return stats.error();
   JobResult result;
   result.stats = std::move(stats).value();
+  if (recovery) {
+    const double start = clock.seconds();
+    Result<Image> picture =
+        recover_picture(scene, settings, recovery->network, film, pool, std::move(stop));
+    if (!picture.ok()) return picture.error();
+    result.recovered = std::move(picture).value();
+    result.stats.recovery = recovery->name;
+    result.stats.recovery_seconds = clock.seconds() - start;
+  }
   if (guide) result.table = table_of(*guide, scene, parent);
   result.metadata = metadata_of(result.stats, scene, parent, result.table);
+  if (recovery) {
+    result.recovered_metadata = result.metadata;
+    result.recovered_metadata["recovery"] = recovery->name;
+    result.recovered_metadata["unbiased"] = "false";
+  }
   return result;
 }
 

@@ -4,6 +4,7 @@
 
 #include "core/guide/table_file.h"
 #include "core/image/image_io.h"
+#include "core/recover/network.h"
 #include "core/render/render_loop.h"
 
 namespace qray {
@@ -12,6 +13,8 @@ struct JobResult {
   RenderStats stats;
   std::optional<TableFile> table;  // what the guide knows now; none for method `none`
   ImageMetadata metadata;          // for the picture: seed, samples, method, table, scene hash ...
+  std::optional<Image> recovered;  // linear; where a network was given
+  ImageMetadata recovered_metadata;
 };
 
 // The settings' guide, null for the method none, with what `table` holds; its method must be the
@@ -20,10 +23,18 @@ Result<std::unique_ptr<Guide>> load_guide(const PreparedScene& scene,
                                           const RenderSettings& settings,
                                           const std::optional<TableFile>& table);
 
+// How the picture is made whole.
+struct Recovery {
+  std::string name;  // for the metadata: an included network's, or an id
+  Network network;
+};
+
 // `table_in` must be of the settings' method (else kInvalid). It is moved into the guide.
-Result<JobResult> run_job(const PreparedScene& scene, const RenderSettings& settings,
+// `recovery`: null, the picture stays as it was sampled.
+Result<JobResult> run_job(const PreparedScene& scene, RenderSettings settings,
                           std::optional<TableFile> table_in, Film& film, TaskPool& pool,
-                          RenderObserver& observer, std::stop_token stop, const Clock& clock);
+                          RenderObserver& observer, std::stop_token stop, const Clock& clock,
+                          const Recovery* recovery = nullptr);
 
 // Fit of a table to a scene by exact hashes; kConflict names what differs.
 Status table_fits(const TableHeader& header, const SceneHash& hash);
