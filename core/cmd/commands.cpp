@@ -18,6 +18,7 @@ int run_command_line(int argc, const char* const* argv) {
   add_render(app, exit_code);
   add_diff(app, exit_code);
   add_table(app, exit_code);
+  add_recover(app, exit_code);
   add_scene(app, exit_code);
   add_chart(app, exit_code);
   add_thesis(app, exit_code);

@@ -21,6 +21,7 @@ enum ExitCode : int {
 void add_render(CLI::App& app, int& exit_code);
 void add_diff(CLI::App& app, int& exit_code);
 void add_table(CLI::App& app, int& exit_code);
+void add_recover(CLI::App& app, int& exit_code);
 void add_scene(CLI::App& app, int& exit_code);
 void add_chart(CLI::App& app, int& exit_code);
 void add_thesis(CLI::App& app, int& exit_code);

@@ -10,6 +10,7 @@
 #include "core/image/tonemap.h"
 #include "core/import/resolve_scene.h"
 #include "core/job/run_job.h"
+#include "core/recover/included_networks.h"
 
 namespace qray::cmd {
 namespace {
@@ -66,6 +67,26 @@ Result<std::optional<TableFile>> read_fitting_table(const std::string& path,
                  "learned from another scene: geometry, materials and lights must be the same",
                  path};
   return std::optional(std::move(table).value());
+}
+
+Result<WeightsFile> read_weights(const std::filesystem::path& path) {
+  const Result<Bytes> bytes = read_file(path, kMaxWeightsBytes);
+  if (!bytes) return bytes.error();
+  Result<WeightsFile> weights = decode_weights(bytes.value());
+  if (weights) return weights;
+  Error error = weights.error();
+  error.where = path.string() + (error.where.empty() ? "" : ":" + error.where);
+  return error;
+}
+
+Result<std::optional<Recovery>> find_recovery(const std::string& name) {
+  if (name == "none") return std::optional<Recovery>();
+  const std::string which = name == "auto" ? "default" : name;
+  if (Result<Network> included = included_network(which); included)
+    return std::optional(Recovery{which, std::move(included).value()});
+  Result<WeightsFile> file = read_weights(name);
+  if (!file) return file.error();
+  return std::optional(Recovery{file.value().id, std::move(file.value().network)});
 }
 
 Status write_text(const std::filesystem::path& path, std::string_view text) {

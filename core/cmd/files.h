@@ -7,6 +7,8 @@
 
 #include "core/guide/table_file.h"
 #include "core/image/image.h"
+#include "core/job/run_job.h"
+#include "core/recover/weights_file.h"
 #include "core/render/prepared_scene.h"
 
 namespace qray::cmd {
@@ -21,6 +23,10 @@ Result<Image> read_linear_image(const std::filesystem::path& path);
 Result<TableFile> read_table(const std::filesystem::path& path);
 // None for an empty path. kConflict: learned from another scene.
 Result<std::optional<TableFile>> read_fitting_table(const std::string& path, const SceneHash& hash);
+Result<WeightsFile> read_weights(const std::filesystem::path& path);
+// "none": no recovery. "auto": the default network, as files of one's own are named. Else an
+// included network's name, or a weights file.
+Result<std::optional<Recovery>> find_recovery(const std::string& name);
 Status write_text(const std::filesystem::path& path, std::string_view text);
 // Fails before hours of work when a result of this name cannot be written at their end.
 Status check_writable(const std::filesystem::path& path);

@@ -18,22 +18,23 @@ ProgressLine::ProgressLine(bool quiet) : quiet_(quiet), terminal_(isatty(STDERR_
   if (!terminal_) next_ = clock_.seconds() + kLinePeriodSeconds;
 }
 
-void ProgressLine::show(std::string_view phase, double fraction, uint64_t samples, double seconds) {
+void ProgressLine::show(std::string_view phase, double fraction, uint64_t count, double seconds,
+                        const char* unit) {
   const double now = clock_.seconds();
   if (quiet_ || now < next_) return;
   next_ = now + (terminal_ ? kBarPeriodSeconds : kLinePeriodSeconds);
   fraction = std::clamp(fraction, 0.0, 1.0);
   const std::string label(phase);
-  const auto count = static_cast<unsigned long long>(samples);
+  const auto done = static_cast<unsigned long long>(count);
   if (!terminal_) {
-    std::fprintf(stderr, "%s: %.0f %%, %llu samples a pixel, %.1f s\n", label.c_str(),
-                 100 * fraction, count, seconds);
+    std::fprintf(stderr, "%s: %.0f %%, %llu %s, %.1f s\n", label.c_str(), 100 * fraction, done,
+                 unit, seconds);
     return;
   }
   const auto full = static_cast<size_t>(fraction * kBarCharacters);
   const std::string bar = std::string(full, '#') + std::string(kBarCharacters - full, '.');
-  std::fprintf(stderr, "\r[%s] %3.0f %%  %-10s %6llu spp  %7.1f s\033[K", bar.c_str(),
-               100 * fraction, label.c_str(), count, seconds);
+  std::fprintf(stderr, "\r[%s] %3.0f %%  %-10s %6llu %s  %7.1f s\033[K", bar.c_str(),
+               100 * fraction, label.c_str(), done, unit, seconds);
   drawn_ = true;
 }
 

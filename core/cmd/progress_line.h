@@ -13,7 +13,9 @@ class ProgressLine {
  public:
   explicit ProgressLine(bool quiet = false);
 
-  void show(std::string_view phase, double fraction, uint64_t samples, double seconds);
+  // `count`: how many of what `unit` says are done.
+  void show(std::string_view phase, double fraction, uint64_t count, double seconds,
+            const char* unit = "samples a pixel");
   void finish();  // leaves the bar's line
 
  private:

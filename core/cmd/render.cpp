@@ -23,7 +23,7 @@ struct Options {
   std::vector<int> passes;
   int threads = default_threads();
   int table_mib = static_cast<int>(kDefaultTableBytes >> 20);
-  std::string table_in, table_out, json, view = "beauty", out;
+  std::string table_in, table_out, json, sampled, view = "beauty", out;
   std::vector<int> pixel;
   bool quiet = false;
 };
@@ -33,7 +33,9 @@ ViewOptions view_options(const Options& o) {
 }
 
 Status check_outputs(const Options& o) {
-  if (Status s = check_picture_name(o.out); !s) return s;
+  for (const std::string& name : {o.out, o.sampled})
+    if (!name.empty())
+      if (Status s = check_picture_name(name); !s) return s;
   for (const std::string& name : {o.json, o.table_out})
     if (!name.empty())
       if (Status s = check_writable(name); !s) return s;
@@ -53,24 +55,39 @@ Status render_beauty(const Options& o, const PreparedScene& scene, RenderSetting
   if (!table) return table.error();
   if (table.value() && !o.render.method) settings.method = table.value()->header.method;
 
+  const Result<std::optional<Recovery>> recovery = find_recovery(o.render.recover.value_or("none"));
+  if (!recovery) return recovery.error();
+
   Film film(settings.width, settings.height);
   ProgressLine line(o.quiet);
   ProgressObserver observer(line);
   Result<JobResult> job =
-      run_job(scene, settings, std::move(table).value(), film, pool, observer, stop, SteadyClock());
+      run_job(scene, settings, std::move(table).value(), film, pool, observer, stop, SteadyClock(),
+              recovery.value() ? &*recovery.value() : nullptr);
   line.finish();
   if (!job) return job.error();
   const JobResult& result = job.value();
-  if (Status s = write_image(o.out, film.develop(), result.metadata); !s) return s;
+  const Status written = result.recovered
+                             ? write_image(o.out, *result.recovered, result.recovered_metadata)
+                             : write_image(o.out, film.develop(), result.metadata);
+  if (!written) return written;
+  if (!o.sampled.empty())
+    if (Status s = write_image(o.sampled, film.develop(), result.metadata); !s) return s;
   if (!o.table_out.empty()) {
     QRAY_CHECK(result.table.has_value());
     if (Status s = write_file_atomic(o.table_out, encode_table(*result.table)); !s) return s;
   }
   if (!o.json.empty())
     if (Status s = write_text(o.json, proto::stats_json(result.stats)); !s) return s;
-  if (!result.stats.unbiased)
+  if (result.recovered)
+    std::fprintf(stderr,
+                 "qray: recovered (%s): smooth is what a network expects, not what was "
+                 "measured\n",
+                 result.stats.recovery.c_str());
+  else if (!result.stats.unbiased)
     std::fprintf(stderr, "qray: %s is biased: this picture is not the scene's light\n",
-                 settings.method.c_str());
+                 settings.pixels == Pixels::kAdaptive ? "adaptive choice of pixels"
+                                                      : settings.method.c_str());
   return {};
 }
 
@@ -112,6 +129,7 @@ void add_render(CLI::App& app, int& exit_code) {
       ->check(CLI::Range(1, 1 << 19))
       ->capture_default_str();
   sub->add_option("--json", o->json, "write statistics (docs/stats.md)");
+  sub->add_option("--sampled-out", o->sampled, "with --recover: the picture before it, too");
   sub->add_option("--view", o->view,
                   "beauty, or without light: albedo, normal; of a table: state, beta (chance to "
                   "guide), gain, lobe (the directions at a pixel). docs/guiding.md")

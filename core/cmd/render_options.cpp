@@ -18,6 +18,13 @@ void add_render_options(CLI::App& app, RenderOptions& o) {
   app.add_option("--seconds", o.seconds, "render as long as this instead")->excludes(samples);
   app.add_option("--seed", o.seed, "of the random numbers; default 1");
   app.add_option("--size", o.size, "WIDTHxHEIGHT in pixels; default: the scene's");
+  app.add_option("--pixels", o.pixels,
+                 "which are sampled: all (default), quarter (one of each 2 x 2), adaptive (those, "
+                 "more often where they are noisy)")
+      ->check(CLI::IsMember({"all", "quarter", "adaptive"}));
+  app.add_option("--recover", o.recover,
+                 "make the picture whole by: none (default), auto (the scene's own network, else "
+                 "the default one), default, untrained, bilinear; weights: docs/recover.md");
   app.add_option("--max-depth", o.max_depth, "surfaces on a path, at most");
   app.add_option("--learning-samples", o.learning_samples, "a pixel, at most a quarter of --spp");
   app.add_option("--alpha", o.alpha, "learning rate, 0..1");
@@ -60,6 +67,7 @@ Result<RenderSettings> make_settings(const RenderOptions& o, const Scene& scene)
   }
   if (o.samples) settings.samples = *o.samples;
   if (o.seed) settings.seed = *o.seed;
+  if (o.pixels) settings.pixels = *pixels_named(*o.pixels);
   if (o.max_depth) settings.max_depth = *o.max_depth;
   if (o.learning_samples) settings.learning_samples = *o.learning_samples;
   if (o.alpha) settings.huang.alpha = *o.alpha;
@@ -81,6 +89,8 @@ Result<proto::JobSubmission> make_submission(const RenderOptions& o) {
   submission.alpha = o.alpha;
   submission.gamma = o.gamma;
   submission.grid = o.grid;
+  submission.pixels = o.pixels;
+  submission.recover = o.recover;
   if (!o.size.empty()) {
     const Result<std::pair<int, int>> size = parse_size(o.size);
     if (!size) return size.error();

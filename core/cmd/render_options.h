@@ -24,6 +24,7 @@ struct RenderOptions {
   std::optional<uint64_t> seed;
   std::optional<float> alpha, gamma;
   std::string size;  // "WxH"
+  std::optional<std::string> pixels, recover;
 };
 
 void add_render_options(CLI::App& app, RenderOptions& options);

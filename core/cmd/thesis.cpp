@@ -1,5 +1,6 @@
 // qray thesis: the figures of "AI and Machine Learning for Real-Time Ray Tracing" again, on our
-// own room, with the published method and the corrected one beside it.
+// own room: recovery of a quarter of the pixels, and guiding, with the published method and the
+// corrected one beside it.
 #include <CLI/CLI.hpp>
 #include <cstdio>
 
@@ -10,6 +11,7 @@
 #include "core/cmd/report.h"
 #include "core/cmd/stop_on_signal.h"
 #include "core/job/run_job.h"
+#include "core/job/screenshots.h"
 #include "core/render/debug_view.h"
 #include "core/render/direction_cube.h"
 
@@ -18,10 +20,12 @@ namespace {
 
 constexpr int kLessonSamples = 64;  // a pixel; a quarter of them teach the table
 constexpr int kStateSamples = 16;
+constexpr int kQuarterSamples = 64;  // a sampled pixel
+constexpr int kScreenshotRows = 4;   // figure 2
 
 struct Options {
   int figure = 0, threads = default_threads();
-  std::string size, out, scene = "thesis-room", method = "both";
+  std::string size, out, scene = "thesis-room", method = "both", recover = "auto";
   uint64_t seed = 1;
 };
 
@@ -31,10 +35,37 @@ class Studio {
   Studio(const PreparedScene& scene, const Options& o, std::stop_token stop)
       : scene_(scene), pool_(o.threads), stop_(std::move(stop)) {}
 
-  Result<Image> shoot(const RenderSettings& settings, std::optional<TableFile> table) {
-    Result<std::pair<Image, std::optional<TableFile>>> done = run(settings, std::move(table));
+  Result<Image> shoot(const RenderSettings& settings, std::optional<TableFile> table,
+                      const Recovery* recovery = nullptr) {
+    Result<std::pair<Image, std::optional<TableFile>>> done =
+        run(settings, std::move(table), recovery);
     if (!done) return done.error();
     return std::move(done).value().first;
+  }
+
+  // Figure 2: what training sees, side by side.
+  Result<Image> screenshots(const RenderSettings& settings) {
+    ScreenshotOptions options;
+    options.views = kScreenshotRows * kScreenshotRows;
+    options.seed = settings.seed;
+    ProgressLine line;
+    const SteadyClock clock;
+    const double start = clock.seconds();
+    const Result<std::vector<TrainingView>> views = take_screenshots(
+        scene_, settings, std::nullopt, options, pool_, stop_, clock, [&](int done) {
+          line.show("screenshots", done / static_cast<double>(options.views),
+                    static_cast<uint64_t>(done), clock.seconds() - start, "views");
+        });
+    line.finish();
+    if (!views) return views.error();
+    Image sheet(kScreenshotRows * kScreenshotSide, kScreenshotRows * kScreenshotSide, 3);
+    for (int i = 0; i < options.views; ++i)
+      for (int y = 0; y < kScreenshotSide; ++y)
+        for (int x = 0; x < kScreenshotSide; ++x)
+          sheet.set_rgb(i % kScreenshotRows * kScreenshotSide + x,
+                        i / kScreenshotRows * kScreenshotSide + y,
+                        views.value()[static_cast<size_t>(i)].target.rgb(x, y));
+    return sheet;
   }
 
   // What is learned before a figure, from its camera, with random numbers of its own. Both
@@ -58,15 +89,17 @@ class Studio {
 
  private:
   Result<std::pair<Image, std::optional<TableFile>>> run(const RenderSettings& settings,
-                                                         std::optional<TableFile> table) {
+                                                         std::optional<TableFile> table,
+                                                         const Recovery* recovery = nullptr) {
     Film film(settings.width, settings.height);
     ProgressLine line;
     ProgressObserver observer(line);
-    Result<JobResult> job =
-        run_job(scene_, settings, std::move(table), film, pool_, observer, stop_, SteadyClock());
+    Result<JobResult> job = run_job(scene_, settings, std::move(table), film, pool_, observer,
+                                    stop_, SteadyClock(), recovery);
     line.finish();
     if (!job) return job.error();
-    return std::pair{film.develop(), std::move(job).value().table};
+    return std::pair{recovery ? std::move(*job.value().recovered) : film.develop(),
+                     std::move(job.value().table)};
   }
 
   const PreparedScene& scene_;
@@ -126,6 +159,18 @@ Result<Image> comparison(Studio& studio, const Options& o, const RenderSettings&
   return side_by_side(published.value(), corrected.value());
 }
 
+// Figures 1 to 4: a quarter of the pixels, with direct light sampling, and what comes of them.
+Result<Image> approach_one(Studio& studio, const Options& o, RenderSettings settings) {
+  settings.nee = true;
+  if (o.figure == 2) return studio.screenshots(settings);
+  settings.pixels = Pixels::kQuarter;
+  settings.samples = o.figure == 1 ? kQuarterSamples : 1;
+  if (o.figure < 4) return studio.shoot(settings, std::nullopt);
+  const Result<std::optional<Recovery>> recovery = find_recovery(o.recover);
+  if (!recovery) return recovery.error();
+  return studio.shoot(settings, std::nullopt, recovery.value() ? &*recovery.value() : nullptr);
+}
+
 Result<Image> draw(const Options& o, const StopOnSignal& stop) {
   std::pair<int, int> size{512, 512};
   if (!o.size.empty()) {
@@ -150,6 +195,7 @@ Result<Image> draw(const Options& o, const StopOnSignal& stop) {
   if (Status s = check_settings(settings, int64_t{1} << 26); !s) return s.error();
 
   Studio studio(scene, o, stop.token());
+  if (o.figure <= 4) return approach_one(studio, o, settings);
   if (o.figure == 8) return studio.states(settings);
   if (o.figure <= 6) return studio.shoot(settings, std::nullopt);
   return comparison(studio, o, settings);
@@ -170,16 +216,21 @@ Status run(const Options& o) {
 void add_thesis(CLI::App& app, int& exit_code) {
   auto o = std::make_shared<Options>();
   CLI::App* sub = app.add_subcommand("thesis", "draw a figure of the thesis again");
-  sub->add_option("--figure", o->figure,
-                  "5, 6: 8 and 64 samples a pixel without learning. 8: the states, a colour each. "
-                  "9: the 26 standard directions. 10, 11 (second view): 8 samples a pixel, left "
-                  "half without learning, right half with. 12, 13 (second view): 80 samples")
+  sub->add_option(
+         "--figure", o->figure,
+         "1: a quarter of the pixels. 2: views to train with. 3: a quarter, one sample each. "
+         "4: recovered from that. 5, 6: 8 and 64 samples a pixel without learning. 8: the states, "
+         "a colour each. "
+         "9: the 26 standard directions. 10, 11 (second view): 8 samples a pixel, left "
+         "half without learning, right half with. 12, 13 (second view): 80 samples")
       ->required()
-      ->check(CLI::IsMember({5, 6, 8, 9, 10, 11, 12, 13}));
+      ->check(CLI::IsMember({1, 2, 3, 4, 5, 6, 8, 9, 10, 11, 12, 13}));
   sub->add_option("--method", o->method,
                   "figures 10-13: huang-published (as printed, too bright), huang (corrected), or "
                   "both, the published one on the left")
       ->check(CLI::IsMember({"both", "huang-published", "huang"}))
+      ->capture_default_str();
+  sub->add_option("--recover", o->recover, "figure 4: as qray render --recover")
       ->capture_default_str();
   sub->add_option("--scene", o->scene, "another scene")->capture_default_str();
   sub->add_option("--size", o->size, "WIDTHxHEIGHT of one picture");

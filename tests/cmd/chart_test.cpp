@@ -106,6 +106,20 @@ TEST_F(ChartCommand, WritesResultsConclusionsAndPictures) {
   EXPECT_NE(done.out.find("biased"), std::string::npos);
 }
 
+TEST_F(ChartCommand, RecoveredPicturesAreMeasuredAsTheyAre) {
+  const char* recovered = "none:pixels=quarter;recover=default";
+  const Outcome done = chart({"--methods", std::string("none,none:pixels=quarter,") + recovered});
+  ASSERT_EQ(done.code, cmd::kExitOk) << done.err;
+  const json methods = summary()["scenes"][0]["methods"];
+  ASSERT_EQ(methods.size(), 3u);
+  EXPECT_EQ(methods[2]["method"], recovered);
+  EXPECT_EQ(methods[2]["claims_unbiased"], false);
+  const auto last_error = [&](int i) {
+    return methods[i]["points"].back()["relmse"].get<double>();
+  };
+  EXPECT_LT(last_error(2), 0.5 * last_error(1)) << "the others are black where nothing was sampled";
+}
+
 TEST_F(ChartCommand, MeasuresThatThePublishedMethodBrightens) {
   scene_ = "thesis-room";
   const std::string methods =

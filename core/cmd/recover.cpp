@@ -1,0 +1,279 @@
+// qray recover: networks that make whole pictures of a quarter of their pixels: train, compare,
+// info.
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cstdio>
+#include <numeric>
+
+#include "core/base/file.h"
+#include "core/cmd/commands.h"
+#include "core/cmd/files.h"
+#include "core/cmd/progress_line.h"
+#include "core/cmd/render_options.h"
+#include "core/cmd/report.h"
+#include "core/cmd/stop_on_signal.h"
+#include "core/job/screenshots.h"
+#include "core/recover/included_networks.h"
+#include "core/recover/joint_bilateral.h"
+#include "core/recover/ladder.h"
+#include "core/recover/recover.h"
+
+namespace qray::cmd {
+namespace {
+
+struct Options {
+  std::vector<std::string> scenes, weights;
+  std::string scene, table_in, method = "none", out;
+  int threads = default_threads(), held_out = 8, hidden = 0;
+  ScreenshotOptions views;
+  TrainOptions train;
+  bool quiet = false;
+};
+
+// Views of a scene, with what says which it was.
+struct Album {
+  std::vector<TrainingView> views;
+  SceneHash hash;
+  std::string name;
+};
+
+Result<Album> take_album(const std::string& name, const Options& o, TaskPool& pool,
+                         std::stop_token stop) {
+  Result<std::shared_ptr<const PreparedScene>> scene = prepare_named_scene(name, o.threads);
+  if (!scene) return scene.error();
+  RenderOptions render;
+  render.scene = name;
+  render.method = o.method;
+  Result<RenderSettings> settings = make_settings(render, scene.value()->scene);
+  if (!settings) return settings.error();
+  const Result<std::optional<TableFile>> table =
+      read_fitting_table(o.table_in, scene.value()->hash);
+  if (!table) return table.error();
+  if (table.value()) settings.value().method = table.value()->header.method;
+  ProgressLine line(o.quiet);
+  const SteadyClock clock;
+  const double start = clock.seconds();
+  Result<std::vector<TrainingView>> views = take_screenshots(
+      *scene.value(), settings.value(), table.value(), o.views, pool, stop, clock, [&](int done) {
+        line.show(name, done / static_cast<double>(o.views.views), static_cast<uint64_t>(done),
+                  clock.seconds() - start, "views");
+      });
+  line.finish();
+  if (!views) return views.error();
+  return Album{std::move(views).value(), scene.value()->hash, scene.value()->scene.name};
+}
+
+double mean_of(const std::vector<double>& values) {
+  return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
+}
+
+// Views of all scenes: those to be learned from, then `held_out` kept apart, as many of each scene.
+Result<std::vector<TrainingView>> all_views(const Options& o, TaskPool& pool, std::stop_token stop,
+                                            size_t& held_out, Album& last) {
+  std::vector<TrainingView> taught, kept;
+  for (const std::string& name : o.scenes) {
+    Result<Album> album = take_album(name, o, pool, stop);
+    if (!album) return album.error();
+    auto& views = album.value().views;
+    const auto apart = views.end() - o.held_out;
+    std::move(views.begin(), apart, std::back_inserter(taught));
+    std::move(apart, views.end(), std::back_inserter(kept));
+    last = std::move(album).value();
+  }
+  held_out = kept.size();
+  std::move(kept.begin(), kept.end(), std::back_inserter(taught));
+  return taught;
+}
+
+void print_rungs(const Ladder& ladder) {
+  std::printf("%-12s %10s %8s %9s\n", "model", "held out", "steps", "cpu s");
+  for (size_t i = 0; i < ladder.rungs.size(); ++i) {
+    const Rung& r = ladder.rungs[i];
+    std::printf("%-12s %10.5f %8d %9.1f%s\n", r.name.c_str(), r.mean_held_out(), r.steps,
+                r.cpu_seconds, i == ladder.chosen ? "  <- the cheapest that is as good" : "");
+  }
+}
+
+Status train_weights(const Options& o) {
+  if (Status s = check_writable(o.out); !s) return s;
+  if (o.held_out >= o.views.views)
+    return Error{ErrorCode::kInvalid, "expected fewer views kept apart than views", "--held-out"};
+  const StopOnSignal stop;
+  TaskPool pool(o.threads);
+  size_t held_out = 0;
+  Album last;
+  Result<std::vector<TrainingView>> views = all_views(o, pool, stop.token(), held_out, last);
+  if (!views) return views.error();
+
+  ProgressLine line(o.quiet);
+  const SteadyClock clock;
+  const double start = clock.seconds();
+  Result<Ladder> climbed =
+      climb(views.value(), held_out, o.train, pool, stop.token(),
+            [&](const std::string& rung, const TrainProgress& p) {
+              line.show("training, " + rung, p.step / static_cast<double>(p.steps),
+                        static_cast<uint64_t>(p.step), clock.seconds() - start, "steps");
+            });
+  line.finish();
+  if (!climbed) return climbed.error();
+  Ladder& ladder = climbed.value();
+  for (size_t i = 0; o.hidden > 0 && i < ladder.rungs.size(); ++i)
+    if (ladder.rungs[i].network.hidden == o.hidden) ladder.chosen = i;
+  print_rungs(ladder);
+  const Rung& chosen = ladder.rungs[ladder.chosen];
+  WeightsFile file;
+  file.program = QRAY_VERSION;
+  file.scene = o.scenes.size() == 1 ? last.name : std::to_string(o.scenes.size()) + " scenes";
+  if (o.scenes.size() == 1) {
+    file.geometry = last.hash.geometry;
+    file.materials = last.hash.materials;
+    file.lights = last.hash.lights;
+  }
+  file.steps = static_cast<uint32_t>(chosen.steps);
+  for (double e : chosen.held_out) file.held_out.push_back(static_cast<float>(std::max(e, 0.0)));
+  file.network = chosen.network;
+  file.id = weights_id(file);
+  return write_file_atomic(o.out, encode_weights(file));
+}
+
+struct Compared {
+  std::string name;
+  std::vector<double> errors;  // of each view
+};
+
+// How many times less error than `other`'s, in the middle view.
+double median_ratio(const Compared& row, const Compared& other) {
+  constexpr double kLeast = 1e-6;  // an error may be lost in the target's own
+  std::vector<double> ratios;
+  for (size_t i = 0; i < row.errors.size(); ++i)
+    ratios.push_back(std::max(other.errors[i], kLeast) / std::max(row.errors[i], kLeast));
+  std::nth_element(ratios.begin(), ratios.begin() + std::ssize(ratios) / 2, ratios.end());
+  return ratios[ratios.size() / 2];
+}
+
+void print_compared(const std::vector<Compared>& rows, const Compared& bilinear,
+                    const Compared& bilateral) {
+  std::printf("%-34s %12s %26s\n%-34s %12s %12s %13s\n", "", "mean", "median view, times below", "",
+              "relMSE", "bilinear", "bilateral");
+  for (const Compared& row : rows)
+    std::printf("%-34s %12.5f %12.2f %13.2f\n", row.name.c_str(), mean_of(row.errors),
+                median_ratio(row, bilinear), median_ratio(row, bilateral));
+}
+
+Status compare(const Options& o) {
+  std::vector<std::pair<std::string, Network>> networks;
+  for (const char* name : {"bilinear", "untrained", "default"})
+    networks.emplace_back(name, included_network(name).value());
+  for (const std::string& name : o.weights) {
+    Result<WeightsFile> file = read_weights(name);
+    if (!file) return file.error();
+    networks.emplace_back(name, std::move(file).value().network);
+  }
+  const StopOnSignal stop;
+  TaskPool pool(o.threads);
+  // The filter is fitted to other views than those compared on.
+  Options fitting = o;
+  fitting.views.seed += 1000;
+  Result<Album> others = take_album(o.scene, fitting, pool, stop.token());
+  if (!others) return others.error();
+  Result<Album> album = take_album(o.scene, o, pool, stop.token());
+  if (!album) return album.error();
+  const JointBilateral filter = fitted_joint_bilateral(others.value().views, pool);
+
+  std::vector<Compared> rows;
+  const auto measure = [&](const std::string& name, auto&& recovered) {
+    rows.push_back({name, {}});
+    for (const TrainingView& view : album.value().views)
+      rows.back().errors.push_back(picture_error(recovered(view), view));
+  };
+  for (const auto& [name, net] : networks)
+    measure(name, [&](const TrainingView& v) {
+      return recover_quarter(net, {v.features, v.input, v.noise}, pool);
+    });
+  measure("bilateral", [&](const TrainingView& v) {
+    return joint_bilateral(filter, v.features, v.input, pool);
+  });
+  print_compared(rows, rows.front(), rows.back());
+  return {};
+}
+
+Status info(const Options& o) {
+  Result<WeightsFile> read = read_weights(o.weights[0]);
+  if (!read) return read.error();
+  const WeightsFile& w = read.value();
+  const std::vector<double> errors(w.held_out.begin(), w.held_out.end());
+  std::printf(
+      "id         %s\nscene      %s\nprogram    %s\nhidden     %d\nvalues     %zu\n"
+      "steps      %u\nheld out   %.5f (%zu views)\n",
+      w.id.c_str(), w.scene.c_str(), w.program.c_str(), w.network.hidden, w.network.values.size(),
+      w.steps, errors.empty() ? 0.0 : mean_of(errors), errors.size());
+  return {};
+}
+
+void add_view_options(CLI::App& app, Options& o) {
+  app.add_option("--method", o.method, "that renders the views")->capture_default_str();
+  app.add_option("--table-in", o.table_in, "its table");
+  app.add_option("--views", o.views.views, "pictures of 128 x 128 from random places")
+      ->check(CLI::Range(2, 4096))
+      ->capture_default_str();
+  app.add_option("--least-spp", o.views.least_samples, "of a view's input")
+      ->check(CLI::Range(1, 65536))
+      ->capture_default_str();
+  app.add_option("--most-spp", o.views.most_samples,
+                 "4 times as many in each next view, up to this")
+      ->check(CLI::Range(1, 65536))
+      ->capture_default_str();
+  app.add_option("--target-spp", o.views.target_samples, "of what it is to become")
+      ->check(CLI::Range(1, 65536))
+      ->capture_default_str();
+  app.add_option("--seed", o.views.seed, "of places, pictures and training");
+  app.add_option("--threads", o.threads, "default: one a processor")->check(CLI::Range(1, 1024));
+  app.add_flag("-q,--quiet", o.quiet, "no progress");
+}
+
+}  // namespace
+
+void add_recover(CLI::App& app, int& exit_code) {
+  CLI::App* group =
+      app.add_subcommand("recover", "networks that make a picture of a quarter of its pixels");
+  group->require_subcommand(1);
+  const auto run = [&exit_code](CLI::App* sub, Status (*command)(const Options&),
+                                std::shared_ptr<Options> o) {
+    sub->callback([o, command, &exit_code] {
+      if (Status s = command(*o); !s) exit_code = report(s.error());
+    });
+  };
+
+  auto train_options = std::make_shared<Options>();
+  CLI::App* train_command = group->add_subcommand(
+      "train", "take pictures of scenes, train the ladder of models, keep the cheapest good one");
+  train_command->add_option("scenes", train_options->scenes, "included names, folders or files")
+      ->required();
+  add_view_options(*train_command, *train_options);
+  train_command->add_option("--held-out", train_options->held_out, "views of each scene kept apart")
+      ->check(CLI::Range(1, 4095))
+      ->capture_default_str();
+  train_command->add_option("--steps", train_options->train.steps, "at most")
+      ->check(CLI::Range(1, 100000))
+      ->capture_default_str();
+  train_command->add_option("--hidden", train_options->hidden, "keep this size, whatever is better")
+      ->check(CLI::IsMember({16, 32}));
+  train_command->add_option("-o,--out", train_options->out, "weights.qrw")->required();
+  run(train_command, train_weights, train_options);
+
+  auto compare_options = std::make_shared<Options>();
+  CLI::App* compare_command =
+      group->add_subcommand("compare", "errors of models and of a fitted filter on new views");
+  compare_command->add_option("scene", compare_options->scene, "an included name, folder or file")
+      ->required();
+  compare_command->add_option("--weights", compare_options->weights, "files to compare as well");
+  add_view_options(*compare_command, *compare_options);
+  run(compare_command, compare, compare_options);
+
+  auto info_options = std::make_shared<Options>();
+  CLI::App* info_command = group->add_subcommand("info", "what a weights file holds");
+  info_command->add_option("file", info_options->weights, "weights.qrw")->required()->expected(1);
+  run(info_command, info, info_options);
+}
+
+}  // namespace qray::cmd
