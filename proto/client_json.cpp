@@ -71,6 +71,8 @@ std::string job_submission_json(const JobSubmission& s) {
   json object = {{"scene", s.scene}};
   put(object, "method", s.method);
   put(object, "table", s.table);
+  put(object, "pixels", s.pixels);
+  put(object, "recover", s.recover);
   put(object, "nee", s.nee);
   put(object, "width", s.width);
   put(object, "height", s.height);

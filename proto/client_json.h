@@ -17,6 +17,7 @@ struct JobSubmission {
   std::string scene;
   std::optional<std::string> method, table;
   std::optional<bool> nee;
+  std::optional<std::string> pixels, recover;
   std::optional<int> width, height, samples, max_depth, learning_samples, grid;
   std::optional<double> seconds;
   std::optional<uint64_t> seed;

@@ -153,6 +153,19 @@ class ObjectReader {
     return nullptr;
   }
 
+  void one_of(const char* name, std::initializer_list<std::string_view> names, std::string& out,
+              const char* or_else = "") {
+    const std::string* value = string(name);
+    if (!value) return;
+    if (std::find(names.begin(), names.end(), *value) != names.end()) {
+      out = *value;
+      return;
+    }
+    std::string known;
+    for (std::string_view n : names) known += (known.empty() ? "" : ", ") + std::string(n);
+    wrong(name, "expected one of " + known + or_else + ", got " + shown(*value));
+  }
+
   void vec3(const char* name, std::optional<std::array<double, 3>>& out) {
     const Json* value = find(name);
     if (!value) return;
@@ -197,7 +210,8 @@ bool is_name(std::string_view text) {
   });
 }
 
-bool is_table_id(std::string_view text) {
+// Of a table, or of weights.
+bool is_id(std::string_view text) {
   return text.size() == 32 && text.find_first_not_of("0123456789abcdef") == std::string_view::npos;
 }
 
@@ -259,10 +273,17 @@ void read_request(const Json& tree, const RequestLimits& limits, JobRequest& out
   in.integer("seed", uint64_t{0}, UINT64_MAX, out.seed);
   if (const std::string* table = in.string("table")) {
     out.table = *table;
-    if (out.table != "auto" && out.table != "none" && !is_table_id(out.table)) {
+    if (out.table != "auto" && out.table != "none" && !is_id(out.table)) {
       in.wrong("table",
                "expected auto, none or a table's id (32 hex digits), got " + shown(*table));
     }
+  }
+  in.one_of("pixels", {"all", "quarter", "adaptive"}, out.pixels);
+  if (const std::string* recover = in.string("recover"); recover && is_id(*recover)) {
+    out.recover = *recover;
+  } else if (recover) {
+    in.one_of("recover", {"none", "auto", "bilinear", "untrained", "default"}, out.recover,
+              " or the id of weights (32 hex digits)");
   }
   in.integer("max_depth", 1, 128, out.max_depth);
   in.integer("learning_samples", 0, 1'000'000, out.learning_samples);
@@ -292,7 +313,7 @@ void read_merge(const Json& tree, std::vector<std::string>& tables,
     for (size_t i = 0; i < list->size(); ++i) {
       const Json& item = (*list)[i];
       const std::string at = "tables/" + std::to_string(i);
-      if (!item.is_string() || !is_table_id(item.get_ref<const std::string&>())) {
+      if (!item.is_string() || !is_id(item.get_ref<const std::string&>())) {
         in.wrong(at, "expected a table's id (32 hex digits), got " + shown(item));
         continue;
       }

@@ -51,6 +51,8 @@ Json request_json(const JobRequest& r) {
   put("seconds", r.seconds);
   out["seed"] = r.seed;
   out["table"] = r.table;
+  out["pixels"] = r.pixels;
+  out["recover"] = r.recover;
   put("max_depth", r.max_depth);
   put("learning_samples", r.learning_samples);
   put("alpha", r.alpha);
@@ -97,6 +99,18 @@ Json table_json(const TableInfo& t) {
           {"job", or_null(t.job)}};
 }
 
+Json weights_json(const WeightsInfo& w) {
+  return {{"id", w.id},
+          {"scene", w.scene},
+          {"program", w.program},
+          {"created", time_to_text(w.created_ms)},
+          {"bytes", w.bytes},
+          {"hidden", w.hidden},
+          {"steps", w.steps},
+          {"views", w.views},
+          {"held_out", or_null(w.held_out)}};
+}
+
 }  // namespace
 
 std::string time_to_text(int64_t ms) {
@@ -128,6 +142,14 @@ std::string table_list_to_json(std::span<const TableInfo> tables) {
   Json list = Json::array();
   for (const TableInfo& t : tables) list.push_back(table_json(t));
   return text_of({{"tables", std::move(list)}});
+}
+
+std::string weights_to_json(const WeightsInfo& weights) { return text_of(weights_json(weights)); }
+
+std::string weights_list_to_json(std::span<const WeightsInfo> weights) {
+  Json list = Json::array();
+  for (const WeightsInfo& w : weights) list.push_back(weights_json(w));
+  return text_of({{"weights", std::move(list)}});
 }
 
 std::string scene_list_to_json(std::span<const SceneInfo> scenes) {

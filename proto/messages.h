@@ -42,6 +42,8 @@ struct JobRequest {
   std::optional<double> seconds;  // of rendering; exactly one of the two after parsing
   uint64_t seed = 1;
   std::string table = "auto";           // "auto", "none" or a table's id
+  std::string pixels = "all";           // "all", "quarter" or "adaptive"
+  std::string recover = "none";         // "auto", an included network's name, or weights' id
   std::optional<int> max_depth;         // absent: the scene's own
   std::optional<int> learning_samples;  // absent: the method's own, as the next three
   std::optional<double> alpha, gamma;
@@ -102,6 +104,14 @@ struct TableInfo {
   std::string job;  // that left it; empty: it was merged
 };
 
+struct WeightsInfo {
+  std::string id, scene, program;
+  int64_t created_ms = 0;
+  uint64_t bytes = 0, steps = 0, views = 0;
+  int hidden = 0;                  // units; 0: bilinear interpolation is as good
+  std::optional<double> held_out;  // mean relMSE of the views kept apart
+};
+
 struct SceneInfo {
   std::string name;
   std::optional<int> width, height;  // absent: the scene cannot be loaded
@@ -112,6 +122,8 @@ std::string job_to_json(const JobInfo& job);
 std::string job_list_to_json(std::span<const JobInfo> jobs, std::string_view next);
 std::string table_to_json(const TableInfo& table);
 std::string table_list_to_json(std::span<const TableInfo> tables);
+std::string weights_to_json(const WeightsInfo& weights);
+std::string weights_list_to_json(std::span<const WeightsInfo> weights);
 std::string scene_list_to_json(std::span<const SceneInfo> scenes);
 std::string health_to_json();
 std::string problem_to_json(const Problem& problem);

@@ -6,6 +6,7 @@
 
 #include "core/base/file.h"
 #include "core/guide/surface_grid.h"
+#include "core/recover/included_networks.h"
 #include "server/jobs/job_settings.h"
 #include "server/query.h"
 #include "server/reply.h"
@@ -36,7 +37,7 @@ void JobHandlers::add_to(Router& router) {
   router.add("GET", "/v1/jobs/{id}/tiles",
              [this](auto& req, auto& res, auto& id) { tiles(req, res, id); });
   router.add("GET", "/v1/jobs/{id}/image.exr",
-             [this](auto&, auto& res, auto& id) { exr(res, id); });
+             [this](auto& req, auto& res, auto& id) { exr(req, res, id); });
   router.add("GET", "/v1/jobs/{id}/image.png",
              [this](auto& req, auto& res, auto& id) { png(req, res, id); });
 }
@@ -75,6 +76,17 @@ std::optional<proto::Problem> JobHandlers::check_references(proto::JobRequest& r
                                               " does not serve " + request.method});
     }
   }
+  const std::optional<Pixels> pixels = pixels_named(request.pixels);
+  for (const auto& [pointer, side] :
+       {std::pair{"/width", request.width}, {"/height", request.height}})
+    if (pixels != Pixels::kAll && side && *side % 2 != 0)
+      problem.errors.push_back(
+          {pointer,
+           "expected an even number for a quarter of the pixels, got " + std::to_string(*side)});
+  const bool own = !included_network(request.recover).ok() && request.recover != "auto" &&
+                   request.recover != "none";
+  if (own && !stores_.weights.find(request.recover).ok())
+    problem.errors.push_back({"/recover", "no weights with this id: see /v1/weights"});
   if (problem.errors.empty()) return std::nullopt;
   problem.detail = problem.errors.front().pointer + ": " + problem.errors.front().detail;
   return problem;
@@ -134,6 +146,8 @@ void JobHandlers::tiles(const Request& req, Response& res, const std::string& id
   const Result<uint64_t> since = query_number<uint64_t>(req, "since", 0, UINT64_MAX, 0);
   if (!since.ok()) return reply_error(res, since.error());
 
+  const Result<Which> which = which_picture(req, job.value(), /*best=*/false);
+  if (!which.ok()) return reply_error(res, which.error());
   int width = job.value().request.width.value_or(0);
   int height = job.value().request.height.value_or(0);
   Film::Changes changes;
@@ -144,11 +158,35 @@ void JobHandlers::tiles(const Request& req, Response& res, const std::string& id
   } else if (const auto picture = stores_.results.load(job.value().id); picture.ok()) {
     width = picture.value()->image.width();
     height = picture.value()->image.height();
-    changes = picture.value()->tiles_since(since.value(), kTilesAtOnce);
+    if (which.value() == Which::kRecovered) {
+      Result<Image> recovered = stores_.results.load_recovered(job.value().id);
+      if (!recovered.ok()) return reply_error(res, recovered.error());
+      Picture whole = *picture.value();
+      whole.image = std::move(recovered).value();
+      changes = whole.tiles_since(since.value(), kTilesAtOnce);
+    } else {
+      changes = picture.value()->tiles_since(since.value(), kTilesAtOnce);
+    }
   } else {
     changes.cursor = since.value();
   }
   reply_bytes(res, encode_tiles(width, height, changes), "application/octet-stream");
+}
+
+Result<JobHandlers::Which> JobHandlers::which_picture(const Request& req, const JobRecord& job,
+                                                      bool best) const {
+  const std::string wanted = req.get_param_value("picture");
+  std::error_code ec;
+  const bool there = std::filesystem::exists(stores_.results.recovered_file(job.id), ec);
+  if (wanted.empty()) return best && there ? Which::kRecovered : Which::kSampled;
+  if (wanted == "sampled") return Which::kSampled;
+  if (wanted != "recovered")
+    return Error{ErrorCode::kInvalid, "expected sampled or recovered, got '" + wanted + "'",
+                 "/picture"};
+  if (there) return Which::kRecovered;
+  if (job.request.recover == "none")
+    return Error{ErrorCode::kNotFound, "this job's picture is not recovered", ""};
+  return Error{ErrorCode::kConflict, "this job's picture has not been recovered yet", ""};
 }
 
 Result<Image> JobHandlers::image_of(const JobRecord& job) {
@@ -163,15 +201,21 @@ Result<Image> JobHandlers::image_of(const JobRecord& job) {
   return picture.error();
 }
 
-void JobHandlers::exr(Response& res, const std::string& id) {
+void JobHandlers::exr(const Request& req, Response& res, const std::string& id) {
   const Result<JobRecord> job = find(id);
   if (!job.ok()) return reply_error(res, job.error());
   const Turn turn(encoders_);
   if (!turn.mine()) return reply_problem(res, {503, "Busy", "too many pictures at once", {}});
   const JobRecord& record = job.value();
-  if (!runner_.live(record.id)) {
-    const Result<Bytes> file = read_file(stores_.results.image_file(record.id), kMaxImageBytes);
+  const Result<Which> which = which_picture(req, record, /*best=*/true);
+  if (!which.ok()) return reply_error(res, which.error());
+  const bool recovered = which.value() == Which::kRecovered;
+  if (recovered || !runner_.live(record.id)) {
+    const Result<Bytes> file = read_file(recovered ? stores_.results.recovered_file(record.id)
+                                                   : stores_.results.image_file(record.id),
+                                         kMaxImageBytes);
     if (file.ok()) return reply_bytes(res, file.value(), "image/x-exr");
+    if (recovered) return reply_error(res, file.error());
   }
   const Result<Image> image = image_of(record);
   if (!image.ok()) return reply_error(res, image.error());
@@ -191,7 +235,11 @@ void JobHandlers::png(const Request& req, Response& res, const std::string& id) 
   if (!exposure.ok()) return reply_error(res, exposure.error());
   const Turn turn(encoders_);
   if (!turn.mine()) return reply_problem(res, {503, "Busy", "too many pictures at once", {}});
-  Result<Image> image = image_of(job.value());
+  const Result<Which> which = which_picture(req, job.value(), /*best=*/true);
+  if (!which.ok()) return reply_error(res, which.error());
+  Result<Image> image = which.value() == Which::kRecovered
+                            ? stores_.results.load_recovered(job.value().id)
+                            : image_of(job.value());
   if (!image.ok()) return reply_error(res, image.error());
   const float scale = std::exp2(exposure.value());
   if (scale != 1) {

@@ -23,12 +23,16 @@ class JobHandlers {
   void get(Response& res, const std::string& id);
   void cancel(Response& res, const std::string& id);
   void tiles(const Request& req, Response& res, const std::string& id);
-  void exr(Response& res, const std::string& id);
+  void exr(const Request& req, Response& res, const std::string& id);
   void png(const Request& req, Response& res, const std::string& id);
 
   proto::JobInfo info(const JobRecord& job) const;  // with the running job's progress
   Result<JobRecord> find(const std::string& id) const;
   std::optional<proto::Problem> check_references(proto::JobRequest& request);
+  enum class Which { kSampled, kRecovered };
+  // `picture` of a request: "sampled", "recovered", or absent: the recovered one if it is there and
+  // `best` is wanted, else the sampled one. kNotFound, kConflict: there is none, or not yet.
+  Result<Which> which_picture(const Request& req, const JobRecord& job, bool best) const;
   // The picture so far; kConflict before the first tile.
   Result<Image> image_of(const JobRecord& job);
 

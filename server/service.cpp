@@ -14,6 +14,7 @@
 #include "server/handlers_tables.h"
 #include "server/handlers_views.h"
 #include "server/handlers_web.h"
+#include "server/handlers_weights.h"
 
 namespace qray::server {
 namespace fs = std::filesystem;
@@ -74,6 +75,7 @@ struct Service::Parts {
   EventLog events;
   JobStore jobs;
   std::unique_ptr<TableStore> tables;
+  std::unique_ptr<WeightsStore> weights;
   ResultStore results;
   SceneStore scenes;
   SteadyClock clock;
@@ -81,6 +83,7 @@ struct Service::Parts {
   std::unique_ptr<JobHandlers> job_handlers;
   std::unique_ptr<ViewHandlers> view_handlers;
   std::unique_ptr<TableHandlers> table_handlers;
+  std::unique_ptr<WeightsHandlers> weights_handlers;
   WebHandlers web;
   EventHandlers event_handlers;
   std::unique_ptr<HttpServer> http;
@@ -103,22 +106,27 @@ Result<std::unique_ptr<Service>> Service::start(const Config& config, const Http
       TableStore::open(*parts->db, config.data, config.table_mib << 20);
   if (!tables.ok()) return tables.error();
   parts->tables = std::move(tables).value();
+  Result<std::unique_ptr<WeightsStore>> weights = WeightsStore::open(config.data);
+  if (!weights.ok()) return weights.error();
+  parts->weights = std::move(weights).value();
   Result<std::vector<JobId>> queued = parts->jobs.recover();
   if (!queued.ok()) return queued.error();
 
   // Step 2: the routes, and the port: when it is taken, no job may start.
-  const Stores stores{parts->jobs, *parts->tables, parts->results, parts->scenes};
+  const Stores stores{parts->jobs, *parts->tables, *parts->weights, parts->results, parts->scenes};
   parts->runner = std::make_unique<JobRunner>(stores, render_threads(config.threads),
                                               config.max_queued, parts->clock, now_ms);
   parts->job_handlers = std::make_unique<JobHandlers>(*parts->runner, stores);
   parts->view_handlers = std::make_unique<ViewHandlers>(stores);
   parts->table_handlers = std::make_unique<TableHandlers>(*parts->tables, now_ms);
+  parts->weights_handlers = std::make_unique<WeightsHandlers>(*parts->weights);
   Router router;
   parts->job_handlers->add_to(router);
   parts->view_handlers->add_to(router);
   parts->event_handlers.add_to(router);
   parts->web.add_to(router);
   parts->table_handlers->add_to(router);
+  parts->weights_handlers->add_to(router);
   add_scene_routes(router, parts->scenes);
   add_health_routes(router);
   parts->http = std::make_unique<HttpServer>(std::move(router), http);

@@ -2,6 +2,7 @@
 
 #include <spdlog/spdlog.h>
 
+#include "core/recover/included_networks.h"
 #include "proto/events.h"
 #include "proto/stats_json.h"
 #include "server/jobs/job_settings.h"
@@ -91,10 +92,28 @@ Result<JobRun::Rendered> JobRun::render() {
 
 Result<JobRun::Rendered> JobRun::render_with(std::optional<TableFile> table) {
   const std::string id = table ? table->header.id : std::string();
-  Result<JobResult> result = run_job(*scene_, settings_, std::move(table), live_->film(),
-                                     context_.pool, *live_, context_.stop, context_.clock);
+  const std::optional<Recovery> recovery = this->recovery();
+  Result<JobResult> result =
+      run_job(*scene_, settings_, std::move(table), live_->film(), context_.pool, *live_,
+              context_.stop, context_.clock, recovery ? &*recovery : nullptr);
   if (!result.ok()) return result.error();
   return Rendered{std::move(result).value(), id};
+}
+
+// The network that the job asks for. One that cannot be read is no reason to fail: the untrained
+// one serves, and the job says so.
+std::optional<Recovery> JobRun::recovery() {
+  std::string wanted = job_.request.recover;
+  if (wanted == "none") return {};
+  WeightsStore& store = context_.stores.weights;
+  if (wanted == "auto") wanted = store.fitting(scene_->hash).value_or("default");
+  if (Result<Network> included = included_network(wanted); included.ok())
+    return Recovery{wanted, std::move(included).value()};
+  Result<WeightsFile> weights = store.load(wanted);
+  if (weights.ok()) return Recovery{wanted, std::move(weights.value().network)};
+  warnings_.push_back("weights " + wanted +
+                      " were not used, but an untrained network: " + weights.error().message);
+  return Recovery{"untrained", included_network("untrained").value()};
 }
 
 // The newest table that this job can use. One that cannot be read goes to quarantine; one of
@@ -129,6 +148,13 @@ Status JobRun::finish(Rendered rendered) {
   // A short job's learning may have ended between two looks at it.
   if (job_.state == JobState::kLearning) (void)move(JobState::kRendering);
   if (Status s = move(JobState::kFinalizing); !s.ok()) return s;
+  if (const std::optional<Image>& recovered = rendered.result.recovered) {
+    if (Status s = context_.stores.results.save_recovered(id_, *recovered,
+                                                          rendered.result.recovered_metadata);
+        !s.ok()) {
+      return s;
+    }
+  }
   if (Status s = context_.stores.results.save(id_, live_->film(), rendered.result.metadata);
       !s.ok()) {
     return s;
@@ -155,7 +181,7 @@ Status JobRun::finish(Rendered rendered) {
     job.table_in = rendered.table_in;
     if (keep_table) job.table_out = table->header.id;
     job.stats_json = proto::stats_json(stats, /*indent=*/false);
-    job.biased = !stats.unbiased;
+    job.biased = !stats.unbiased || rendered.result.recovered;
     job.warnings = warnings_;
   };
   return move(JobState::kSucceeded, change);

@@ -29,6 +29,7 @@ class JobRun {
   Status prepare();
   Result<Rendered> render();
   Result<Rendered> render_with(std::optional<TableFile> table);
+  std::optional<Recovery> recovery();
   Result<Rendered> render_from_fitting();
   Status finish(Rendered rendered);
   void end(const Error& error, bool stopping);

@@ -13,12 +13,14 @@
 #include "server/store/result_store.h"
 #include "server/store/scene_store.h"
 #include "server/store/table_store.h"
+#include "server/store/weights_store.h"
 
 namespace qray::server {
 
 struct Stores {
   JobStore& jobs;
   TableStore& tables;
+  WeightsStore& weights;
   ResultStore& results;
   SceneStore& scenes;
 };

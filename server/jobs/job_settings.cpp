@@ -48,6 +48,7 @@ RenderSettings settings_of(const proto::JobRequest& request, const Scene& scene)
   RenderSettings settings;
   settings.method = request.method;
   settings.nee = request.nee;
+  settings.pixels = pixels_named(request.pixels).value_or(Pixels::kAll);
   settings.width = request.width.value_or(scene.width);
   settings.height = request.height.value_or(scene.height);
   settings.samples = request.samples.value_or(0);

@@ -3,12 +3,30 @@
 #include <algorithm>
 
 namespace qray::server {
+namespace {
+
+constexpr uint64_t kMaxPixels = uint64_t{8192} * 8192;
+
+}  // namespace
 
 Status ResultStore::save(JobId id, const Film& film, const ImageMetadata& metadata) {
   auto picture = std::make_shared<const Picture>(take_picture(film));
   if (Status s = save_picture(folder_ / id.text(), *picture, metadata); !s.ok()) return s;
   remember(id, std::move(picture));
   return {};
+}
+
+Status ResultStore::save_recovered(JobId id, const Image& recovered,
+                                   const ImageMetadata& metadata) {
+  const std::filesystem::path file = recovered_file(id);
+  std::error_code ec;
+  std::filesystem::create_directories(file.parent_path(), ec);
+  if (ec) return Error{ErrorCode::kIo, ec.message(), file.parent_path().string()};
+  return write_image(file, recovered, metadata);
+}
+
+Result<Image> ResultStore::load_recovered(JobId id) const {
+  return read_image(recovered_file(id), kMaxPixels);
 }
 
 Result<std::shared_ptr<const Picture>> ResultStore::load(JobId id) {

@@ -18,9 +18,15 @@ class ResultStore {
 
   // Writes both files; the picture is then on disk and in memory.
   Status save(JobId id, const Film& film, const ImageMetadata& metadata);
+  // Beside it, before it: what recovery made of the film.
+  Status save_recovered(JobId id, const Image& recovered, const ImageMetadata& metadata);
+  Result<Image> load_recovered(JobId id) const;  // kNotFound: there is none
   // kNotFound: the job rendered nothing.
   Result<std::shared_ptr<const Picture>> load(JobId id);
   std::filesystem::path image_file(JobId id) const { return folder_ / id.text() / "image.exr"; }
+  std::filesystem::path recovered_file(JobId id) const {
+    return folder_ / id.text() / "recovered.exr";
+  }
 
  private:
   void remember(JobId id, std::shared_ptr<const Picture> picture);
