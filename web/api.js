@@ -49,8 +49,12 @@ export async function post_job(request) {
 export const cancel_job = async (id) =>
   (await call(`${job_path(id)}/cancel`, { method: 'POST' })).json();
 
-export const fetch_tiles = async (id, since, signal) =>
-  (await call(`${job_path(id)}/tiles?since=${since}`, { signal })).arrayBuffer();
+export const list_weights = async () => (await get_json('/v1/weights')).weights;
 
-export const exr_url = (id) => `${job_path(id)}/image.exr`;
-export const png_url = (id, exposure_ev) => `${job_path(id)}/image.png?exposure=${exposure_ev}`;
+// `which`: of the job's pictures, 'sampled' or 'recovered'.
+export const fetch_tiles = async (id, which, since, signal) =>
+  (await call(`${job_path(id)}/tiles?since=${since}&picture=${which}`, { signal })).arrayBuffer();
+
+export const exr_url = (id, which) => `${job_path(id)}/image.exr?picture=${which}`;
+export const png_url = (id, which, exposure_ev) =>
+  `${job_path(id)}/image.png?picture=${which}&exposure=${exposure_ev}`;

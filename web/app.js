@@ -1,6 +1,6 @@
 // The page: wires the store, the event stream, the form, the list and the viewer. Which jobs are
 // shown stands in the address (#job=j000001&with=j000002), so a reload or a link shows the same.
-import { ApiError, list_scenes } from './api.js';
+import { ApiError, list_scenes, list_weights } from './api.js';
 import { EventStream } from './event_stream.js';
 import { has_ended, state_words } from './format.js';
 import { JobForm } from './job_form.js';
@@ -80,7 +80,8 @@ async function sync() {
   try {
     ask_for_selected();
     viewer.restart();
-    await Promise.all([store.load(), list_scenes().then((scenes) => form.show_scenes(scenes))]);
+    await Promise.all([store.load(), list_scenes().then((scenes) => form.show_scenes(scenes)),
+      list_weights().then((weights) => form.show_weights(weights))]);
   } catch (error) {
     if (!(error instanceof ApiError)) throw error;
     by_id('connection').textContent = error.message;

@@ -24,6 +24,10 @@ const kMethodWords = {
 export const state_words = (state) => kStateWords[state] ?? state;
 export const method_words = (method) => kMethodWords[method] ?? method;
 export const has_ended = (job) => kEnded.includes(job.state);
+// Its picture was made whole from the pixels that were sampled.
+export const is_recovered = (job) =>
+  job.state === 'succeeded' && (job.request.recover ?? 'none') !== 'none';
+export const badge_word = (job) => (is_recovered(job) ? 'recovered' : job.biased ? 'biased' : '');
 export const can_cancel = (job) => !has_ended(job) && job.state !== 'canceling';
 export const is_forming = (job) => ['learning', 'rendering'].includes(job.state);
 

@@ -10,7 +10,7 @@ export class JobForm {
   #on_posted;
   #sizes = new Map(); // scene name -> its own {width, height}
 
-  // on_posted(jobs): one job, or the job and its twin without learning.
+  // on_posted(jobs): one job, or the job and its twin without learning or with all pixels.
   constructor(form, on_posted) {
     this.#form = form;
     this.#on_posted = on_posted;
@@ -25,6 +25,19 @@ export class JobForm {
     this.#follow();
   }
 
+  // Networks that scenes have of their own, after those that serve any.
+  show_weights(weights) {
+    const select = this.#form.elements.recover;
+    const chosen = select.value;
+    select.querySelectorAll('option[data-own]').forEach((option) => option.remove());
+    for (const { id, scene } of weights) {
+      const option = new Option(`${scene}, ${id.slice(0, 8)}`, id);
+      option.dataset.own = '';
+      select.append(option);
+    }
+    if ([...select.options].some(({ value }) => value === chosen)) select.value = chosen;
+  }
+
   show_scenes(scenes) {
     const select = this.#form.elements.scene;
     const chosen = select.value;
@@ -36,18 +49,20 @@ export class JobForm {
 
   // Fields that follow others: the scene's own size as the hint, and what learning alone needs.
   #follow() {
-    const { scene, width, height, method, table, twin } = this.#form.elements;
+    const { scene, width, height, method, table, twin, pixels, recover, full } =
+      this.#form.elements;
     const size = this.#sizes.get(scene.value);
     width.placeholder = size?.width ?? '';
     height.placeholder = size?.height ?? '';
     const learns = method.value !== 'none';
     table.disabled = twin.disabled = !learns;
+    full.disabled = pixels.value === 'all' && recover.value === 'none';
   }
 
   #request() {
     const fields = this.#form.elements;
     const request = { scene: fields.scene.value, method: fields.method.value,
-      nee: fields.nee.checked };
+      nee: fields.nee.checked, pixels: fields.pixels.value, recover: fields.recover.value };
     if (!fields.table.disabled) request.table = fields.table.value;
     const number = (name, input) => {
       if (input.value !== '') request[name] = Number(input.value);
@@ -80,9 +95,11 @@ export class JobForm {
     button.disabled = true;
     try {
       const request = this.#request();
-      const { twin } = this.#form.elements;
+      const { twin, full } = this.#form.elements;
       const jobs = [await post_job(request)];
-      if (twin.checked && !twin.disabled) {
+      if (full.checked && !full.disabled) {
+        jobs.push(await post_job({ ...request, pixels: 'all', recover: 'none' }));
+      } else if (twin.checked && !twin.disabled) {
         const { table, ...without } = { ...request, method: 'none' };
         jobs.push(await post_job(without));
       }

@@ -1,5 +1,6 @@
 // The list of jobs. Rows are kept and updated in place, so focus and scrolling stay where they are.
-import { ago, has_ended, is_forming, method_words, progress_words, state_words } from './format.js';
+import { ago, badge_word, has_ended, is_forming, method_words, progress_words,
+  state_words } from './format.js';
 
 const kClockMs = 30_000;
 
@@ -54,7 +55,8 @@ export class JobList {
     row.dataset.state = job.state;
     set('row-scene', job.request.scene);
     set('row-method', method_words(job.request.method));
-    part('badge').hidden = !job.biased;
+    part('badge').hidden = !badge_word(job);
+    set('badge', badge_word(job));
     set('row-state', state_words(job.state));
     set('row-numbers', progress_words(job));
     set('row-time', ago(job.created));

@@ -1,8 +1,13 @@
 // Everything about one selected job under its picture: state in words, progress, what it was asked,
 // which table it used and made, what it cost; cancel and downloads.
 import { ApiError, cancel_job, exr_url, png_url } from './api.js';
-import { big, bytes, can_cancel, count, exact, has_ended, method_words, progress_words,
-  samples_words, seconds, state_words } from './format.js';
+import { badge_word, big, bytes, can_cancel, count, exact, has_ended, is_recovered,
+  method_words, progress_words, samples_words, seconds, state_words } from './format.js';
+
+const kPixelsWords = {
+  quarter: 'a quarter, the rest is not sampled',
+  adaptive: 'a quarter, more samples where they scatter',
+};
 
 export class JobPanel {
   #root;
@@ -29,7 +34,7 @@ export class JobPanel {
 
   set exposure_ev(value) {
     this.#exposure_ev = value;
-    if (this.#job) this.#part('png').href = png_url(this.#job.id, value);
+    if (this.#job) this.#link_downloads();
   }
 
   // `has_picture`: at least one tile came.
@@ -38,7 +43,7 @@ export class JobPanel {
     this.#root.dataset.state = job.state;
     this.#root.dataset.job = job.id;
     this.#set('title', `${job.request.scene}, ${method_words(job.request.method)}`);
-    this.#part('badge').hidden = this.#part('bias-note').hidden = !job.biased;
+    this.#mark(job);
     this.#set('state-words', state_words(job.state));
     this.#set('numbers', progress_words(job));
     const bar = this.#part('bar');
@@ -50,9 +55,27 @@ export class JobPanel {
     this.#set('error-where', job.error?.where ?? '');
     this.#part('cancel').hidden = !can_cancel(job);
     this.#part('exr').hidden = this.#part('png').hidden = !has_picture;
-    this.#part('exr').href = exr_url(job.id);
-    this.#part('png').href = png_url(job.id, this.#exposure_ev);
+    this.#part('samples').hidden = !has_picture || !is_recovered(job);
+    this.#link_downloads();
     this.#show_facts(job);
+  }
+
+  // Why the picture is not, or not only, what the samples say.
+  #mark(job) {
+    const recovered = is_recovered(job);
+    const method_biased = job.stats ? !job.stats.unbiased : job.biased;
+    this.#part('badge').hidden = !badge_word(job);
+    this.#set('badge', badge_word(job));
+    this.#part('bias-note').hidden = !method_biased;
+    this.#part('recovered-note').hidden = !recovered;
+  }
+
+  #link_downloads() {
+    const { id } = this.#job;
+    const best = is_recovered(this.#job) ? 'recovered' : 'sampled';
+    this.#part('exr').href = exr_url(id, best);
+    this.#part('png').href = png_url(id, best, this.#exposure_ev);
+    this.#part('samples').href = exr_url(id, 'sampled');
   }
 
   async #cancel() {
@@ -72,6 +95,8 @@ export class JobPanel {
     const facts = [['Job', job.id], ['Method', this.#method(request)],
       ['Size', this.#size(request)], ['Asked for', this.#budget(request)],
       ['Seed', exact(request.seed)]];
+    if (request.pixels !== 'all') facts.push(['Pixels', kPixelsWords[request.pixels]]);
+    if (request.recover !== 'none') facts.push(['Recovery', this.#recovery(job)]);
     if (request.method !== 'none') {
       facts.push(['Table used', this.#table_used(job)], ['Table made', this.#table_made(job)]);
     }
@@ -98,6 +123,11 @@ export class JobPanel {
   #size(request) {
     if (!request.width || !request.height) return "the scene's own";
     return `${request.width} × ${request.height}`;
+  }
+
+  #recovery({ request, stats }) {
+    if (!stats?.recovery) return `${request.recover}, when it is done`;
+    return `${stats.recovery}, ${(stats.recovery_seconds * 1000).toFixed(0)}\u00a0ms`;
   }
 
   #budget(request) {

@@ -1,5 +1,5 @@
-// One job's picture on the stage: a canvas and the feed that fills it. Two of them, one over the
-// other, make the split view.
+// A picture on the stage: a canvas and the feed that fills it. Two of them, one over the other,
+// make the split view.
 import { TileCanvas } from './tile_canvas.js';
 import { TileFeed } from './tile_feed.js';
 
@@ -8,6 +8,7 @@ export class Picture {
   #tiles;
   #feed = null;
   #job_id = null;
+  #which = '';
   #on_change;
 
   // on_change(problem): tiles came, or `problem` (text) says why they cannot be shown.
@@ -20,6 +21,9 @@ export class Picture {
 
   get job_id() {
     return this.#job_id;
+  }
+  get which() {
+    return this.#which;
   }
   get supported() {
     return this.#tiles.supported;
@@ -46,17 +50,18 @@ export class Picture {
     this.#tiles.exposure_ev = value;
   }
 
-  // Shows another job's picture, or none (null).
-  show(job_id) {
-    if (job_id === this.#job_id) return;
+  // Shows another of the jobs' pictures ('sampled' or 'recovered'), or none (null).
+  show(job_id, which = 'sampled') {
+    if (job_id === this.#job_id && which === this.#which) return;
     this.#job_id = job_id;
+    this.#which = which;
     this.#feed?.stop();
     this.#feed = null;
     this.#canvas.hidden = job_id === null;
     if (!this.supported) return;
     this.#tiles.clear();
     if (job_id === null) return;
-    this.#feed = new TileFeed(job_id, {
+    this.#feed = new TileFeed(job_id, which, {
       on_tiles: (answer) => this.#put(answer),
       on_error: (error) => this.#on_change(error.message),
     });

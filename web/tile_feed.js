@@ -1,4 +1,4 @@
-// Keeps one job's picture up to date: fetches the tiles after its cursor, one request at a time,
+// Keeps one picture of a job up to date: fetches the tiles after its cursor, one request at a time,
 // and hands each answer to on_tiles. Asked while busy, it asks again when done.
 import { fetch_tiles } from './api.js';
 import { parse_tiles } from './tiles.js';
@@ -7,6 +7,7 @@ const kMaxFailures = 3; // in a row; the next hint from the server starts over
 
 export class TileFeed {
   #job_id;
+  #which;
   #handlers;
   #cursor = 0n;
   #abort = new AbortController();
@@ -14,8 +15,9 @@ export class TileFeed {
   #again = false;
 
   // handlers: on_tiles(answer), on_error(error)
-  constructor(job_id, handlers) {
+  constructor(job_id, which, handlers) {
     this.#job_id = job_id;
+    this.#which = which;
     this.#handlers = handlers;
   }
 
@@ -56,7 +58,8 @@ export class TileFeed {
 
   async #fetch_once() {
     const since = this.#cursor;
-    const answer = parse_tiles(await fetch_tiles(this.#job_id, since, this.#abort.signal));
+    const answer = parse_tiles(
+      await fetch_tiles(this.#job_id, this.#which, since, this.#abort.signal));
     // restart() during the request: this answer belongs to the cursor before.
     if (this.#cursor !== since || this.#abort.signal.aborted) return;
     this.#cursor = answer.cursor;

@@ -1,6 +1,7 @@
-// The stage: one job's picture, or two with a divider, and a panel for each. In a split view the
-// job that does not learn is on the left, as in the thesis' pictures.
-import { exposure, has_ended, method_words, state_words } from './format.js';
+// The stage and a panel for each job: one picture, two with a divider, or three in a row. A job
+// whose picture was recovered shows its samples beside it. In a split view the job that does not
+// learn is on the left, as in the thesis' pictures.
+import { exposure, has_ended, is_recovered, method_words, state_words } from './format.js';
 import { JobPanel } from './job_panel.js';
 import { Picture } from './picture.js';
 
@@ -10,23 +11,21 @@ export class Viewer {
   #root;
   #store;
   #selected = { job: null, with: null };
-  #sides; // [{picture, panel}], left and right
+  #pictures; // left, right, third
+  #panels; // of the one job or the two
   #problem = '';
 
   // on_compare(id or null): another job was chosen for the right half.
   constructor(root, panel_template, store, link_to, on_compare) {
     this.#root = root;
     this.#store = store;
-    const panels = this.#part('panels');
-    this.#sides = [...root.querySelectorAll('canvas')].map((canvas) => {
-      const picture = new Picture(canvas, (problem) => {
+    this.#pictures = [...root.querySelectorAll('canvas')].map((canvas) =>
+      new Picture(canvas, (problem) => {
         this.#problem = problem;
         this.update();
-      });
-      const panel = new JobPanel(panel_template, store, link_to);
-      panels.append(panel.root);
-      return { picture, panel };
-    });
+      }));
+    this.#panels = [0, 1].map(() => new JobPanel(panel_template, store, link_to));
+    this.#part('panels').append(...this.#panels.map((panel) => panel.root));
     this.#part('exposure').addEventListener('input', () => this.#set_exposure());
     this.#part('exposure-reset').addEventListener('click', () => {
       this.#part('exposure').value = '0';
@@ -36,13 +35,13 @@ export class Viewer {
     this.#part('compare').addEventListener('change', (event) => {
       on_compare(event.target.value || null);
     });
-    this.#part('no-webgl').hidden = this.#sides[0].picture.supported;
+    this.#part('no-webgl').hidden = this.#pictures[0].supported;
     this.#set_exposure();
     this.#move_divider();
   }
 
   get pictures() {
-    return this.#sides.map(({ picture }) => picture);
+    return this.#pictures;
   }
 
   select(job_id, with_id) {
@@ -75,24 +74,50 @@ export class Viewer {
   }
 
   #show(jobs) {
-    const split = jobs.length === 2;
-    const ordered = split && jobs[1].request.method === 'none' && jobs[0].request.method !== 'none'
-      ? [jobs[1], jobs[0]] : jobs;
-    this.#sides.forEach(({ picture, panel }, index) => {
+    const ordered = this.#ordered(jobs);
+    const views = this.#views(ordered);
+    this.#pictures.forEach((picture, index) => {
+      const view = views[index] ?? null;
+      picture.show(view?.job.id ?? null, view?.which);
+      this.#label(index, views.length > 1 ? view : null);
+    });
+    this.#panels.forEach((panel, index) => {
       const job = ordered[index] ?? null;
-      picture.show(job?.id ?? null);
       panel.root.hidden = !job;
-      panel.side = split ? ['Left', 'Right'][index] : '';
+      panel.side = job && ordered.length > 1 ? this.#side_words(views, job) : '';
       // Without WebGL2 no tiles are fetched; the server has a picture from the first sample on.
-      if (job) panel.update(job, picture.has_picture || job.progress.samples > 0);
-      this.#label(index, split ? job : null);
+      const has_tiles = this.#pictures.some((p) => p.job_id === job?.id && p.has_picture);
+      if (job) panel.update(job, has_tiles || job.progress.samples > 0);
     });
     this.#part('title').textContent = ordered.map((job) => job.request.scene)
       .filter((name, i, all) => all.indexOf(name) === i).join(' | ');
-    this.#root.classList.toggle('split', split);
-    this.#part('divider').hidden = !split;
+    this.#root.classList.toggle('two-jobs', ordered.length > 1);
+    this.#root.classList.toggle('split', views.length === 2);
+    this.#root.classList.toggle('row', views.length === 3);
+    this.#part('divider').hidden = views.length !== 2;
     this.#show_stage(ordered);
     this.#list_others();
+  }
+
+  #ordered(jobs) {
+    const [first, second] = jobs;
+    const swap = second?.request.method === 'none' && first.request.method !== 'none' &&
+      !is_recovered(first);
+    return swap ? [second, first] : jobs;
+  }
+
+  // What the stage shows, from the left: [{job, which}].
+  #views([first, second]) {
+    const best = (job) => ({ job, which: is_recovered(job) ? 'recovered' : 'sampled' });
+    const views = is_recovered(first) ? [{ job: first, which: 'sampled' }] : [];
+    views.push(best(first));
+    if (second) views.push(best(second));
+    return views;
+  }
+
+  #side_words(views, job) {
+    if (views.at(-1).job === job) return 'Right';
+    return views.length === 3 ? 'Left and middle' : 'Left';
   }
 
   #show_stage(jobs) {
@@ -109,12 +134,15 @@ export class Viewer {
     this.#part('problem').textContent = this.#problem;
   }
 
-  #label(index, job) {
-    const label = this.#part(['left-label', 'right-label'][index]);
-    label.hidden = !job;
-    if (!job) return;
-    const state = this.pictures[index].has_picture ? '' : ` · ${state_words(job.state)}`;
-    label.textContent = method_words(job.request.method) + state;
+  #label(index, view) {
+    const label = this.#part(['left-label', 'right-label', 'third-label'][index]);
+    label.hidden = !view;
+    if (!view) return;
+    const { job, which } = view;
+    const words = [method_words(job.request.method)];
+    if (is_recovered(job)) words.push(which === 'recovered' ? 'recovered' : 'its samples');
+    if (!this.#pictures[index].has_picture) words.push(state_words(job.state));
+    label.textContent = words.join(' · ');
   }
 
   #list_others() {
@@ -134,10 +162,7 @@ export class Viewer {
     const ev = Number(this.#part('exposure').value);
     this.#part('exposure-value').value = exposure(ev);
     this.#part('exposure').setAttribute('aria-valuetext', exposure(ev));
-    for (const { picture, panel } of this.#sides) {
-      picture.exposure_ev = ev;
-      panel.exposure_ev = ev;
-    }
+    for (const shown of [...this.#pictures, ...this.#panels]) shown.exposure_ev = ev;
   }
 
   #move_divider() {

@@ -60,7 +60,7 @@ test('exposure changes the picture and asks the server for no tiles', async () =
   const expected = display_values(tiles, 1.5);
   expect_inside(await canvas_pixels(page, 0), expected, true);
   const png = await page.locator('.panel-png:visible').getAttribute('href');
-  assert.equal(png, `/v1/jobs/${job}/image.png?exposure=1.5`);
+  assert.equal(png, `/v1/jobs/${job}/image.png?picture=sampled&exposure=1.5`);
   expect_inside(await png_pixels(page, png), expected, false);
   page.off('request', watch);
   assert.equal(requests, 0);
