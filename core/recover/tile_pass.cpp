@@ -72,8 +72,9 @@ void TilePass::make_kernels(const Network& net) {
         for (int k = 0; k < kDistances; ++k) logits[t] -= scale[k] * *d++;
       float most = logits[0], sum = 0;
       for (int t = 1; t < of.size; ++t) most = std::max(most, logits[t]);
-      float e[kLanes];
-      store(e, exp_lanes(load(logits) - most));
+      float e[kLanes] = {};
+      for (int t = 0; t < of.size; ++t) e[t] = logits[t] - most;
+      store(e, exp_lanes(load(e)));
       for (int t = 0; t < of.size; ++t) sum += e[t];
       float* kernel = &kernels_.data[b * kLogits + static_cast<size_t>(of.first)];
       for (int t = 0; t < of.size; ++t) kernel[t] = e[t] / sum;

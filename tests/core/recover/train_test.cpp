@@ -21,7 +21,8 @@ TrainingView stripes(uint64_t seed) {
       const float light =
           0.5f + tilt * static_cast<float>(x) / kSide + 0.5f * static_cast<float>(y) / kSide;
       for (int k = 0; k < 3; ++k) view.features.at(x, y, k) = albedo;
-      view.features.at(x, y, kFeatureNormal) = 1;
+      for (int k = 0; k < 3; ++k)  // says nothing of the light, which must be learned
+        view.features.at(x, y, kFeatureNormal + k) = random.next();
       view.features.at(x, y, kFeatureDepth) = 1;
       view.noise.at(x, y, 0) = 0.5f;
       for (int c = 0; c < 3; ++c) {
