@@ -22,117 +22,83 @@ bool has_avx512() {
 
 FastRecovery::FastRecovery(const Network& net, int width, int height, Target target)
     : values_(net.values),
+      hidden_(net.hidden),
+      width_(width / 2),
+      height_(height / 2),
       loops_(target == Target::kBest && has_avx512() ? &avx512_loops() : &common_loops()) {
   QRAY_CHECK(width > 0 && height > 0 && width % 2 == 0 && height % 2 == 0);
   const Network::Parts at = net.parts();
   for (size_t i = at.scales; i < at.size; ++i) values_[i] = std::exp(values_[i]);
+}
+
+FastRecovery::Band FastRecovery::make_band() const {
+  Band band;
+  InferRows& r = band.rows;
+  const Network::Parts at = Network{hidden_, {}}.parts();
   const float* v = values_.data();
-  rows_.width = width / 2, rows_.height = height / 2;
-  rows_.hidden = net.hidden;
-  rows_.weights1 = v + at.weights1, rows_.bias1 = v + at.bias1;
-  rows_.weights2 = v + at.weights2, rows_.bias2 = v + at.bias2;
-  rows_.weights3 = v + at.weights3, rows_.bias3 = v + at.bias3;
-  rows_.scales = v + at.scales;
-  rows_.features = planes(kBlock * kFeatures);
-  rows_.colour = planes(kColour);
-  rows_.noise = planes(1);
-  rows_.known = planes(kColour);
-  rows_.layer1 = planes(net.hidden);
-  rows_.layer2 = planes(net.hidden);
-  for (int f = 0; f < kFilters; ++f) {
-    rows_.kernels[f] = f > 0 ? planes(kTaps) : Planes{};
-    rows_.filtered[f] = planes(kColour);
-  }
-}
-
-// A row's border on the left takes the room that the row above has on the right. Blocks beyond the
-// borders, up to a whole register, are worked on too, whatever is there.
-Planes FastRecovery::planes(int count) {
-  const std::ptrdiff_t pitch = (rows_.width + kLanes - 1) / kLanes * kLanes + 2 * kLanes;
-  const std::ptrdiff_t row = pitch * count;
-  memory_.push_back(std::make_unique_for_overwrite<float[]>(
-      static_cast<size_t>(row * (rows_.height + 2 * kBorder) + 2 * kLanes)));
-  return {memory_.back().get() + kLanes + kBorder * row, pitch, count};
-}
-
-void FastRecovery::pack_row(const Image& features, const Image& input, const Image& noise, int y) {
-  const auto pixel = [](const Image& image, int x, int row) {
-    return &image.data()[(static_cast<size_t>(row) * static_cast<size_t>(image.width()) +
-                          static_cast<size_t>(x)) *
-                         static_cast<size_t>(image.channels())];
+  r.width = width_, r.height = height_, r.hidden = hidden_;
+  r.weights1 = v + at.weights1, r.bias1 = v + at.bias1;
+  r.weights2 = v + at.weights2, r.bias2 = v + at.bias2;
+  r.weights3 = v + at.weights3, r.bias3 = v + at.bias3;
+  r.scales = v + at.scales;
+  // `lines`: from the oldest row that is read when the newest is made. A row's border on the left
+  // takes the room that the row above has on the right.
+  const auto planes = [&](int count, int lines) {
+    const int rows = static_cast<int>(std::bit_ceil(static_cast<unsigned>(lines)));
+    const std::ptrdiff_t pitch = (width_ + kLanes - 1) / kLanes * kLanes + 2 * kLanes;
+    band.memory.push_back(std::make_unique_for_overwrite<float[]>(
+        static_cast<size_t>(pitch * count * rows + 2 * kLanes)));
+    return Planes{band.memory.back().get() + kLanes, pitch, count, rows};
   };
-  // A few blocks at a time, whose pixels stay near.
-  for (int begin = 0; begin < rows_.width; begin += kLanes) {
-    const int count = std::min(kLanes, rows_.width - begin);
-    for (int s = 0; s < kBlock; ++s) {
-      const float* from = pixel(features, 2 * begin + s % 2, 2 * y + s / 2);
-      for (int f = 0; f < kFeatures; ++f) {
-        float* to = rows_.features.at(s * kFeatures + f, y, begin);
-        for (int b = 0; b < count; ++b) to[b] = from[2 * kFeatures * b + f];
-      }
-    }
+  r.features = planes(kBlock * kFeatures, kPixelsLag + 2);
+  r.colour = planes(kColour, 1);
+  r.noise = planes(1, 1);
+  r.known = planes(kColour, kPixelsLag + 1);
+  r.layer1 = planes(hidden_, kLags[0] + 2);
+  r.layer2 = planes(hidden_, kPixelsLag - kLags[0] + 1);
+  for (size_t f = 0; f < kFilters; ++f) {
+    if (f > 0) r.kernels[f] = planes(kTaps, kLags[f] - kLags[0] + 1);
+    const int next = f + 1 < kFilters ? kDilations[f + 1] : 1;
+    r.filtered[f] = planes(kColour, 2 * next + 1);
   }
-  const float* light = pixel(input, 0, 2 * y);
-  for (int c = 0; c < kColour; ++c) {
-    float *known = rows_.known.at(c, y, 0), *colour = rows_.colour.at(c, y, 0);
-    const float* a = rows_.features.at(c, y, 0);
-    for (int x = 0; x < rows_.width; ++x) {
-      known[x] = light[2 * kColour * x + c] / (a[x] + kAlbedoFloor);
-      colour[x] = known[x] / (1 + known[x]);
-    }
-  }
-  const float* noises = pixel(noise, 0, 2 * y);
-  for (int x = 0; x < rows_.width; ++x) *rows_.noise.at(0, y, x) = noises[2 * x];
-  const auto extend = [&](const Planes& planes, int count) {
-    for (int k = 0; k < count; ++k)
-      for (int b = 1; b <= kBorder; ++b) {
-        *planes.at(k, y, -b) = *planes.at(k, y, 0);
-        *planes.at(k, y, rows_.width - 1 + b) = *planes.at(k, y, rows_.width - 1);
-      }
-  };
-  extend(rows_.features, kFeatures);  // taps reach known pixels alone
-  extend(rows_.known, kColour);
+  return band;
 }
 
-void FastRecovery::copy_border(const Planes& planes) {
-  for (int k = 0; k < planes.count; ++k)
-    for (int b = 1; b <= kBorder; ++b) {
-      const int size = rows_.width + 2 * kBorder;
-      std::copy_n(planes.at(k, 0, -kBorder), size, planes.at(k, -b, -kBorder));
-      std::copy_n(planes.at(k, rows_.height - 1, -kBorder), size,
-                  planes.at(k, rows_.height - 1 + b, -kBorder));
+// Rows of pixels begin .. end of blocks, and of each earlier stage as many more as they need.
+void FastRecovery::run_band(const InferRows& rows, int begin, int end) const {
+  for (int newest = begin - kPixelsLag; newest < end + kPixelsLag; ++newest) {
+    const auto has_row = [&](int lag) {
+      const int y = newest - lag, more = kPixelsLag - lag;
+      return y >= std::max(0, begin - more) && y < std::min(height_, end + more);
+    };
+    if (has_row(0)) loops_->pack_row(rows, newest);
+    if (has_row(kLags[0])) loops_->first_filter_row(rows, newest - kLags[0]);
+    for (int f = 1; f < kFilters; ++f) {
+      const int lag = kLags[static_cast<size_t>(f)];
+      if (has_row(lag)) loops_->later_filter_row(rows, newest - lag, f);
     }
+    if (has_row(kPixelsLag)) loops_->pixels_row(rows, newest - kPixelsLag);
+  }
 }
 
 Image FastRecovery::run(const Image& features, const Image& input, const Image& noise,
                         TaskPool& pool) {
-  const int width = 2 * rows_.width, height = 2 * rows_.height;
   for (const auto& [image, channels] : {std::pair{&features, kFeatures}, {&input, 3}, {&noise, 1}})
-    QRAY_CHECK(image->width() == width && image->height() == height &&
+    QRAY_CHECK(image->width() == 2 * width_ && image->height() == 2 * height_ &&
                image->channels() == channels);
-  Image out(width, height, 3);
-  rows_.out = out.data().data();
-  constexpr int kRows = 8;  // at once
-  const auto each_row = [&](auto&& row) {
-    pool.run(static_cast<size_t>((rows_.height + kRows - 1) / kRows), [&](size_t part, int) {
-      const int first = static_cast<int>(part) * kRows;
-      for (int y = first; y < std::min(first + kRows, rows_.height); ++y) row(y);
-    });
-  };
-  each_row([&](int y) {
-    pack_row(features, input, noise, y);
-    loops_->layer1_row(rows_, y);
+  Image out(2 * width_, 2 * height_, 3);
+  // A band makes kPixelsLag rows twice on either side, so there are no more than threads.
+  const int count = std::clamp(height_ / (4 * kPixelsLag), 1, pool.threads());
+  while (bands_.size() < static_cast<size_t>(count)) bands_.push_back(make_band());
+  pool.run(static_cast<size_t>(count), [&](size_t i, int) {
+    InferRows& rows = bands_[i].rows;
+    rows.pixel_features = features.data().data();
+    rows.pixel_colour = input.data().data();
+    rows.pixel_noise = noise.data().data();
+    rows.out = out.data().data();
+    const int band = static_cast<int>(i);
+    run_band(rows, height_ * band / count, height_ * (band + 1) / count);
   });
-  copy_border(rows_.features);
-  copy_border(rows_.known);
-  copy_border(rows_.layer1);
-  each_row([&](int y) { loops_->first_filter_row(rows_, y); });
-  copy_border(rows_.filtered[0]);
-  for (int f = 1; f < kFilters; ++f) {
-    each_row([&](int y) { loops_->later_filter_row(rows_, y, f); });
-    copy_border(rows_.filtered[f]);
-  }
-  each_row([&](int y) { loops_->pixels_row(rows_, y); });
   return out;
 }
 

@@ -1,5 +1,6 @@
 // A picture recovered by the network, fast: what TilePass makes, within rounding. For one network
-// and size; keeps its memory from picture to picture. One thread calls; the pool's work.
+// and size; keeps its memory from picture to picture, a few MiB for each thread. One thread calls;
+// the pool's work.
 #pragma once
 
 #include <memory>
@@ -23,14 +24,18 @@ class FastRecovery {
   Image run(const Image& features, const Image& input, const Image& noise, TaskPool& pool);
 
  private:
-  Planes planes(int count);
-  void pack_row(const Image& features, const Image& input, const Image& noise, int y);
-  void copy_border(const Planes& planes);
+  // Some rows of the picture, made from start to end by one thread.
+  struct Band {
+    InferRows rows;
+    std::vector<std::unique_ptr<float[]>> memory;
+  };
+  Band make_band() const;
+  void run_band(const InferRows& rows, int begin, int end) const;
 
-  std::vector<float> values_;  // of the network; scales as factors
-  InferRows rows_;
+  std::vector<float> values_;    // of the network; scales as factors
+  int hidden_, width_, height_;  // blocks
   const InferLoops* loops_;
-  std::vector<std::unique_ptr<float[]>> memory_;
+  std::vector<Band> bands_;
 };
 
 }  // namespace qray

@@ -1,7 +1,7 @@
 // The loops of FastRecovery, a row of blocks at a time, 16 blocks at once. Included by one file for
 // each kind of processor, so all of it has internal linkage and uses nothing of the library.
-// Planes have a border of kBorder blocks that copies the picture's edge, and room for 16 more on
-// the right.
+// Planes have kBorder blocks on either side that copy the picture's edge, and room for 16 more on
+// the right, which are worked on too, whatever is there.
 #pragma once
 
 #include "core/recover/infer_rows.h"
@@ -22,9 +22,9 @@ struct Sums {
   Lanes v[kAtOnce];
 };
 
-// The columns beyond the edge of a row that was made.
-inline void extend(const InferRows& r, const Planes& planes, int y) {
-  for (int k = 0; k < planes.count; ++k) {
+// The columns beyond the edge of a row that was made, of the first `count` planes.
+inline void extend(const InferRows& r, const Planes& planes, int y, int count) {
+  for (int k = 0; k < count; ++k) {
     float* row = planes.at(k, y, 0);
     for (int b = 1; b <= kBorder; ++b) {
       row[-b] = row[0];
@@ -33,7 +33,46 @@ inline void extend(const InferRows& r, const Planes& planes, int y) {
   }
 }
 
-void layer1_row(const InferRows& r, int y) {
+// The row that a tap reaches: pictures end in copies of their edge.
+inline int reach(const InferRows& r, int y, int offset) {
+  const int to = y + offset;
+  return to < 0 ? 0 : to >= r.height ? r.height - 1 : to;
+}
+
+// Exchanges v[i][k] and v[k][i].
+inline void transpose(Lanes (&v)[kLanes]) {
+  for (int d = 1; d < kLanes; d *= 2) {
+    IntLanes low, high;
+    for (int k = 0; k < kLanes; ++k) {
+      low[k] = k & d ? kLanes + k - d : k;
+      high[k] = k & d ? kLanes + k : k + d;
+    }
+    for (int i = 0; i < kLanes; ++i) {
+      if (i & d) continue;
+      const Lanes a = v[i], b = v[i | d];
+      v[i] = __builtin_shuffle(a, b, low);
+      v[i | d] = __builtin_shuffle(a, b, high);
+    }
+  }
+}
+
+// The features of two pixels beside each other, kLanes numbers, for each block of a row of pixels.
+inline void pack_features(const InferRows& r, int y, int half) {
+  static_assert(2 * kFeatures == kLanes);
+  const float* from =
+      r.pixel_features + static_cast<ptrdiff_t>(2 * y + half) * r.width * 2 * kFeatures;
+  for (int x = 0; x < r.width; x += kLanes) {
+    Lanes v[kLanes];
+    for (int b = 0; b < kLanes; ++b) {
+      const int block = x + b < r.width ? x + b : r.width - 1;
+      v[b] = load(from + static_cast<ptrdiff_t>(block) * kLanes);
+    }
+    transpose(v);
+    for (int k = 0; k < kLanes; ++k) store(r.features.at(half * kLanes + k, y, x), v[k]);
+  }
+}
+
+inline void layer1(const InferRows& r, int y) {
   for (int x = 0; x < r.width; x += kLanes) {
     const float* in[kInputs];
     for (int c = 0; c < kColour; ++c) in[c] = r.colour.at(c, y, x);
@@ -49,7 +88,25 @@ void layer1_row(const InferRows& r, int y) {
       for (int k = 0; k < kAtOnce; ++k) store(r.layer1.at(o + k, y, x), leaky(s.v[k], kSlope));
     }
   }
-  extend(r, r.layer1, y);
+  extend(r, r.layer1, y, r.hidden);
+}
+
+void pack_row(const InferRows& r, int y) {
+  for (int half : {0, 1}) pack_features(r, y, half);
+  const ptrdiff_t first = static_cast<ptrdiff_t>(2 * y) * 2 * r.width;  // pixel of the row
+  for (int c = 0; c < kColour; ++c) {
+    float *known = r.known.at(c, y, 0), *colour = r.colour.at(c, y, 0);
+    const float *albedo = r.features.at(c, y, 0), *light = r.pixel_colour + first * kColour + c;
+    for (int x = 0; x < r.width; ++x) {
+      known[x] = light[2 * kColour * x] / (albedo[x] + kAlbedoFloor);
+      colour[x] = known[x] / (1 + known[x]);
+    }
+  }
+  float* noise = r.noise.at(0, y, 0);
+  for (int x = 0; x < r.width; ++x) noise[x] = r.pixel_noise[first + 2 * x];
+  extend(r, r.features, y, kFeatures);  // taps reach known pixels alone
+  extend(r, r.known, y, kColour);
+  layer1(r, y);
 }
 
 inline void layer2(const InferRows& r, int y, int x) {
@@ -58,8 +115,9 @@ inline void layer2(const InferRows& r, int y, int x) {
     for (int k = 0; k < kAtOnce; ++k) s.v[k] = splat(r.bias2[o + k]);
     for (int t = 0; t < kTaps; ++t) {
       const float* w = r.weights2 + t * r.hidden * r.hidden + o;
-      for (int i = 0; i < r.hidden; ++i, w += r.hidden) {
-        const Lanes v = load(r.layer1.at(i, y + t / 3 - 1, x + t % 3 - 1));
+      const float* in = r.layer1.at(0, reach(r, y, t / 3 - 1), x + t % 3 - 1);
+      for (int i = 0; i < r.hidden; ++i, w += r.hidden, in += r.layer1.pitch) {
+        const Lanes v = load(in);
         for (int k = 0; k < kAtOnce; ++k) s.v[k] += w[k] * v;
       }
     }
@@ -89,7 +147,7 @@ inline void subtract_distances(const InferRows& r, int y, int x, int pixel, int 
   for (int f = 0; f < kFeatures; ++f) at[f] = load(r.features.at(pixel * kFeatures + f, y, x));
   const Lanes inverse_depth = 1.0f / (at[kFeatureDepth] + 0.01f);
   for (int t = 0; t < kTaps; ++t) {
-    const int ty = y + (t / 3 - 1) * dilation, tx = x + (t % 3 - 1) * dilation;
+    const int ty = reach(r, y, (t / 3 - 1) * dilation), tx = x + (t % 3 - 1) * dilation;
     Lanes normal{}, albedo{};
     for (int k = 0; k < 3; ++k) {
       const Lanes n = at[kFeatureNormal + k] - load(r.features.at(kFeatureNormal + k, ty, tx));
@@ -123,12 +181,13 @@ inline void softmax(float* logits, int n) {
 }
 
 // The kernel of 16 blocks over what lies `dilation` apart in 3 planes.
-inline void apply(int y, int x, int dilation, const Lanes* kernel, const Planes& from,
-                  const Planes& to) {
+inline void apply(const InferRows& r, int y, int x, int dilation, const Lanes* kernel,
+                  const Planes& from, const Planes& to) {
   for (int c = 0; c < kColour; ++c) {
     Lanes sum{};
     for (int t = 0; t < kTaps; ++t)
-      sum += kernel[t] * load(from.at(c, y + (t / 3 - 1) * dilation, x + (t % 3 - 1) * dilation));
+      sum += kernel[t] *
+             load(from.at(c, reach(r, y, (t / 3 - 1) * dilation), x + (t % 3 - 1) * dilation));
     store(to.at(c, y, x), sum);
   }
 }
@@ -147,21 +206,21 @@ void first_filter_row(const InferRows& r, int y) {
       Lanes taps[kTaps];
       for (int t = 0; t < kTaps; ++t) taps[t] = load(kernel + t * kLanes);
       if (f == 0)
-        apply(y, x, kDilations[0], taps, r.known, r.filtered[0]);
+        apply(r, y, x, kDilations[0], taps, r.known, r.filtered[0]);
       else
         for (int t = 0; t < kTaps; ++t) store(r.kernels[f].at(t, y, x), taps[t]);
     }
   }
-  extend(r, r.filtered[0], y);
+  extend(r, r.filtered[0], y, kColour);
 }
 
 void later_filter_row(const InferRows& r, int y, int f) {
   for (int x = 0; x < r.width; x += kLanes) {
     Lanes taps[kTaps];
     for (int t = 0; t < kTaps; ++t) taps[t] = load(r.kernels[f].at(t, y, x));
-    apply(y, x, kDilations[static_cast<size_t>(f)], taps, r.filtered[f - 1], r.filtered[f]);
+    apply(r, y, x, kDilations[static_cast<size_t>(f)], taps, r.filtered[f - 1], r.filtered[f]);
   }
-  extend(r, r.filtered[f], y);
+  extend(r, r.filtered[f], y, kColour);
 }
 
 // The four pixels of each block.
@@ -177,7 +236,7 @@ void pixels_row(const InferRows& r, int y) {
         Lanes sum = load(kernel + kTaps * kLanes) * load(r.known.at(c, y, x));
         for (int t = 0; t < kTaps; ++t)
           sum += load(kernel + t * kLanes) *
-                 load(r.filtered[kFilters - 1].at(c, y + t / 3 - 1, x + t % 3 - 1));
+                 load(r.filtered[kFilters - 1].at(c, reach(r, y, t / 3 - 1), x + t % 3 - 1));
         store(colour[c], sum * (load(r.features.at(s * kFeatures + c, y, x)) + kAlbedoFloor));
       }
       const int n = x + kLanes <= r.width ? kLanes : r.width - x;
@@ -189,7 +248,7 @@ void pixels_row(const InferRows& r, int y) {
   }
 }
 
-constexpr InferLoops kLoops{layer1_row, first_filter_row, later_filter_row, pixels_row};
+constexpr InferLoops kLoops{pack_row, first_filter_row, later_filter_row, pixels_row};
 
 }  // namespace
 }  // namespace qray

@@ -49,7 +49,7 @@ double largest_difference(int hidden, int width, int height, FastRecovery::Targe
 TEST(FastRecovery, MakesWhatTheReferenceMakes) {
   for (const auto target : {FastRecovery::Target::kBest, FastRecovery::Target::kCommon})
     for (const int hidden : {16, 32})
-      for (const auto& [width, height] : {std::pair{64, 32}, {70, 38}, {2, 2}, {34, 6}})
+      for (const auto& [width, height] : {std::pair{64, 32}, {70, 38}, {2, 2}, {34, 6}, {34, 400}})
         EXPECT_LT(largest_difference(hidden, width, height, target), 1e-6)
             << hidden << " hidden, " << width << "x" << height;
 }
