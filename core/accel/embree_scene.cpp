@@ -39,11 +39,33 @@ RTCRay to_rtc(const Ray& ray) {
   return r;
 }
 
+// Embree asks of one ray or of a few at once.
+void filter_hits(const RTCFilterFunctionNArguments* args) {
+  const HitFilter& filter = *static_cast<const HitFilter*>(args->geometryUserPtr);
+  const unsigned n = args->N;
+  for (unsigned i = 0; i < n; ++i) {
+    if (args->valid[i] != -1) continue;
+    const Ray ray{{RTCRayN_org_x(args->ray, n, i), RTCRayN_org_y(args->ray, n, i),
+                   RTCRayN_org_z(args->ray, n, i)},
+                  {RTCRayN_dir_x(args->ray, n, i), RTCRayN_dir_y(args->ray, n, i),
+                   RTCRayN_dir_z(args->ray, n, i)}};
+    Hit hit;
+    hit.t = RTCRayN_tfar(args->ray, n, i);
+    hit.barycentric = {RTCHitN_u(args->hit, n, i), RTCHitN_v(args->hit, n, i)};
+    hit.ng = {RTCHitN_Ng_x(args->hit, n, i), RTCHitN_Ng_y(args->hit, n, i),
+              RTCHitN_Ng_z(args->hit, n, i)};
+    hit.mesh = MeshId(RTCHitN_geomID(args->hit, n, i));
+    hit.triangle = RTCHitN_primID(args->hit, n, i);
+    if (filter.passes(ray, hit)) args->valid[i] = 0;
+  }
+}
+
 }  // namespace
 
 struct EmbreeScene::Impl {
   RTCDevice device = nullptr;
   RTCScene scene = nullptr;
+  HitFilter filter;
   ~Impl() {
     if (scene) rtcReleaseScene(scene);
     if (device) rtcReleaseDevice(device);
@@ -55,8 +77,10 @@ EmbreeScene::EmbreeScene(std::unique_ptr<Impl> impl)
 
 EmbreeScene::~EmbreeScene() = default;
 
-Result<std::unique_ptr<EmbreeScene>> EmbreeScene::build(const Scene& scene, int build_threads) {
+Result<std::unique_ptr<EmbreeScene>> EmbreeScene::build(const Scene& scene, int build_threads,
+                                                        HitFilter filter) {
   auto impl = std::make_unique<Impl>();
+  impl->filter = std::move(filter);
   impl->device = rtcNewDevice(device_config(build_threads).c_str());
   if (!impl->device) return embree_error(nullptr, "making a device");
   impl->scene = rtcNewScene(impl->device);
@@ -76,6 +100,11 @@ Result<std::unique_ptr<EmbreeScene>> EmbreeScene::build(const Scene& scene, int 
     }
     std::memcpy(vertices, mesh.positions.data(), mesh.positions.size() * sizeof(Vec3));
     std::memcpy(indices, mesh.triangles.data(), mesh.triangles.size() * 3 * sizeof(uint32_t));
+    if (m < impl->filter.meshes.size() && impl->filter.meshes[m]) {
+      rtcSetGeometryUserData(geometry, &impl->filter);
+      rtcSetGeometryIntersectFilterFunction(geometry, filter_hits);
+      rtcSetGeometryOccludedFilterFunction(geometry, filter_hits);
+    }
     rtcCommitGeometry(geometry);
     rtcAttachGeometryByID(impl->scene, geometry, static_cast<unsigned>(m));
     rtcReleaseGeometry(geometry);

@@ -26,10 +26,18 @@ struct DestroySystem {
   void operator()(OIIO::TextureSystem* system) const { OIIO::TextureSystem::destroy(system, true); }
 };
 
+// No fraction is left beyond; also stops NaN.
+bool is_near(Vec2 uv) {
+  constexpr float kFarthest = 0x1p24f;
+  return std::abs(uv.x) < kFarthest && std::abs(uv.y) < kFarthest;
+}
+
 struct Entry {
   OIIO::TextureSystem::TextureHandle* file;
   OIIO::TextureOpt options;
   bool srgb;
+  int alpha_channel;  // -1: none
+  Vec2 texel;
 };
 
 }  // namespace
@@ -64,7 +72,7 @@ Result<int> TextureCache::open(const std::filesystem::path& path, bool srgb, Tex
   if (!std::filesystem::is_regular_file(path, ec)) {
     return Error{ErrorCode::kNotFound, "no such texture file", path.string()};
   }
-  Entry entry{nullptr, {}, srgb};
+  Entry entry{nullptr, {}, srgb, -1, {}};
   entry.options.swrap = entry.options.twrap = oiio_wrap(wrap);
   entry.options.mipmode = OIIO::TextureOpt::MipModeNoMIP;
   entry.options.interpmode = OIIO::TextureOpt::InterpBilinear;
@@ -76,6 +84,10 @@ Result<int> TextureCache::open(const std::filesystem::path& path, bool srgb, Tex
       return Error{ErrorCode::kInvalid, "expected a picture: " + impl_->system->geterror(),
                    path.string()};
     }
+    if (const OIIO::ImageSpec* spec = impl_->system->imagespec(entry.file)) {
+      entry.alpha_channel = spec->alpha_channel;
+      entry.texel = {1 / static_cast<float>(spec->width), 1 / static_cast<float>(spec->height)};
+    }
   } catch (const std::exception& e) {
     return Error{ErrorCode::kInvalid, std::string("expected a picture: ") + e.what(),
                  path.string()};
@@ -86,8 +98,7 @@ Result<int> TextureCache::open(const std::filesystem::path& path, bool srgb, Tex
 
 Rgb TextureCache::lookup(int handle, Vec2 uv) const {
   const Entry& entry = impl_->entries[static_cast<size_t>(handle)];
-  constexpr float kFarthest = 0x1p24f;  // no fraction is left beyond; also stops NaN
-  if (!(std::abs(uv.x) < kFarthest && std::abs(uv.y) < kFarthest)) return {};
+  if (!is_near(uv)) return {};
   float rgb[3] = {0, 0, 0};
   if (!impl_->read(entry, uv, rgb)) {
     impl_->system->geterror();  // or the messages of a lost file pile up
@@ -95,6 +106,23 @@ Rgb TextureCache::lookup(int handle, Vec2 uv) const {
   }
   const Rgb value{rgb[0], rgb[1], rgb[2]};
   return entry.srgb ? srgb_to_linear(value) : value;
+}
+
+float TextureCache::lookup_alpha(int handle, Vec2 uv) const {
+  const Entry& entry = impl_->entries[static_cast<size_t>(handle)];
+  if (entry.alpha_channel < 0) return 1;
+  if (!is_near(uv)) return 0;
+  OIIO::TextureOpt options = entry.options;
+  options.firstchannel = entry.alpha_channel;
+  float alpha = 0;
+  if (!impl_->system->texture(entry.file, impl_->system->get_perthread_info(), options, uv.x, uv.y,
+                              0, 0, 0, 0, 1, &alpha))
+    impl_->system->geterror();
+  return alpha;
+}
+
+Vec2 TextureCache::texel(int handle) const {
+  return impl_->entries[static_cast<size_t>(handle)].texel;
 }
 
 }  // namespace qray

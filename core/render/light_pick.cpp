@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/math/warp.h"
+#include "core/scene/surface.h"
 
 namespace qray {
 namespace {
@@ -43,9 +44,27 @@ float mean_luminance(const Environment& environment, const std::vector<float>& w
   return factor * static_cast<float>(sum / static_cast<double>(weights.size())) * (kPi / 2);
 }
 
+// What a triangle's images leave of its emission, about; never so little that it is not picked.
+float brightness_share(const Mesh& mesh, const Material& material, uint32_t triangle,
+                       const MaterialTextures& textures) {
+  constexpr int kSteps = 4;  // squared: lookups
+  constexpr float kLeast = 0.05f;
+  const float whole = luminance(material.emission.value);
+  float sum = 0;
+  for (int i = 0; i < kSteps * kSteps; ++i) {
+    const Vec2 b = square_to_triangle({(static_cast<float>(i / kSteps) + 0.5f) / kSteps,
+                                       (static_cast<float>(i % kSteps) + 0.5f) / kSteps});
+    SurfacePoint surface;
+    interpolate_vertices(mesh, triangle, b, surface);
+    sum += luminance(textures.color(material.emission, surface.uv)) *
+           textures.opacity(material, surface.uv);
+  }
+  return std::max(kLeast, sum / (kSteps * kSteps) / whole);
+}
+
 }  // namespace
 
-void LightPick::build(const Scene& scene, const Bounds3& bounds) {
+void LightPick::build(const Scene& scene, const Bounds3& bounds, const MaterialTextures& textures) {
   environment_ = scene.environment;
   std::vector<float> powers;
   first_of_mesh_.assign(scene.meshes.size(), kNoTriangle);
@@ -64,7 +83,13 @@ void LightPick::build(const Scene& scene, const Bounds3& bounds) {
       t.n = normalize(n);
       t.emission = material.emission.value;
       t.two_sided = material.emission_two_sided;
-      powers.push_back(kPi * t.area * luminance(t.emission) * (t.two_sided ? 2.0f : 1.0f));
+      t.mesh = MeshId(static_cast<uint32_t>(m));
+      t.index = static_cast<uint32_t>(&tri - mesh.triangles.data());
+      t.varies = material.emission.texture.valid() || material.opacity.texture.valid() ||
+                 material.opacity.value < 1;
+      float radiance = luminance(t.emission);
+      if (t.varies) radiance *= brightness_share(mesh, material, t.index, textures);
+      powers.push_back(kPi * t.area * radiance * (t.two_sided ? 2.0f : 1.0f));
       triangles_.push_back(t);
     }
   }
