@@ -2,7 +2,11 @@
 
 #include <OpenImageIO/texture.h>
 
+#include <atomic>
 #include <exception>
+#include <map>
+#include <mutex>
+#include <thread>
 #include <vector>
 
 #include "core/image/tonemap.h"
@@ -46,13 +50,37 @@ struct TextureCache::Impl {
   std::unique_ptr<OIIO::TextureSystem, DestroySystem> system{
       OIIO::TextureSystem::create(/*shared=*/false)};
   std::vector<Entry> entries;
+  const uint64_t id = ++last_id;
+
+  ~Impl() {
+    for (const auto& [thread, info] : thread_infos) system->destroy_thread_info(info);
+  }
+
+  // The calling thread's. The system's own would outlive it in threads that go on, and a later
+  // system at the same address would read the pictures of this one.
+  OIIO::TextureSystem::Perthread* thread_info() const {
+    thread_local uint64_t owner = 0;
+    thread_local OIIO::TextureSystem::Perthread* info = nullptr;
+    if (owner != id) {
+      const std::lock_guard lock(mutex);
+      OIIO::TextureSystem::Perthread*& known = thread_infos[std::this_thread::get_id()];
+      if (!known) known = system->create_thread_info();
+      info = known;
+      owner = id;
+    }
+    return info;
+  }
 
   // Clears the error of the system on failure.
   bool read(const Entry& entry, Vec2 uv, float* rgb) const {
     OIIO::TextureOpt options = entry.options;  // the system writes to it
-    return system->texture(entry.file, system->get_perthread_info(), options, uv.x, uv.y, 0, 0, 0,
-                           0, 3, rgb);
+    return system->texture(entry.file, thread_info(), options, uv.x, uv.y, 0, 0, 0, 0, 3, rgb);
   }
+
+ private:
+  static inline std::atomic<uint64_t> last_id = 0;
+  mutable std::mutex mutex;
+  mutable std::map<std::thread::id, OIIO::TextureSystem::Perthread*> thread_infos;
 };
 
 TextureCache::TextureCache(int max_memory_mb) : impl_(std::make_unique<Impl>()) {
@@ -115,8 +143,8 @@ float TextureCache::lookup_alpha(int handle, Vec2 uv) const {
   OIIO::TextureOpt options = entry.options;
   options.firstchannel = entry.alpha_channel;
   float alpha = 0;
-  if (!impl_->system->texture(entry.file, impl_->system->get_perthread_info(), options, uv.x, uv.y,
-                              0, 0, 0, 0, 1, &alpha))
+  if (!impl_->system->texture(entry.file, impl_->thread_info(), options, uv.x, uv.y, 0, 0, 0, 0, 1,
+                              &alpha))
     impl_->system->geterror();
   return alpha;
 }
