@@ -43,12 +43,12 @@ Vec3 bumped(const MaterialTextures& textures, const Material& m, Vec2 uv, Vec3 n
 
 }  // namespace
 
-TriangleEdges triangle_edges(const Mesh& mesh, uint32_t triangle) {
-  const auto& v = mesh.triangles[triangle];
-  const auto edge = [&](const auto& values, int corner) {
-    return values[v[static_cast<size_t>(corner)]] - values[v[0]];
+TriangleEdges triangle_edges(const Mesh& mesh, const Transform* to_world, uint32_t triangle) {
+  const auto [a, b, c] = mesh.triangles[triangle];
+  const auto at = [&](uint32_t v) {
+    return to_world ? to_world->point(mesh.positions[v]) : mesh.positions[v];
   };
-  return {edge(mesh.positions, 1), edge(mesh.positions, 2), edge(mesh.uvs, 1), edge(mesh.uvs, 2)};
+  return {at(b) - at(a), at(c) - at(a), mesh.uvs[b] - mesh.uvs[a], mesh.uvs[c] - mesh.uvs[a]};
 }
 
 Vec3 seen_normal(Vec3 n, Vec3 ng, Vec3 wo) {

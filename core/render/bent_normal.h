@@ -15,7 +15,8 @@ struct TriangleEdges {
   Vec3 e1, e2;
   Vec2 uv1, uv2;
 };
-TriangleEdges triangle_edges(const Mesh& mesh, uint32_t triangle);  // of a mesh with uvs
+// pre: the mesh has uvs. `to_world`: an instance's, or null.
+TriangleEdges triangle_edges(const Mesh& mesh, const Transform* to_world, uint32_t triangle);
 
 // In place of the surface's ns, seen from wo. World space, unit.
 Vec3 bent_normal(const MaterialTextures& textures, const Material& material,

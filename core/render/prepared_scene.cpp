@@ -11,19 +11,40 @@ namespace qray {
 
 namespace {
 
-// A few units in the last place of the largest coordinate: what a hit on the largest triangle can
-// be off by.
-float ray_epsilon(const Bounds3& bounds) {
+float largest_coordinate(const Bounds3& box) {
   float largest = 0;
   for (int axis = 0; axis < 3; ++axis)
-    largest = std::max({largest, std::abs(bounds.lo[axis]), std::abs(bounds.hi[axis])});
+    largest = std::max({largest, std::abs(box.lo[axis]), std::abs(box.hi[axis])});
+  return largest;
+}
+
+// A few units in the last place of the largest coordinate: what a hit on the largest triangle can
+// be off by. An instance is hit in its mesh's space, whose coordinates may be larger.
+float ray_epsilon(const PreparedScene& prepared) {
+  float largest = largest_coordinate(prepared.bounds);
+  const Scene& scene = prepared.scene;
+  std::vector<float> of_mesh(scene.instances.empty() ? 0 : scene.meshes.size(), 0.0f);
+  for (size_t m = 0; m < of_mesh.size(); ++m) {
+    Bounds3 box;
+    for (const Vec3 p : scene.meshes[m].positions) box.add(p);
+    of_mesh[m] = largest_coordinate(box);
+  }
+  for (const Instance& instance : scene.instances) {
+    double stretch = 0;
+    for (const auto& row : instance.to_world.rows)
+      stretch = std::max(stretch, std::abs(row[0]) + std::abs(row[1]) + std::abs(row[2]));
+    largest = std::max(largest, of_mesh[instance.mesh.value] * static_cast<float>(stretch));
+  }
   return largest * 0x1p-21f;
 }
 
-MeshShading mesh_shading(const PreparedScene& prepared, const Mesh& mesh) {
-  MeshShading m{prepared.materials[mesh.material.value], &mesh, false};
+MeshShading mesh_shading(const PreparedScene& prepared, const Placement& placed) {
+  if (!placed.mesh) return {};
+  const Mesh& mesh = *placed.mesh;
+  MeshShading m{prepared.materials[placed.material.value], &mesh, placed.to_world, {}, false};
   m.bends = m.bends && !mesh.uvs.empty();
   m.interpolated = !mesh.normals.empty() || (m.needs_uv() && !mesh.uvs.empty());
+  if (placed.to_world) m.normals_to_world = placed.to_world->normals();
   return m;
 }
 
@@ -38,14 +59,15 @@ Result<std::shared_ptr<PreparedScene>> prepare(LoadedScene loaded, int build_thr
   }
   const Scene& scene = prepared->scene;
   prepared->bounds = scene.bounds();
-  prepared->ray_epsilon = ray_epsilon(prepared->bounds);
+  prepared->ray_epsilon = ray_epsilon(*prepared);
   for (const Material& material : scene.materials) {
     prepared->bsdfs.push_back(make_bsdf(material));
     prepared->materials.push_back(
         material_shading(material, prepared->bsdfs.back().get(), prepared->materials));
   }
   if (Status s = prepared->textures.open(scene.textures); !s.ok()) return s.error();
-  for (const Mesh& mesh : scene.meshes) prepared->meshes.push_back(mesh_shading(*prepared, mesh));
+  for (const Placement& placed : scene.placements())
+    prepared->meshes.push_back(mesh_shading(*prepared, placed));
   HitFilter filter;
   filter.passes = [p = prepared.get()](const Ray& ray, const Hit& hit) {
     return p->passes(ray, hit);
@@ -62,10 +84,10 @@ Result<std::shared_ptr<PreparedScene>> prepare(LoadedScene loaded, int build_thr
 
 void PreparedScene::bend(const MaterialShading& material, const Hit& hit, Vec3 wo,
                          SurfacePoint& surface) const {
-  const Mesh& mesh = *meshes[hit.mesh.value].mesh;
-  if (mesh.uvs.empty()) return;
-  surface.ns =
-      bent_normal(textures, *material.material, triangle_edges(mesh, hit.triangle), surface, wo);
+  const MeshShading& m = meshes[hit.mesh.value];
+  if (m.mesh->uvs.empty()) return;
+  const TriangleEdges edges = triangle_edges(*m.mesh, m.to_world, hit.triangle);
+  surface.ns = bent_normal(textures, *material.material, edges, surface, wo);
 }
 
 float PreparedScene::opacity(const MaterialShading& material, Vec2 uv) const {
@@ -99,14 +121,15 @@ const MaterialShading& PreparedScene::resolve(const MaterialShading& material, V
 Rgb PreparedScene::emission_at(MeshId mesh, uint32_t triangle, Vec2 barycentric) const {
   const MeshShading& m = meshes[mesh.value];
   SurfacePoint surface;
-  if (m.interpolated) interpolate_vertices(*m.mesh, triangle, barycentric, surface);
+  if (m.interpolated) interpolate_vertices(*m.mesh, nullptr, triangle, barycentric, surface);
   return textures.color(m.material->emission, surface.uv) * opacity(m, surface.uv);
 }
 
 bool PreparedScene::passes(const Ray& ray, const Hit& hit) const {
   const MeshShading& m = meshes[hit.mesh.value];
   SurfacePoint surface;
-  if (m.interpolated) interpolate_vertices(*m.mesh, hit.triangle, hit.barycentric, surface);
+  if (m.interpolated)
+    interpolate_vertices(*m.mesh, nullptr, hit.triangle, hit.barycentric, surface);
   const float opacity = this->opacity(m, surface.uv);
   if (opacity <= 0 || opacity >= 1) return opacity <= 0;
   uint64_t key = static_cast<uint64_t>(hit.mesh.value) << 32 | hit.triangle;

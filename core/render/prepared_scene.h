@@ -4,6 +4,7 @@
 
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "core/accel/embree_scene.h"
@@ -17,9 +18,11 @@
 
 namespace qray {
 
-// What a hit needs to know of its mesh, side by side in memory.
+// What a hit needs to know of its mesh or instance, side by side in memory.
 struct MeshShading : MaterialShading {
-  const Mesh* mesh = nullptr;
+  const Mesh* mesh = nullptr;           // null: seen by its instances alone
+  const Transform* to_world = nullptr;  // an instance's
+  std::optional<Mat3> normals_to_world;
   bool interpolated = false;
 };
 
@@ -36,13 +39,16 @@ struct PreparedScene {
   LightPick lights;
 
   std::vector<MaterialShading> materials;  // by MaterialId
-  std::vector<MeshShading> meshes;         // by MeshId
+  std::vector<MeshShading> meshes;         // by Hit::mesh
 
   SurfacePoint surface_at(const Ray& ray, const Hit& hit) const {
     const Vec3 ng = normalize(hit.ng);
     SurfacePoint surface{ray.o + ray.d * hit.t, ng, ng, {}};
     const MeshShading& m = meshes[hit.mesh.value];
-    if (m.interpolated) interpolate_vertices(*m.mesh, hit.triangle, hit.barycentric, surface);
+    if (m.interpolated) {
+      interpolate_vertices(*m.mesh, m.normals_to_world ? &*m.normals_to_world : nullptr,
+                           hit.triangle, hit.barycentric, surface);
+    }
     if (m.bends) bend(m, hit, -ray.d, surface);
     return surface;
   }
