@@ -13,6 +13,7 @@ namespace qray {
 namespace {
 
 constexpr size_t kMaxLevels = 32;
+constexpr int64_t kMaxTexels = int64_t{1} << 30;
 
 // No fraction is left beyond; also stops NaN.
 bool is_near(Vec2 uv) {
@@ -267,6 +268,9 @@ TextureCache::~TextureCache() = default;
 Result<int> TextureCache::open(const Texture& texture) {
   const Result<PictureInfo> info = read_picture_info(texture.path, texture.bytes.get());
   if (!info) return info.error();
+  if (int64_t{info.value().width} * info.value().height > kMaxTexels) {
+    return Error{ErrorCode::kTooLarge, "expected at most 2^30 texels", texture.path.string()};
+  }
   const Status first_row = read_picture_rows(texture.path, texture.bytes.get(), 1, [](auto) {});
   if (!first_row.ok()) return first_row.error();
   pictures_.push_back(std::make_unique<Picture>(texture, info.value()));

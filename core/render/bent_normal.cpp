@@ -62,7 +62,9 @@ Vec3 seen_normal(Vec3 n, Vec3 ng, Vec3 wo) {
   const float side = dot(wo, ng) < 0 ? -1.0f : 1.0f;
   n = n * side;
   ng = ng * side;
-  const float least = std::min(1e-2f, dot(wo, ng));  // a normal that is not bent stays
+  const float grazing = dot(wo, ng);
+  if (grazing < 1e-3f) return ng * side;         // nothing else would be seen for sure
+  const float least = std::min(1e-2f, grazing);  // a normal that is not bent stays
   if (const float seen = dot(wo, n); seen < least) n = normalize(n + wo * (least - seen));
   const Vec3 mirrored = n * (2 * dot(wo, n)) - wo;
   if (const float above = dot(mirrored, ng); above < least)

@@ -22,13 +22,14 @@ float kind_of(BsdfKind bsdf, bool emits, bool mirrored) {
 
 using Features = std::array<float, kFeatureChannels>;
 
-Features features_along(const PreparedScene& scene, Ray ray, float diagonal) {
+// `pixel_angle`: radians across a pixel.
+Features features_along(const PreparedScene& scene, Ray ray, float diagonal, float pixel_angle) {
   Rgb tint{1};
   float length = 0;
   for (int mirrors = 0; mirrors <= kMostMirrors; ++mirrors) {
     Hit hit;
     if (!scene.accel->intersect(ray, hit)) break;
-    const SurfacePoint at = scene.surface_at(ray, hit);
+    const SurfacePoint at = scene.surface_at(ray, hit, (length + hit.t) * pixel_angle);
     const MeshShading& mesh = scene.meshes[hit.mesh.value];
     const MaterialShading& material = scene.resolve(mesh, at.uv, 0.5f);
     const ShadingPoint sp = scene.shading_point(material, at);
@@ -67,7 +68,7 @@ Result<Image> render_features(const PreparedScene& scene, const RenderSettings& 
     for (int x = 0; x < settings.width; ++x) {
       const Ray ray =
           camera.ray({static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f}, {0.5f, 0.5f});
-      const Features f = features_along(scene, ray, diagonal);
+      const Features f = features_along(scene, ray, diagonal, camera.pixel_angle());
       for (int k = 0; k < kFeatureChannels; ++k) image.at(x, y, k) = f[static_cast<size_t>(k)];
     }
   });

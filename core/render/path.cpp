@@ -14,7 +14,7 @@ constexpr uint64_t kTimedEvery = 64;
 constexpr size_t kRaysAtOnce = 1024;
 // A scattered ray stands for a cone of its share of the sphere; textures are averaged over a tenth
 // of that across.
-constexpr float kSpreadOfScattering = 0.1f;
+constexpr float kSpreadOfScattering = 0.1f, kWidestSpread = 0.3f;  // radians
 constexpr float kLeastSurvival = 0.05f;
 // The root of the cost of a path so far over that of its going on, were noises known exactly (Rath
 // et al. 2022); they are not: see docs/guiding.md.
@@ -107,9 +107,8 @@ PathTracer::PathTracer(const PreparedScene& scene, const LightPick& lights,
       connects_(!lights.empty() && (settings.nee || lights.has_punctual())),
       textured_(!scene.textures.empty()),
       pixel_angle_(
-          2 *
-          std::tan(settings.camera.value_or(scene.scene.camera).vertical_fov_deg * (kPi / 360)) /
-          static_cast<float>(settings.height)),
+          CameraRays(settings.camera.value_or(scene.scene.camera), settings.width, settings.height)
+              .pixel_angle()),
       guide_(guide),
       guide_expects_(guide && guide->expects()),
       learner_(guide) {}
@@ -370,7 +369,8 @@ Rgb PathTracer::walk(Ray ray, Sampler& sampler, float pixel_deviation, Rgb& pixe
     }
     if (!scattered) return radiance;
     throughput *= weight_;
-    if (textured_ && !delta_) spread += kSpreadOfScattering / std::sqrt(pdf_w_);
+    if (textured_ && !delta_)
+      spread += std::min(kSpreadOfScattering / std::sqrt(pdf_w_), kWidestSpread);
     inside = v.inside_along(wi_);
     ray = {v.ray_origin(wi_), wi_};
   }
