@@ -1,7 +1,8 @@
-// Ray queries against a Scene's triangles, by Embree 3.13 or 4. The only place that includes
-// rtcore.h is embree_scene.cpp. Built once; queries: any thread.
+// Ray queries against a Scene's triangles and instances, by Embree 3.13 or 4. The only place that
+// includes rtcore.h is embree_scene.cpp. Built once; queries: any thread.
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <span>
 
@@ -15,7 +16,7 @@ struct Hit {
   float t = 0;       // metres along the ray
   Vec2 barycentric;  // weights of the triangle's second and third vertex
   Vec3 ng;           // geometric normal by the winding; not unit
-  MeshId mesh;
+  MeshId mesh;       // of the scene's meshes; from their count on, of its instances
   uint32_t triangle = 0;
 };
 
@@ -33,10 +34,19 @@ struct alignas(16) OcclusionRay {
   uint32_t mask = ~0u, id = 0, flags = 0;
 };
 
+// Hits that do not count. `passes` is asked of every hit on the meshes named (with an instance that
+// is, on all instances of its mesh, the ray in the mesh's space), in no order, by any thread; it
+// must answer the same whenever it is asked.
+struct HitFilter {
+  std::vector<bool> meshes;  // by Hit::mesh
+  std::function<bool(const Ray& ray, const Hit& hit)> passes;
+};
+
 class EmbreeScene {
  public:
   // Copies the scene's triangles. `build_threads` build the tree; fails when memory runs out.
-  static Result<std::unique_ptr<EmbreeScene>> build(const Scene& scene, int build_threads);
+  static Result<std::unique_ptr<EmbreeScene>> build(const Scene& scene, int build_threads,
+                                                    HitFilter filter = {});
   ~EmbreeScene();
   EmbreeScene(const EmbreeScene&) = delete;
   EmbreeScene& operator=(const EmbreeScene&) = delete;

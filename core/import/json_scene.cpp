@@ -19,8 +19,8 @@ class Reader {
       : folder_(path.parent_path()), limits_(limits) {}
 
   JsonScene read(const JsonNode& root) {
-    root.only(
-        {"name", "size", "max_depth", "camera", "textures", "materials", "environment", "meshes"});
+    root.only({"name", "size", "max_depth", "camera", "textures", "materials", "environment",
+               "lights", "meshes", "instances"});
     Scene& scene = out_.scene;
     if (const auto name = root.find("name")) scene.name = name->string();
     if (const auto size = root.find("size")) {
@@ -33,7 +33,11 @@ class Reader {
     if (const auto textures = root.find("textures")) read_textures(*textures);
     read_materials(root.get("materials"));
     if (const auto environment = root.find("environment")) read_environment(*environment);
+    if (const auto lights = root.find("lights")) {
+      for (size_t i = 0; i < lights->size(); ++i) scene.lights.push_back(read_light(lights->at(i)));
+    }
     read_meshes(root.get("meshes"));
+    if (const auto instances = root.find("instances")) read_instances(*instances);
     return std::move(out_);
   }
 
@@ -66,22 +70,35 @@ class Reader {
       node.fail("\"" + node.string() + "\" is taken, expected a name of its own");
   }
 
+  static TextureWrap wrap(const JsonNode& node) {
+    if (node.is_string()) {
+      const std::string& name = node.string();
+      if (name == "repeat") return TextureWrap::kRepeat;
+      if (name == "clamp") return TextureWrap::kClamp;
+      if (name == "mirror") return TextureWrap::kMirror;
+    }
+    node.fail_expected("one of repeat, clamp, mirror");
+  }
+  // One for both axes, or one of each.
+  static void read_wrap(const JsonNode& node, Texture& texture) {
+    const bool two = node.is_array() && node.size() == 2;
+    texture.wrap_u = wrap(two ? node.at(0) : node);
+    texture.wrap_v = wrap(two ? node.at(1) : node);
+  }
+
   void read_textures(const JsonNode& list) {
     for (size_t i = 0; i < list.size(); ++i) {
       const JsonNode node = list.at(i);
-      node.only({"name", "path", "srgb", "wrap"});
+      node.only({"name", "path", "srgb", "wrap", "nearest", "uv_transform"});
       add_name(node.get("name"), textures_, i);
       Texture texture;
       texture.path = std::filesystem::absolute(resolve(node.get("path")));
       if (const auto v = node.find("srgb")) texture.srgb = v->boolean();
-      if (const auto v = node.find("wrap")) {
-        const std::string& wrap = v->string();
-        if (wrap == "clamp")
-          texture.wrap = TextureWrap::kClamp;
-        else if (wrap == "mirror")
-          texture.wrap = TextureWrap::kMirror;
-        else if (wrap != "repeat")
-          v->fail_expected("one of repeat, clamp, mirror");
+      if (const auto v = node.find("nearest")) texture.nearest = v->boolean();
+      if (const auto v = node.find("wrap")) read_wrap(*v, texture);
+      if (const auto v = node.find("uv_transform")) {
+        const std::vector<float> m = v->numbers(6);
+        texture.uv_transform = {{m[0], m[1], m[2]}, {m[3], m[4], m[5]}};
       }
       out_.scene.textures.push_back(std::move(texture));
     }
@@ -90,8 +107,8 @@ class Reader {
   void read_materials(const JsonNode& list) {
     for (size_t i = 0; i < list.size(); ++i) {
       const JsonNode node = list.at(i);
+      out_.scene.materials.push_back(read_material(node, textures_, materials_));
       add_name(node.get("name"), materials_, i);
-      out_.scene.materials.push_back(read_material(node, textures_));
     }
   }
 
@@ -102,7 +119,8 @@ class Reader {
     if (!image && !node.has("radiance")) node.fail("expected \"radiance\" or \"image\"");
     environment.radiance = Rgb{1.0f};
     if (const auto v = node.find("radiance")) environment.radiance = v->number_or_rgb();
-    if (const auto v = node.find("rotation_deg")) environment.rotation_deg = v->number();
+    if (const auto v = node.find("rotation_deg"))
+      environment.to_world = Mat3::rotation_y(v->number(-360, 360));
     if (!image) return;
     const std::string extension = std::filesystem::path(image->string()).extension();
     if (extension != ".exr" && extension != ".hdr") image->fail_expected("an .exr or .hdr file");
@@ -110,10 +128,11 @@ class Reader {
     const auto max_pixels = static_cast<uint64_t>(limits_.max_pixels);
     Result<Image> pixels = read_image(environment.image_path, max_pixels);
     if (!pixels.ok()) image->fail(pixels.error().message, pixels.error().code);
-    environment.image = three_channels(pixels.value());
+    environment.image = three_channels(std::move(pixels).value());
   }
 
-  static Image three_channels(const Image& image) {
+  static Image three_channels(Image image) {
+    if (image.channels() == 3) return image;
     Image out(image.width(), image.height(), 3);
     for (int y = 0; y < image.height(); ++y)
       for (int x = 0; x < image.width(); ++x) out.set_rgb(x, y, image.rgb(x, y));
@@ -123,8 +142,9 @@ class Reader {
   void read_meshes(const JsonNode& list) {
     for (size_t i = 0; i < list.size(); ++i) {
       const JsonNode node = list.at(i);
-      node.only({"name", "material", "positions", "triangles", "quads", "normals", "uvs", "file",
-                 "quad", "box", "sphere", "cylinder", "disk", "transform", "flip"});
+      node.only({"name", "material", "positions", "triangles", "quads", "normals", "uvs", "colors",
+                 "file", "quad", "box", "sphere", "cylinder", "disk", "transform", "flip"});
+      const size_t first = out_.scene.meshes.size();
       Mesh mesh = read_shape(node, limits_);
       if (const auto name = node.find("name")) mesh.name = name->string();
       const std::string pointer = "/meshes/" + std::to_string(i);
@@ -132,6 +152,34 @@ class Reader {
         read_file_mesh(node, *file, mesh.name, pointer);
       else
         add_mesh(std::move(mesh), material_id(node.get("material")), pointer, node);
+      if (const auto name = node.find("name")) {
+        MeshRange& named = named_meshes_[name->string()];
+        named = {first, out_.scene.meshes.size(), named.used + 1};
+      }
+    }
+  }
+
+  // A mesh of the document is several of the scene's where its file holds several.
+  void read_instances(const JsonNode& list) {
+    for (size_t i = 0; i < list.size(); ++i) {
+      const JsonNode node = list.at(i);
+      node.only({"mesh", "material", "transform"});
+      const JsonNode name = node.get("mesh");
+      const auto named = named_meshes_.find(name.string());
+      if (named == named_meshes_.end() || named->second.used != 1)
+        name.fail_expected("the name of one mesh");
+      Instance instance;
+      instance.to_world = read_placement(node);
+      if (const auto material = node.find("material")) instance.material = material_id(*material);
+      for (size_t m = named->second.begin; m < named->second.end; ++m) {
+        instance.mesh = MeshId(static_cast<uint32_t>(m));
+        out_.scene.instances.push_back(instance);
+        out_.instance_pointers.push_back("/instances/" + std::to_string(i));
+      }
+      if (out_.scene.instances.size() > limits_.max_instances) {
+        list.fail("expected at most " + std::to_string(limits_.max_instances) + " instances",
+                  ErrorCode::kTooLarge);
+      }
     }
   }
 
@@ -189,6 +237,11 @@ class Reader {
   JsonScene out_;
   Names<TextureId> textures_;
   Names<MaterialId> materials_;
+  struct MeshRange {
+    size_t begin = 0, end = 0;  // in scene.meshes
+    int used = 0;               // so many meshes have the name
+  };
+  std::map<std::string, MeshRange, std::less<>> named_meshes_;
   size_t triangle_count_ = 0;
 };
 

@@ -18,15 +18,20 @@ struct JsonScene {
   std::vector<std::string> warnings;
   // Where scene.meshes[i] was read from, as a pointer into the document: a file may hold several.
   std::vector<std::string> mesh_pointers;
+  std::vector<std::string> instance_pointers;  // of scene.instances[i]
 };
 
 JsonScene read_json_scene(const std::filesystem::path& path, const SceneLimits& limits);
 
 // The parts, one file each.
 using TextureNames = std::map<std::string, TextureId, std::less<>>;
-Material read_material(const JsonNode& node, const TextureNames& textures);
+using MaterialNames = std::map<std::string, MaterialId, std::less<>>;
+Material read_material(const JsonNode& node, const TextureNames& textures,
+                       const MaterialNames& earlier);
+PunctualLight read_light(const JsonNode& node);
 // One shape with its "transform" and "flip" applied, material unset; "file" is left to the caller.
 Mesh read_shape(const JsonNode& node, const SceneLimits& limits);
 void apply_placement(const JsonNode& node, Mesh& mesh);
+Transform read_placement(const JsonNode& node);  // its "transform", or none
 
 }  // namespace qray

@@ -1,6 +1,6 @@
 #include "core/import/json_scene.h"
 #include "core/import/primitives.h"
-#include "core/import/transform.h"
+#include "core/scene/transform.h"
 
 namespace qray {
 namespace {
@@ -45,6 +45,12 @@ Mesh read_inline(const JsonNode& node, const SceneLimits& limits) {
     for (size_t i = 0; i < uvs->size(); ++i) {
       const std::vector<float> uv = uvs->at(i).numbers(2);
       mesh.uvs.push_back({uv[0], uv[1]});
+    }
+  }
+  if (const auto colors = node.find("colors")) {
+    for (size_t i = 0; i < colors->size(); ++i) {
+      const std::vector<float> c = colors->at(i).numbers(3);
+      mesh.colors.push_back({c[0], c[1], c[2]});
     }
   }
   if (node.has("triangles") == node.has("quads"))
@@ -166,7 +172,7 @@ Mesh read_shape(const JsonNode& node, const SceneLimits& limits) {
         "\"cylinder\", \"disk\"");
   }
   if (shape != "positions") {
-    for (const char* key : {"triangles", "quads", "normals", "uvs"})
+    for (const char* key : {"triangles", "quads", "normals", "uvs", "colors"})
       if (const auto v = node.find(key)) v->fail("expected only with \"positions\"");
   }
   if (shape == "file") return {};
@@ -176,14 +182,18 @@ Mesh read_shape(const JsonNode& node, const SceneLimits& limits) {
   return mesh;
 }
 
+Transform read_placement(const JsonNode& node) {
+  const auto placement = node.find("transform");
+  if (!placement) return {};
+  const Transform transform = read_transform(*placement);
+  const double determinant = transform.determinant();
+  if (!(std::abs(determinant) > 1e-20 && std::isfinite(determinant)))
+    placement->fail("expected a map that keeps volume, this one is flat or not finite");
+  return transform;
+}
+
 void apply_placement(const JsonNode& node, Mesh& mesh) {
-  if (const auto placement = node.find("transform")) {
-    const Transform transform = read_transform(*placement);
-    const double determinant = transform.determinant();
-    if (!(std::abs(determinant) > 1e-20 && std::isfinite(determinant)))
-      placement->fail("expected a map that keeps volume, this one is flat or not finite");
-    transform.apply(mesh);
-  }
+  if (node.has("transform")) read_placement(node).apply(mesh);
   if (const auto flip = node.find("flip"); flip && flip->boolean()) flip_winding(mesh);
 }
 

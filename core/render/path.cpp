@@ -12,6 +12,9 @@ namespace {
 
 constexpr uint64_t kTimedEvery = 64;
 constexpr size_t kRaysAtOnce = 1024;
+// A scattered ray stands for a cone of its share of the sphere; textures are averaged over a tenth
+// of that across.
+constexpr float kSpreadOfScattering = 0.1f, kWidestSpread = 0.3f;  // radians
 constexpr float kLeastSurvival = 0.05f;
 // The root of the cost of a path so far over that of its going on, were noises known exactly (Rath
 // et al. 2022); they are not: see docs/guiding.md.
@@ -34,6 +37,12 @@ class CycleScope {
   uint64_t start_ = 0;
 };
 
+// Beer and Lambert's law.
+Rgb transmittance(Rgb absorption, float distance) {
+  return {std::exp(-absorption.r * distance), std::exp(-absorption.g * distance),
+          std::exp(-absorption.b * distance)};
+}
+
 float power_heuristic(float pdf, float other_pdf) {
   const float ratio = other_pdf / pdf;  // of densities, so that their squares cannot overflow
   return 1 / (1 + ratio * ratio);
@@ -50,6 +59,8 @@ struct PathTracer::Vertex {
   BsdfKind kind;
   ShadingPoint sp;
   float ray_offset;  // metres off the surface where rays may start
+  const MaterialShading& material;
+  const Rgb* inside;  // absorption where the path comes from; null: none
   GuidePoint at;
   float guide_fraction;
 
@@ -63,6 +74,15 @@ struct PathTracer::Vertex {
   }
   // Both normals must agree on which side a direction lies, or light leaks through the surface.
   bool sides_agree(Vec3 wi, Vec3 wi_local) const { return dot(wi, surface.ng) * wi_local.z > 0; }
+  // What a ray that leaves along wi passes through: beyond a solid's boundary its inside or, coming
+  // from there, the open (solids within solids are not kept apart).
+  const Rgb* inside_along(Vec3 wi) const {
+    const bool inward = dot(wi, surface.ng) < 0;
+    if (!material.bounds_solid || inward == (dot(frame.to_world(wo), surface.ng) < 0))
+      return inside;
+    return inward && !material.material->absorption.is_black() ? &material.material->absorption
+                                                               : nullptr;
+  }
   Vec3 ray_origin(Vec3 wi) const {
     return surface.p + surface.ng * std::copysign(ray_offset, dot(surface.ng, wi));
   }
@@ -84,6 +104,11 @@ PathTracer::PathTracer(const PreparedScene& scene, const LightPick& lights,
     : scene_(scene),
       lights_(lights),
       settings_(settings),
+      connects_(!lights.empty() && (settings.nee || lights.has_punctual())),
+      textured_(!scene.textures.empty()),
+      pixel_angle_(
+          CameraRays(settings.camera.value_or(scene.scene.camera), settings.width, settings.height)
+              .pixel_angle()),
       guide_(guide),
       guide_expects_(guide && guide->expects()),
       learner_(guide) {}
@@ -118,7 +143,7 @@ void PathTracer::flush() {
     const Waiting& w = waiting_[i];
     if (waiting_rays_[i].occluded()) continue;
     *w.pixel += w.light;
-    if (w.vertex != PathLearner::kNoVertex) learner_.direct(w.vertex, w.scattered);
+    if (w.vertex != PathLearner::kNoVertex) learner_.direct(w.vertex, w.scattered, w.punctual);
   }
   waiting_.clear();
   waiting_rays_.clear();
@@ -152,16 +177,22 @@ inline float PathTracer::ray_offset(Vec3 p, float t) const {
 inline PathTracer::Connection PathTracer::connect(const Vertex& v, Vec2 u, float u_light) {
   LightSample light;
   if (!lights_.sample(v.surface.p, u_light, u, light)) return {};
+  if (!settings_.nee && !light.punctual) return {};
   const Vec3 wi_local = v.frame.to_local(light.wi);
   if (!v.sides_agree(light.wi, wi_local)) return {};
   const BsdfEval eval = v.eval(wi_local);
   if (eval.f_cos.is_black()) return {};
-  const float ratio = mixture_pdf_w(v, light.wi, eval.pdf_w) / light.pdf_w;
+  if (light.varies)
+    light.radiance = scene_.emission_at(light.mesh, light.triangle, light.barycentric);
+  if (const Rgb* inside = v.inside_along(light.wi); inside && std::isfinite(light.distance))
+    light.radiance *= transmittance(*inside, light.distance);
+  const float ratio = light.punctual ? 0 : mixture_pdf_w(v, light.wi, eval.pdf_w) / light.pdf_w;
   const float mis_over_pdf = 1 / (light.pdf_w * (1 + ratio * ratio));  // the power heuristic
   // The ray starts off the surface, perhaps nearer to the light, and must end before it.
   const float t_max = std::min(light.distance * (1 - 1e-4f), light.distance - 2 * v.ray_offset);
   return {eval.f_cos * light.radiance * mis_over_pdf,
-          {v.ray_origin(light.wi), light.wi, std::max(t_max, 0.0f)}};
+          {v.ray_origin(light.wi), light.wi, std::max(t_max, 0.0f)},
+          light.punctual};
 }
 
 // Russian roulette. Where the table is credible, by the noise that what follows would bring into
@@ -228,7 +259,9 @@ inline bool PathTracer::scatter(const Vertex& v, float u_lobe, Vec2 u) {
 Rgb PathTracer::walk(Ray ray, Sampler& sampler, float pixel_deviation, Rgb& pixel) {
   if (lights_.empty()) return {};  // black, whatever the path
   Rgb radiance, throughput{1.0f};
-  delta_ = true;  // nee cannot make the camera's ray
+  const Rgb* inside = nullptr;             // absorption along the ray; null: none
+  delta_ = true;                           // nee cannot make the camera's ray
+  float width = 0, spread = pixel_angle_;  // metres that the ray stands for, and more each metre
   for (int depth = 1;; ++depth) {
     // Drawn before the ray is traced: the processor then does both at once.
     const Sampler::Pairs u = sampler.next_pairs();
@@ -246,13 +279,22 @@ Rgb PathTracer::walk(Ray ray, Sampler& sampler, float pixel_deviation, Rgb& pixe
       return radiance;
     }
     const MeshShading& mesh = scene_.meshes[hit.mesh.value];
-    const SurfacePoint surface = scene_.surface_at(ray, hit);
+    if (textured_) width += spread * hit.t;
+    SurfacePoint surface = scene_.surface_at(ray, hit, width);
     const Vec3 wo = -ray.d;
     const float cos_geometric = dot(wo, surface.ng);
 
+    if (inside) {
+      const Rgb kept = transmittance(*inside, hit.t);
+      throughput *= kept;
+      learner_.attenuated(kept);
+    }
+
     // 1b. Light that the surface emits.
     if (mesh.emits && (cos_geometric > 0 || mesh.material->emission_two_sided)) {
-      const Rgb emitted = mesh.material->emission;
+      const Rgb emitted = mesh.emission_textured()
+                              ? scene_.textures.color(mesh.material->emission, surface.uv)
+                              : mesh.material->emission.value;
       float mis = 1;
       if (!delta_ && settings_.nee) {
         mis = power_heuristic(
@@ -264,15 +306,23 @@ Rgb PathTracer::walk(Ray ray, Sampler& sampler, float pixel_deviation, Rgb& pixe
     if (depth >= settings_.max_depth) return radiance;
 
     // 2. What the surface is made of, and what the guide knows about it.
+    const MaterialShading* material = &mesh;
+    if (mesh.blends) {
+      material = &scene_.resolve(mesh, surface.uv, u.d.y);
+      if (material->bends) scene_.bend(*material, hit, wo, surface);
+    }
+    if (material->one_sided && cos_geometric < 0) return radiance;
     const bool shading_normal_usable = dot(wo, surface.ns) * cos_geometric > 0;
     const Frame frame(shading_normal_usable ? surface.ns : surface.ng);
     Vertex v{surface,
              frame,
              frame.to_local(wo),
-             *mesh.bsdf,
-             mesh.kind,
-             scene_.shading_point(mesh, surface.uv),
+             *material->bsdf,
+             material->kind,
+             scene_.shading_point(*material, surface),
              ray_offset(surface.p, hit.t),
+             *material,
+             inside,
              {},
              0};
     if (guide_ && guiding_ != Guiding::kOff && v.kind != BsdfKind::kDelta) {
@@ -287,13 +337,15 @@ Rgb PathTracer::walk(Ray ray, Sampler& sampler, float pixel_deviation, Rgb& pixe
             luminance(v.kind == BsdfKind::kDiffuse ? v.sp.reflectance : v.bsdf.albedo(v.sp, v.wo)));
     }
 
-    // 3. Light straight from a light. Its ray waits to be traced with others.
-    if (settings_.nee && v.kind != BsdfKind::kDelta && !lights_.empty()) {
+    // 3. Light straight from a light. Its ray waits to be traced with others. Nothing else finds a
+    // light without an extent.
+    if (connects_ && v.kind != BsdfKind::kDelta) {
       const Connection connection = connect(v, u.a, u.c.x);
       if (!connection.light.is_black()) {
         const Rgb light = throughput * connection.light;
         if (!is_finite(light)) return light;
-        waiting_.push_back({light, &pixel, connection.light, learner_.current()});
+        waiting_.push_back(
+            {light, &pixel, connection.light, learner_.current(), connection.punctual});
         waiting_rays_.emplace_back(connection.ray);
       }
     }
@@ -317,6 +369,9 @@ Rgb PathTracer::walk(Ray ray, Sampler& sampler, float pixel_deviation, Rgb& pixe
     }
     if (!scattered) return radiance;
     throughput *= weight_;
+    if (textured_ && !delta_)
+      spread += std::min(kSpreadOfScattering / std::sqrt(pdf_w_), kWidestSpread);
+    inside = v.inside_along(wi_);
     ray = {v.ray_origin(wi_), wi_};
   }
 }

@@ -1,34 +1,51 @@
 #include "core/render/prepared_scene.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 
 #include "core/base/clock.h"
+#include "core/math/hash.h"
 
 namespace qray {
 
 namespace {
 
-// A few units in the last place of the largest coordinate: what a hit on the largest triangle can
-// be off by.
-float ray_epsilon(const Bounds3& bounds) {
+float largest_coordinate(const Bounds3& box) {
   float largest = 0;
   for (int axis = 0; axis < 3; ++axis)
-    largest = std::max({largest, std::abs(bounds.lo[axis]), std::abs(bounds.hi[axis])});
+    largest = std::max({largest, std::abs(box.lo[axis]), std::abs(box.hi[axis])});
+  return largest;
+}
+
+// A few units in the last place of the largest coordinate: what a hit on the largest triangle can
+// be off by. An instance is hit in its mesh's space, whose coordinates may be larger.
+float ray_epsilon(const PreparedScene& prepared) {
+  float largest = largest_coordinate(prepared.bounds);
+  const Scene& scene = prepared.scene;
+  std::vector<float> of_mesh(scene.instances.empty() ? 0 : scene.meshes.size(), 0.0f);
+  for (size_t m = 0; m < of_mesh.size(); ++m) {
+    Bounds3 box;
+    for (const Vec3 p : scene.meshes[m].positions) box.add(p);
+    of_mesh[m] = largest_coordinate(box);
+  }
+  for (const Instance& instance : scene.instances) {
+    double stretch = 0;
+    for (const auto& row : instance.to_world.rows)
+      stretch = std::max(stretch, std::abs(row[0]) + std::abs(row[1]) + std::abs(row[2]));
+    largest = std::max(largest, of_mesh[instance.mesh.value] * static_cast<float>(stretch));
+  }
   return largest * 0x1p-21f;
 }
 
-MeshShading mesh_shading(const PreparedScene& prepared, const Mesh& mesh) {
-  const Material& material = prepared.scene.materials[mesh.material.value];
-  MeshShading m;
-  m.mesh = &mesh;
-  m.material = &material;
-  m.bsdf = prepared.bsdfs[mesh.material.value].get();
-  m.constant = {material.reflectance.value, material.roughness.value};
-  m.kind = m.bsdf->kind();
-  m.emits = material.emits();
-  m.textured = material.reflectance.texture.valid() || material.roughness.texture.valid();
-  m.interpolated = !mesh.normals.empty() || (m.textured && !mesh.uvs.empty());
+MeshShading mesh_shading(const PreparedScene& prepared, const Placement& placed) {
+  if (!placed.mesh) return {};
+  const Mesh& mesh = *placed.mesh;
+  MeshShading m{prepared.materials[placed.material.value], &mesh, placed.to_world, {}, false};
+  m.bends = m.bends && !mesh.uvs.empty();
+  m.interpolated =
+      !mesh.normals.empty() || (m.needs_uv() && !mesh.uvs.empty()) || !mesh.colors.empty();
+  if (placed.to_world) m.normals_to_world = placed.to_world->normals();
   return m;
 }
 
@@ -43,31 +60,93 @@ Result<std::shared_ptr<PreparedScene>> prepare(LoadedScene loaded, int build_thr
   }
   const Scene& scene = prepared->scene;
   prepared->bounds = scene.bounds();
-  prepared->ray_epsilon = ray_epsilon(prepared->bounds);
-  Result<std::unique_ptr<EmbreeScene>> accel = EmbreeScene::build(scene, build_threads);
+  prepared->ray_epsilon = ray_epsilon(*prepared);
+  for (const Material& material : scene.materials) {
+    prepared->bsdfs.push_back(make_bsdf(material));
+    prepared->materials.push_back(
+        material_shading(material, prepared->bsdfs.back().get(), prepared->materials));
+  }
+  if (Status s = prepared->textures.open(scene.textures); !s.ok()) return s.error();
+  for (const Placement& placed : scene.placements())
+    prepared->meshes.push_back(mesh_shading(*prepared, placed));
+  HitFilter filter;
+  filter.passes = [p = prepared.get()](const Ray& ray, const Hit& hit) {
+    return p->passes(ray, hit);
+  };
+  for (const MeshShading& mesh : prepared->meshes) filter.meshes.push_back(mesh.masked);
+  Result<std::unique_ptr<EmbreeScene>> accel = EmbreeScene::build(scene, build_threads, filter);
   if (!accel.ok()) return accel.error();
   prepared->accel = std::move(accel).value();
-  for (const Material& material : scene.materials) prepared->bsdfs.push_back(make_bsdf(material));
-  for (const Texture& texture : scene.textures) {
-    Result<int> handle = prepared->textures.open(texture.path, texture.srgb, texture.wrap);
-    if (!handle.ok()) return handle.error();
-    prepared->texture_handles.push_back(handle.value());
-  }
-  for (const Mesh& mesh : scene.meshes) prepared->meshes.push_back(mesh_shading(*prepared, mesh));
-  prepared->lights.build(scene, prepared->bounds);
+  prepared->lights.build(scene, prepared->bounds, prepared->textures);
   return prepared;
 }
 
 }  // namespace
 
-ShadingPoint PreparedScene::textured_point(const MeshShading& mesh, Vec2 uv) const {
-  ShadingPoint sp = mesh.constant;
-  const auto lookup = [&](TextureId id) { return textures.lookup(texture_handles[id.value], uv); };
-  const TextureId reflectance = mesh.material->reflectance.texture;
-  const TextureId roughness = mesh.material->roughness.texture;
-  if (reflectance.valid()) sp.reflectance *= lookup(reflectance);
-  if (roughness.valid()) sp.roughness *= lookup(roughness).r;
-  return sp;
+void PreparedScene::bend(const MaterialShading& material, const Hit& hit, Vec3 wo,
+                         SurfacePoint& surface) const {
+  const MeshShading& m = meshes[hit.mesh.value];
+  if (m.mesh->uvs.empty()) return;
+  surface.ns = bent_normal(textures, *material.material,
+                           triangle_edges(*m.mesh, m.to_world, hit.triangle), surface, wo);
+}
+
+float PreparedScene::opacity(const MaterialShading& material, TexturePoint uv) const {
+  if (!material.masked) return 1;
+  const Material& m = *material.material;
+  const float own = textures.opacity(m, uv);
+  if (!material.blends) return own;
+  return own * lerp(std::clamp(textures.number(m.blend_weight, uv), 0.0f, 1.0f),
+                    opacity(materials[m.first.value], uv), opacity(materials[m.second.value], uv));
+}
+
+const MaterialShading& PreparedScene::resolve(const MaterialShading& material, TexturePoint uv,
+                                              float u) const {
+  const MaterialShading* at = &material;
+  while (at->blends) {
+    const Material& m = *at->material;
+    const MaterialShading& first = materials[m.first.value];
+    const MaterialShading& second = materials[m.second.value];
+    float weight = std::clamp(textures.number(m.blend_weight, uv), 0.0f, 1.0f);
+    if (at->masked) {  // what lets more rays pass is met less often
+      const float b = weight * opacity(second, uv), a = (1 - weight) * opacity(first, uv);
+      weight = a + b > 0 ? b / (a + b) : weight;
+    }
+    const bool takes_second = u < weight;
+    u = takes_second ? u / weight : (u - weight) / (1 - weight);
+    at = takes_second ? &second : &first;
+  }
+  return *at;
+}
+
+Rgb PreparedScene::emission_at(MeshId mesh, uint32_t triangle, Vec2 barycentric) const {
+  const MeshShading& m = meshes[mesh.value];
+  SurfacePoint surface;
+  if (m.interpolated) interpolate_vertices(*m.mesh, triangle, barycentric, surface);
+  return textures.color(m.material->emission, surface.uv) * opacity(m, surface.uv);
+}
+
+float PreparedScene::uv_per_metre(const MeshShading& mesh, uint32_t triangle) {
+  if (mesh.mesh->uvs.empty()) return 0;
+  const TriangleEdges e = triangle_edges(*mesh.mesh, mesh.to_world, triangle);
+  const auto ratio2 = [](Vec2 uv, Vec3 edge) {
+    return (uv.x * uv.x + uv.y * uv.y) / std::max(dot(edge, edge), 1e-30f);
+  };
+  return std::sqrt(
+      std::min({ratio2(e.uv1, e.e1), ratio2(e.uv2, e.e2), ratio2(e.uv2 - e.uv1, e.e2 - e.e1)}));
+}
+
+bool PreparedScene::passes(const Ray& ray, const Hit& hit) const {
+  const MeshShading& m = meshes[hit.mesh.value];
+  SurfacePoint surface;
+  if (m.interpolated) interpolate_vertices(*m.mesh, hit.triangle, hit.barycentric, surface);
+  const float opacity = this->opacity(m, surface.uv);
+  if (opacity <= 0 || opacity >= 1) return opacity <= 0;
+  uint64_t key = static_cast<uint64_t>(hit.mesh.value) << 32 | hit.triangle;
+  for (int i = 0; i < 3; ++i)
+    key = hash_combine(key, static_cast<uint64_t>(std::bit_cast<uint32_t>(ray.o[i])) << 32 |
+                                std::bit_cast<uint32_t>(ray.d[i]));
+  return to_unit_float(static_cast<uint32_t>(key >> 32)) >= opacity;
 }
 
 GuideSetup PreparedScene::guide_setup(const RenderSettings& settings) const {

@@ -44,6 +44,7 @@ class CameraRays {
     const Vec3 offset = lens_x_ * lens.x + lens_y_ * lens.y;
     return {position_ + offset, normalize(d * focus_distance_ - offset)};
   }
+  float pixel_angle() const { return length(step_y_); }  // radians, in the picture's middle
   bool has_lens() const { return aperture_radius_ > 0; }
 
  private:

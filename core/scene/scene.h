@@ -4,16 +4,21 @@
 
 #include <array>
 #include <filesystem>
+#include <memory>
 #include <string>
 #include <vector>
 
+#include "core/base/byte_io.h"
 #include "core/base/ids.h"
 #include "core/base/sha256.h"
 #include "core/image/image.h"
 #include "core/image/texture_cache.h"
+#include "core/math/mat3.h"
 #include "core/math/ray.h"
 #include "core/scene/camera.h"
+#include "core/scene/light.h"
 #include "core/scene/material.h"
+#include "core/scene/transform.h"
 
 namespace qray {
 
@@ -22,23 +27,35 @@ struct Mesh {
   std::vector<Vec3> positions;
   std::vector<Vec3> normals;                       // per vertex, unit; empty: flat
   std::vector<Vec2> uvs;                           // per vertex; empty: (0, 0)
+  std::vector<Rgb> colors;                         // per vertex, times reflectance; empty: white
   std::vector<std::array<uint32_t, 3>> triangles;  // counter-clockwise seen from the front
   MaterialId material;
 };
 
-struct Texture {
-  std::filesystem::path path;  // absolute once loaded
-  bool srgb = true;            // display-encoded, as 8-bit colour pictures are
-  TextureWrap wrap = TextureWrap::kRepeat;
+// A mesh placed once more. A mesh that instances name is seen by these alone, any other where
+// its positions are. A mirroring map keeps fronts in front.
+struct Instance {
+  MeshId mesh;
+  Transform to_world;
+  MaterialId material;  // instead of the mesh's; none: the mesh's
 };
 
-// Light from infinitely far. The image is latitude-longitude: its top row is +y, its centre is -z
-// turned by `rotation_deg` about +y (counter-clockwise seen from above).
+// A mesh in the scene's space.
+struct Placement {
+  const Mesh* mesh;           // null: the mesh is seen by its instances alone
+  const Transform* to_world;  // null: as it is
+  MaterialId material;
+
+  Vec3 at(Vec3 p) const { return to_world ? to_world->point(p) : p; }
+};
+
+// Light from infinitely far. The image is latitude-longitude: its top row is +y, its centre is -z,
+// turned by `to_world`.
 struct Environment {
   Rgb radiance;  // constant, or the image's factor
   Image image;   // 3 channels, linear; empty: constant
   std::filesystem::path image_path;
-  float rotation_deg = 0;
+  Mat3 to_world;  // of the image's directions: a rotation, perhaps with a mirroring
 
   bool present() const { return max_component(radiance) > 0; }
 };
@@ -55,23 +72,18 @@ struct Scene {
   std::vector<Mesh> meshes;
   std::vector<Material> materials;
   std::vector<Texture> textures;
+  std::vector<Instance> instances;
+  std::vector<PunctualLight> lights;
   Environment environment;
   Camera camera;
   int width = 512, height = 512;  // the scene's customary picture size, pixels
   int max_depth = 16;             // surfaces on a path, at most
 
-  size_t triangle_count() const {
-    size_t count = 0;
-    for (const Mesh& mesh : meshes) count += mesh.triangles.size();
-    return count;
-  }
-  Bounds3 bounds() const {
-    Bounds3 box;
-    for (const Mesh& mesh : meshes)
-      for (const auto& tri : mesh.triangles)
-        for (uint32_t v : tri) box.add(mesh.positions[v]);
-    return box;
-  }
+  // By the index that hits tell: the meshes, then the instances.
+  std::vector<Placement> placements() const;
+  size_t triangle_count() const;         // as stored
+  size_t placed_triangle_count() const;  // as seen
+  Bounds3 bounds() const;                // an instance's: of its mesh's box
 };
 
 }  // namespace qray

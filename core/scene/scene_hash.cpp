@@ -29,6 +29,10 @@ class HashWriter {
     chunk_.f32(v == 0 ? 0.0f : v);  // -0 and 0 are the same scene
     flush_if_full();
   }
+  void f64(double v) {
+    chunk_.f64(v == 0 ? 0.0 : v);
+    flush_if_full();
+  }
   void rgb(Rgb v) {
     for (int i = 0; i < 3; ++i) f32(v[i]);
   }
@@ -53,7 +57,7 @@ class HashWriter {
 };
 
 Digest hash_geometry(const Scene& scene) {
-  HashWriter out("qray geometry 1");
+  HashWriter out("qray geometry 2");
   out.u64(scene.meshes.size());
   for (const Mesh& mesh : scene.meshes) {
     out.u32(mesh.material.value);
@@ -70,6 +74,13 @@ Digest hash_geometry(const Scene& scene) {
     for (const auto& tri : mesh.triangles)
       for (const uint32_t v : tri) out.u32(v);
   }
+  out.u64(scene.instances.size());
+  for (const Instance& instance : scene.instances) {
+    out.u32(instance.mesh.value);
+    out.u32(instance.material.value);
+    for (const auto& row : instance.to_world.rows)
+      for (const double v : row) out.f64(v);
+  }
   return out.finish();
 }
 
@@ -77,51 +88,106 @@ Digest hash_geometry(const Scene& scene) {
 Result<std::vector<Digest>> hash_textures(const Scene& scene) {
   std::vector<Digest> digests;
   for (const Texture& texture : scene.textures) {
-    const Result<Bytes> bytes = read_file(texture.path, kMaxTextureBytes);
-    if (!bytes.ok()) return bytes.error();
-    HashWriter out("qray texture 1");
-    out.digest(sha256(bytes.value()));
+    HashWriter out("qray texture 2");
+    if (texture.bytes) {
+      out.digest(sha256(*texture.bytes));
+    } else {
+      const Result<Bytes> bytes = read_file(texture.path, kMaxTextureBytes);
+      if (!bytes.ok()) return bytes.error();
+      out.digest(sha256(bytes.value()));
+    }
     out.u8(texture.srgb ? 1 : 0);
-    out.u8(static_cast<uint8_t>(texture.wrap));
+    out.u8(static_cast<uint8_t>(texture.wrap_u));
+    out.u8(static_cast<uint8_t>(texture.wrap_v));
+    out.u8(texture.nearest ? 1 : 0);
+    for (const auto& row : {texture.uv_transform.u, texture.uv_transform.v})
+      for (const float v : row) out.f32(v);
     digests.push_back(out.finish());
   }
   return digests;
 }
 
+// Parameters of materials; textures by what they show.
+class MaterialHash {
+ public:
+  MaterialHash(HashWriter& out, const std::vector<Digest>& textures)
+      : out_(out), textures_(textures) {}
+
+  void texture(TextureId id) {
+    out_.u8(id.valid() ? 1 : 0);
+    if (id.valid()) out_.digest(textures_[id.value]);
+  }
+  void color(const ColorParam& param) {
+    out_.rgb(param.value);
+    texture(param.texture);
+  }
+  void number(const FloatParam& param) {
+    out_.f32(param.value);
+    texture(param.texture);
+    out_.u8(static_cast<uint8_t>(param.channel));
+  }
+
+ private:
+  HashWriter& out_;
+  const std::vector<Digest>& textures_;
+};
+
 Digest hash_materials(const Scene& scene, const std::vector<Digest>& textures) {
-  HashWriter out("qray materials 1");
-  const auto texture = [&](TextureId id) {
-    out.u8(id.valid() ? 1 : 0);
-    if (id.valid()) out.digest(textures[id.value]);
-  };
+  HashWriter out("qray materials 2");
+  MaterialHash add(out, textures);
   out.u64(scene.materials.size());
   for (const Material& m : scene.materials) {
     out.u8(static_cast<uint8_t>(m.kind));
-    out.rgb(m.reflectance.value);
-    texture(m.reflectance.texture);
-    out.f32(m.roughness.value);
-    texture(m.roughness.texture);
+    add.color(m.reflectance);
+    add.number(m.roughness);
     out.rgb(m.eta);
     out.rgb(m.k);
     out.f32(m.ior);
-    out.rgb(m.specular);
+    add.color(m.specular);
+    out.rgb(m.absorption);
+    for (const FloatParam& param : {m.metallic, m.transmission, m.clearcoat, m.clearcoat_roughness,
+                                    m.specular_weight, m.blend_weight, m.opacity, m.bump_map})
+      add.number(param);
+    out.u32(m.first.value);
+    out.u32(m.second.value);
+    out.f32(m.alpha_cutoff);
+    add.texture(m.normal_map);
+    out.f32(m.normal_scale);
+    for (const bool flag : {m.nonlinear, m.thin, m.two_sided}) out.u8(flag ? 1 : 0);
+  }
+  for (size_t m = 0; m < scene.meshes.size(); ++m) {
+    if (scene.meshes[m].colors.empty()) continue;
+    out.u64(m);
+    out.u64(scene.meshes[m].colors.size());
+    for (const Rgb color : scene.meshes[m].colors) out.rgb(color);
   }
   return out.finish();
 }
 
-Digest hash_lights(const Scene& scene) {
-  HashWriter out("qray lights 1");
+Digest hash_lights(const Scene& scene, const std::vector<Digest>& textures) {
+  HashWriter out("qray lights 2");
+  MaterialHash add(out, textures);
   out.u64(scene.materials.size());
   for (const Material& m : scene.materials) {
-    out.rgb(m.emission);
+    add.color(m.emission);
     out.u8(m.emission_two_sided ? 1 : 0);
   }
   const Environment& environment = scene.environment;
   out.rgb(environment.radiance);
-  out.f32(environment.rotation_deg);
+  for (const Vec3 row : environment.to_world.rows) out.vec3(row);
   out.u32(static_cast<uint32_t>(environment.image.width()));
   out.u32(static_cast<uint32_t>(environment.image.height()));
   for (const float v : environment.image.data()) out.f32(v);
+  out.u64(scene.lights.size());
+  for (const PunctualLight& light : scene.lights) {
+    out.u8(static_cast<uint8_t>(light.kind));
+    out.rgb(light.intensity);
+    out.vec3(light.position);
+    out.vec3(light.direction);
+    out.f32(light.inner_rad);
+    out.f32(light.outer_rad);
+    out.u8(static_cast<uint8_t>(light.falloff));
+  }
   return out.finish();
 }
 
@@ -137,7 +203,7 @@ Result<SceneHash> hash_scene(const Scene& scene) {
   const Result<std::vector<Digest>> textures = hash_textures(scene);
   if (!textures.ok()) return textures.error();
   return SceneHash{hash_geometry(scene), hash_materials(scene, textures.value()),
-                   hash_lights(scene)};
+                   hash_lights(scene, textures.value())};
 }
 
 }  // namespace qray

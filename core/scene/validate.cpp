@@ -7,6 +7,9 @@ namespace {
 
 constexpr float kMaxCoordinate = 1e6f;  // metres: a float still resolves 6 cm there
 constexpr float kMaxRadiance = 1e12f;   // the sun's disk: about 2e7; squares stay below 1e38
+constexpr float kMaxAbsorption = 1e6f;  // 1/m
+constexpr float kMaxSpecular = 1000;    // principled: what brings the least F0 to 1
+constexpr float kMaxSlope = 1000;       // of normal and bump maps
 constexpr float kMaxIndex = 20;         // of eta and k, real metals stay below 12
 constexpr int kMaxDepth = 128;
 
@@ -43,15 +46,57 @@ Status check_texture(const std::string& place, TextureId id, size_t count) {
   return wrong(place, "a texture below " + std::to_string(count), std::to_string(id.value));
 }
 
-Status check_material(const Material& m, const std::string& at, size_t texture_count) {
+Status check_param(const std::string& place, const ColorParam& param, float hi, size_t textures) {
+  const Status status = check_range(place, param.value, 0, hi);
+  return status.ok() ? check_texture(place, param.texture, textures) : status;
+}
+Status check_param(const std::string& place, const FloatParam& param, size_t textures, float lo = 0,
+                   float hi = 1) {
+  if (param.channel < 0 || param.channel > 3)
+    return wrong(place, "a channel of 0..3", std::to_string(param.channel));
+  const Status status = check_range(place, param.value, lo, hi);
+  return status.ok() ? check_texture(place, param.texture, textures) : status;
+}
+
+// A blend's parts come before it, so that no blend is part of itself.
+Status check_blend(const Material& m, const std::string& at, size_t index) {
+  if (m.kind != MaterialKind::kBlend) return {};
+  const struct {
+    const char* name;
+    MaterialId id;
+  } parts[] = {{"/first", m.first}, {"/second", m.second}};
+  for (const auto& part : parts) {
+    if (part.id.value < index) continue;
+    return wrong(at + part.name, "a material before this one",
+                 part.id.valid() ? std::to_string(part.id.value) : "none");
+  }
+  return {};
+}
+
+Status check_material(const Material& m, size_t index, size_t textures) {
+  const std::string at = "/materials/" + std::to_string(index);
+  const float specular = m.kind == MaterialKind::kPrincipled ? kMaxSpecular : 1;
   for (const Status& status :
-       {check_range(at + "/reflectance", m.reflectance.value, 0, 1),
-        check_texture(at + "/reflectance", m.reflectance.texture, texture_count),
-        check_range(at + "/roughness", m.roughness.value, 0, 1),
-        check_texture(at + "/roughness", m.roughness.texture, texture_count),
-        check_range(at + "/eta", m.eta, 0, kMaxIndex), check_range(at + "/k", m.k, 0, kMaxIndex),
-        check_range(at + "/ior", m.ior, 1, 4), check_range(at + "/specular", m.specular, 0, 1),
-        check_range(at + "/emission", m.emission, 0, kMaxRadiance)}) {
+       {check_param(at + "/reflectance", m.reflectance, 1, textures),
+        check_param(at + "/roughness", m.roughness, textures),
+        check_range(at + "/eta", m.eta, 0, kMaxIndex),
+        check_range(at + "/k", m.k, 0, kMaxIndex),
+        check_range(at + "/ior", m.ior, 1, 4),
+        check_param(at + "/specular", m.specular, specular, textures),
+        check_range(at + "/absorption", m.absorption, 0, kMaxAbsorption),
+        check_param(at + "/metallic", m.metallic, textures),
+        check_param(at + "/transmission", m.transmission, textures),
+        check_param(at + "/clearcoat", m.clearcoat, textures),
+        check_param(at + "/clearcoat_roughness", m.clearcoat_roughness, textures),
+        check_param(at + "/specular_weight", m.specular_weight, textures),
+        check_blend(m, at, index),
+        check_param(at + "/weight", m.blend_weight, textures),
+        check_param(at + "/opacity", m.opacity, textures),
+        check_range(at + "/alpha_cutoff", m.alpha_cutoff, 0, 1),
+        check_texture(at + "/normal_map", m.normal_map, textures),
+        check_range(at + "/normal_map/scale", m.normal_scale, -kMaxSlope, kMaxSlope),
+        check_param(at + "/bump_map", m.bump_map, textures, -kMaxSlope, kMaxSlope),
+        check_param(at + "/emission", m.emission, kMaxRadiance, textures)}) {
     if (!status.ok()) return status;
   }
   return {};
@@ -70,7 +115,8 @@ Status check_mesh(const Mesh& mesh, const std::string& at, size_t material_count
   }
   const size_t vertex_count = mesh.positions.size();
   for (const Status& status : {check_count(at + "/normals", mesh.normals.size(), vertex_count),
-                               check_count(at + "/uvs", mesh.uvs.size(), vertex_count)}) {
+                               check_count(at + "/uvs", mesh.uvs.size(), vertex_count),
+                               check_count(at + "/colors", mesh.colors.size(), vertex_count)}) {
     if (!status.ok()) return status;
   }
   const auto item = [&at](const char* list, size_t i) {
@@ -89,6 +135,10 @@ Status check_mesh(const Mesh& mesh, const std::string& at, size_t material_count
     const Vec3 uv{mesh.uvs[i].x, mesh.uvs[i].y, 0};
     if (!is_coordinate(uv)) return wrong(item("uvs", i), "numbers within 1e6", show(uv));
   }
+  for (size_t i = 0; i < mesh.colors.size(); ++i) {
+    if (!in_range(mesh.colors[i], 0, 1))
+      return wrong(item("colors", i), "0..1", show(mesh.colors[i]));
+  }
   for (size_t i = 0; i < mesh.triangles.size(); ++i) {
     for (const uint32_t v : mesh.triangles[i]) {
       if (v >= vertex_count) {
@@ -103,8 +153,14 @@ Status check_mesh(const Mesh& mesh, const std::string& at, size_t material_count
 Status check_environment(const Environment& environment) {
   const std::string at = "/environment";
   Status status = check_range(at + "/radiance", environment.radiance, 0, kMaxRadiance);
-  if (status.ok()) status = check_range(at + "/rotation_deg", environment.rotation_deg, -360, 360);
   if (!status.ok()) return status;
+  const Mat3& m = environment.to_world;
+  for (int i = 0; i < 9; ++i) {
+    const size_t row = static_cast<size_t>(i / 3), other = static_cast<size_t>(i % 3);
+    if (!(std::abs(dot(m.rows[row], m.rows[other]) - (row == other ? 1.0f : 0.0f)) < 1e-3f))
+      return wrong(at + "/to_world", "a rotation",
+                   show(m.rows[row]) + " in row " + std::to_string(row));
+  }
   const Image& image = environment.image;
   if (image.empty()) return {};
   if (image.channels() != 3)
@@ -116,6 +172,61 @@ Status check_environment(const Environment& environment) {
                    show(image.rgb(x, y)) + " at pixel (" + std::to_string(x) + ", " +
                        std::to_string(y) + ")");
     }
+  }
+  return {};
+}
+
+Status check_light(const PunctualLight& light, const std::string& at) {
+  const bool directional = light.kind == LightKind::kDirectional;
+  const Status status = check_range(at + (directional ? "/irradiance" : "/intensity"),
+                                    light.intensity, 0, kMaxRadiance);
+  if (!status.ok()) return status;
+  if (!directional && !is_coordinate(light.position))
+    return wrong(at + "/position", "numbers within 1e6 m", show(light.position));
+  if (light.kind == LightKind::kPoint) return {};
+  if (!in_range(length(light.direction), 0.999f, 1.001f))
+    return wrong(at + "/direction", "a unit vector", show(light.direction));
+  if (directional) return {};
+  if (!(light.outer_rad > 0 && light.outer_rad <= kPi * 1.0001f))
+    return wrong(at + "/outer_deg", "more than 0, at most 180 degrees",
+                 show(light.outer_rad) + " radians");
+  if (!(light.inner_rad >= 0 && light.inner_rad <= light.outer_rad))
+    return wrong(at + "/inner_deg", "0 to the outer angle", show(light.inner_rad) + " radians");
+  return {};
+}
+
+Status check_instance(const Instance& instance, const std::string& at, const Scene& scene,
+                      const std::vector<Bounds3>& boxes) {
+  if (instance.mesh.value >= scene.meshes.size()) {
+    return wrong(at + "/mesh", "a mesh below " + std::to_string(scene.meshes.size()),
+                 instance.mesh.valid() ? std::to_string(instance.mesh.value) : "none");
+  }
+  if (instance.material.valid() && instance.material.value >= scene.materials.size()) {
+    return wrong(at + "/material", "a material below " + std::to_string(scene.materials.size()),
+                 std::to_string(instance.material.value));
+  }
+  const double determinant = instance.to_world.determinant();
+  if (!(std::abs(determinant) > 1e-20 && std::isfinite(determinant)))
+    return wrong(at + "/transform", "a map that keeps volume", "one that is flat or not finite");
+  const Bounds3& box = boxes[instance.mesh.value];
+  for (int i = 0; i < 8 && !box.empty(); ++i) {
+    const Vec3 corner = instance.to_world.point(
+        {i & 1 ? box.hi.x : box.lo.x, i & 2 ? box.hi.y : box.lo.y, i & 4 ? box.hi.z : box.lo.z});
+    if (!is_coordinate(corner))
+      return wrong(at + "/transform", "a place within 1e6 m", show(corner));
+  }
+  return {};
+}
+
+Status check_instances(const Scene& scene) {
+  if (scene.instances.empty()) return {};
+  std::vector<Bounds3> boxes(scene.meshes.size());
+  for (size_t m = 0; m < scene.meshes.size(); ++m)
+    for (const Vec3 p : scene.meshes[m].positions) boxes[m].add(p);
+  for (size_t i = 0; i < scene.instances.size(); ++i) {
+    const Status status =
+        check_instance(scene.instances[i], "/instances/" + std::to_string(i), scene, boxes);
+    if (!status.ok()) return status;
   }
   return {};
 }
@@ -144,6 +255,14 @@ Status check_counts(const Scene& scene, const SceneLimits& limits) {
     return wrong("/materials", "at most " + std::to_string(limits.max_materials),
                  std::to_string(scene.materials.size()), ErrorCode::kTooLarge);
   }
+  if (scene.lights.size() > limits.max_lights) {
+    return wrong("/lights", "at most " + std::to_string(limits.max_lights),
+                 std::to_string(scene.lights.size()), ErrorCode::kTooLarge);
+  }
+  if (scene.instances.size() > limits.max_instances) {
+    return wrong("/instances", "at most " + std::to_string(limits.max_instances),
+                 std::to_string(scene.instances.size()), ErrorCode::kTooLarge);
+  }
   const size_t triangles = scene.triangle_count();
   if (triangles > limits.max_triangles) {
     return wrong("/meshes", "at most " + std::to_string(limits.max_triangles) + " triangles",
@@ -161,6 +280,17 @@ size_t drop_degenerate(Mesh& mesh) {
     const Vec3 n = cross(mesh.positions[tri[1]] - p, mesh.positions[tri[2]] - p);
     return !(length(n) > kMinDoubleArea);
   });
+}
+
+// Their instances too.
+void drop_empty_meshes(Scene& scene) {
+  std::vector<MeshId> kept(scene.meshes.size());
+  uint32_t count = 0;
+  for (size_t m = 0; m < scene.meshes.size(); ++m)
+    if (!scene.meshes[m].triangles.empty()) kept[m] = MeshId(count++);
+  for (Instance& instance : scene.instances) instance.mesh = kept[instance.mesh.value];
+  std::erase_if(scene.instances, [](const Instance& instance) { return !instance.mesh.valid(); });
+  std::erase_if(scene.meshes, [](const Mesh& mesh) { return mesh.triangles.empty(); });
 }
 
 }  // namespace
@@ -198,8 +328,20 @@ Result<ValidateReport> validate(Scene& scene, const SceneLimits& limits) {
     if (!status.ok()) return status.error();
   }
   for (size_t i = 0; i < scene.materials.size(); ++i) {
-    const Status status = check_material(scene.materials[i], "/materials/" + std::to_string(i),
-                                         scene.textures.size());
+    const Status status = check_material(scene.materials[i], i, scene.textures.size());
+    if (!status.ok()) return status.error();
+  }
+  for (size_t i = 0; i < scene.textures.size(); ++i) {
+    const UvTransform& t = scene.textures[i].uv_transform;
+    for (const float v : {t.u[0], t.u[1], t.u[2], t.v[0], t.v[1], t.v[2]}) {
+      if (!in_range(v, -kMaxCoordinate, kMaxCoordinate)) {
+        return wrong("/textures/" + std::to_string(i) + "/uv_transform", "numbers within 1e6",
+                     show(v));
+      }
+    }
+  }
+  for (size_t i = 0; i < scene.lights.size(); ++i) {
+    const Status status = check_light(scene.lights[i], "/lights/" + std::to_string(i));
     if (!status.ok()) return status.error();
   }
   for (size_t i = 0; i < scene.meshes.size(); ++i) {
@@ -207,9 +349,10 @@ Result<ValidateReport> validate(Scene& scene, const SceneLimits& limits) {
         check_mesh(scene.meshes[i], "/meshes/" + std::to_string(i), scene.materials.size());
     if (!status.ok()) return status.error();
   }
+  if (const Status status = check_instances(scene); !status.ok()) return status.error();
   ValidateReport report;
   for (Mesh& mesh : scene.meshes) report.dropped_triangles += drop_degenerate(mesh);
-  std::erase_if(scene.meshes, [](const Mesh& mesh) { return mesh.triangles.empty(); });
+  drop_empty_meshes(scene);
   if (scene.meshes.empty())
     return Error{ErrorCode::kInvalid, "expected at least one triangle with an area", "/meshes"};
   return report;

@@ -1,6 +1,8 @@
 // How much light a Bsdf sends back, and that it does so alike both ways.
 #include <gtest/gtest.h>
 
+#include "core/bsdf/fresnel.h"
+#include "core/bsdf/ggx.h"
 #include "tests/support/bsdf_cases.h"
 #include "tests/support/random.h"
 #include "tests/support/stats.h"
@@ -18,7 +20,8 @@ test::Moments mean_weight(const test::BsdfCase& c, Vec3 wo, uint64_t seed, bool 
     const float u_lobe = random.next();
     const auto s = c.bsdf->sample(c.point, wo, u_lobe, random.next_2d());
     double weight = s ? s->weight.g : 0.0;
-    if (flux && s && s->wi.z * wo.z < 0)
+    if (flux && s && s->wi.z * wo.z < 0 && c.material.kind != MaterialKind::kThinDielectric &&
+        !c.material.thin)
       weight *= wo.z > 0 ? sqr(c.material.ior) : 1 / sqr(c.material.ior);
     mean.add(weight);
   }
@@ -34,8 +37,9 @@ Material white(MaterialKind kind, float roughness, float ior = 1.5f) {
 }
 
 TEST(BsdfEnergy, NoSurfaceMakesLight) {
-  for (const MaterialKind kind : {MaterialKind::kDiffuse, MaterialKind::kConductor,
-                                  MaterialKind::kDielectric, MaterialKind::kPlastic})
+  for (const MaterialKind kind :
+       {MaterialKind::kDiffuse, MaterialKind::kConductor, MaterialKind::kDielectric,
+        MaterialKind::kThinDielectric, MaterialKind::kPlastic, MaterialKind::kPrincipled})
     for (const float roughness : {0.0f, 0.05f, 0.2f, 0.5f, 1.0f}) {
       const test::BsdfCase c = test::make_case("", white(kind, roughness));
       uint64_t seed = 1;
@@ -45,6 +49,149 @@ TEST(BsdfEnergy, NoSurfaceMakesLight) {
             << static_cast<int>(kind) << " roughness " << roughness << " from " << test::text(wo);
       }
     }
+}
+
+// Every mixture of the principled kind's layers, white, from all sides.
+TEST(BsdfEnergy, NoPrincipledSurfaceMakesLight) {
+  int seed = 1;
+  for (const float roughness : {0.0f, 0.15f, 0.5f, 1.0f})
+    for (const float metallic : {0.0f, 0.5f, 1.0f})
+      for (const float transmission : {0.0f, 0.5f, 1.0f})
+        for (const float clearcoat : {0.0f, 1.0f})
+          for (const bool thin : {false, true}) {
+            Material m = white(MaterialKind::kPrincipled, roughness);
+            m.metallic.value = metallic;
+            m.transmission.value = transmission;
+            m.clearcoat.value = clearcoat;
+            m.clearcoat_roughness.value = seed % 2 == 0 ? 0.0f : 0.3f;
+            m.specular.value = Rgb{seed % 3 == 0 ? 20.0f : 1.0f};
+            m.thin = thin;
+            const test::BsdfCase c = test::make_case("", m);
+            for (const Vec3 wo : {test::direction(20, 50), test::direction(85, 10),
+                                  test::direction(140, 70), test::direction(94, 120)}) {
+              const test::Moments mean = mean_weight(c, wo, static_cast<uint64_t>(seed++), true);
+              EXPECT_LE(mean.mean(), 1 + 5 * mean.standard_error() + 2e-3)
+                  << "roughness " << roughness << " metallic " << metallic << " transmission "
+                  << transmission << " clearcoat " << clearcoat << " roughness "
+                  << m.clearcoat_roughness.value << " thin " << thin << " from " << test::text(wo);
+            }
+          }
+}
+
+TEST(BsdfEnergy, WhitePrincipledDielectricKeepsAll) {
+  for (const float roughness : {0.0f, 0.1f, 0.4f, 1.0f})
+    for (const float ior : {1.2f, 1.5f, 2.0f}) {
+      const test::BsdfCase c =
+          test::make_case("", white(MaterialKind::kPrincipled, roughness, ior));
+      uint64_t seed = 1;
+      for (const Vec3 wo : test::eye_directions()) {
+        const test::Moments mean = mean_weight(c, wo, seed++);
+        EXPECT_NEAR(mean.mean(), 1, 4 * mean.standard_error() + 4e-3)
+            << "roughness " << roughness << " ior " << ior << " from " << test::text(wo);
+      }
+    }
+  for (const bool thin : {false, true}) {
+    Material m = white(MaterialKind::kPrincipled, 0);
+    m.transmission.value = 1;
+    m.thin = thin;
+    const test::BsdfCase c = test::make_case("", m);
+    for (const Vec3 wo : test::eye_directions())
+      EXPECT_NEAR(mean_weight(c, wo, 5, /*flux=*/true).mean(), 1, 2e-3)
+          << (thin ? "thin" : "solid") << " from " << test::text(wo);
+  }
+}
+
+TEST(BsdfEnergy, PlasticThatIsNotNonlinearIsAsBrightAsItsBase) {
+  // Under a field of light the base gives rho of what passes the coat, whatever rho.
+  for (const float roughness : {0.0f, 0.3f, 0.8f})
+    for (const float rho : {0.2f, 0.8f}) {
+      Material m = white(MaterialKind::kPlastic, roughness);
+      m.nonlinear = false;
+      m.reflectance.value = Rgb{rho};
+      const test::BsdfCase c = test::make_case("", m);
+      m.reflectance.value = Rgb{0.0f};
+      const test::BsdfCase coat = test::make_case("", m);
+      for (const Vec3 wo : {test::direction(10, 0), test::direction(60, 200)}) {
+        const test::Moments mean = mean_weight(c, wo, 7);
+        const double passed = 1 - static_cast<double>(coat.bsdf->albedo(coat.point, wo).g);
+        const double base = mean.mean() - (1 - passed);
+        EXPECT_NEAR(base, static_cast<double>(rho) * passed, 4 * mean.standard_error() + 4e-3)
+            << roughness << " " << rho;
+      }
+    }
+}
+
+// Share of light from wo that one meeting with a GGX boundary of index `eta` sends back, or
+// through.
+double once(float cos_o, float eta, const Ggx& ggx, bool through) {
+  test::Random random(1);
+  const Vec3 wo{std::sqrt(1 - cos_o * cos_o), 0, cos_o};
+  test::Moments mean;
+  for (int i = 0; i < 20'000; ++i) {
+    const Vec3 h = ggx.sample_visible(wo, random.next_2d());
+    const float cosine = dot(wo, h);
+    const DielectricFresnel f = fresnel_dielectric(cosine, eta);
+    const Vec3 wi = through ? h * (cosine / eta - f.cos_t) - wo / eta : reflect(wo, h);
+    const float share = through ? 1 - f.reflectance : f.reflectance;
+    mean.add(through == (wi.z < 0) ? share * ggx.g2_over_g1(wo, wi) : 0.0f);
+  }
+  return mean.mean();
+}
+
+TEST(BsdfEnergy, RoughPlasticIsBrighterThanMitsubas) {
+  // The figures of core/bsdf/README.md. Mitsuba's base: T(wo) T(wi) rho / (n^2 (1 - x R_in) pi), x
+  // being rho or, not nonlinear, 1; T and R_in of a boundary that light meets once.
+  constexpr float kIor = 1.49f, kRho = 0.5f;
+  const struct {
+    float alpha;
+    double nonlinear, linear;
+  } cases[] = {{0.1f, 0.98, 0.93}, {0.3f, 0.88, 0.72}, {0.5f, 0.79, 0.58}};
+  for (const auto& c : cases) {
+    const Ggx ggx(std::sqrt(c.alpha));
+    double returned = 0;
+    for (int i = 0; i < 100; ++i) {
+      const float mu = (static_cast<float>(i) + 0.5f) / 100;
+      returned += 2 * once(mu, 1 / kIor, ggx, false) * static_cast<double>(mu) / 100;
+    }
+    const double passed = once(1, kIor, ggx, true);
+    for (const bool nonlinear : {true, false}) {
+      Material m = test::material_of(MaterialKind::kPlastic, std::sqrt(c.alpha), kIor);
+      m.nonlinear = nonlinear;
+      m.reflectance.value = Rgb{kRho};
+      m.specular.value = {};
+      const test::BsdfCase plastic = test::make_case("", m);
+      const double ours =
+          static_cast<double>(plastic.bsdf->eval(plastic.point, {0, 0, 1}, {0, 0, 1}).f_cos.g) *
+          static_cast<double>(kPi);
+      const double x = nonlinear ? static_cast<double>(kRho) : 1.0;
+      const double mitsubas = passed * passed * static_cast<double>(kRho) /
+                              (static_cast<double>(kIor * kIor) * (1 - x * returned));
+      EXPECT_NEAR(mitsubas / ours, nonlinear ? c.nonlinear : c.linear, 0.007)
+          << c.alpha << (nonlinear ? " nonlinear" : "");
+    }
+  }
+}
+
+TEST(BsdfEnergy, PaneReflectsAsASlab) {
+  // Stokes: of index n straight on, one face sends back R = ((n - 1) / (n + 1))^2, both 2 R / (1 +
+  // R).
+  for (const float ior : {1.2f, 1.5f, 2.4f}) {
+    const test::BsdfCase c = test::make_case("", white(MaterialKind::kThinDielectric, 0, ior));
+    test::Random random(3);
+    int back = 0;
+    for (int i = 0; i < kSamples; ++i) {
+      const auto s = c.bsdf->sample(c.point, {0, 0, 1}, random.next(), {});
+      ASSERT_TRUE(s && s->delta);
+      if (s->wi.z > 0)
+        ++back;
+      else
+        EXPECT_EQ(s->wi, (Vec3{0, 0, -1}));
+    }
+    const double n = static_cast<double>(ior), r = std::pow((n - 1) / (n + 1), 2);
+    const double expected = 2 * r / (1 + r);
+    EXPECT_NEAR(back / double{kSamples}, expected,
+                5 * std::sqrt(expected * (1 - expected) / kSamples));
+  }
 }
 
 TEST(BsdfEnergy, WhitePlasticReflectsAll) {
@@ -94,10 +241,12 @@ TEST(BsdfEnergy, LosslessMetalLosesOnlyWhatOneBounceMisses) {
 
 TEST(BsdfEnergy, SmoothGlassAndLosslessMirrorKeepAll) {
   for (const float ior : {1.0f, 1.05f, 1.5f, 2.4f}) {
-    const test::BsdfCase glass = test::make_case("", white(MaterialKind::kDielectric, 0, ior));
-    for (const Vec3 wo : test::eye_directions())
-      EXPECT_NEAR(mean_weight(glass, wo, 5, /*flux=*/true).mean(), 1, 1e-5)
-          << ior << " " << test::text(wo);
+    for (const MaterialKind kind : {MaterialKind::kDielectric, MaterialKind::kThinDielectric}) {
+      const test::BsdfCase glass = test::make_case("", white(kind, 0, ior));
+      for (const Vec3 wo : test::eye_directions())
+        EXPECT_NEAR(mean_weight(glass, wo, 5, /*flux=*/true).mean(), 1, 1e-5)
+            << ior << " " << test::text(wo);
+    }
   }
   const test::BsdfCase mirror = test::make_case("", white(MaterialKind::kConductor, 0));
   for (const Vec3 wo : test::eye_directions())
@@ -138,19 +287,23 @@ TEST(BsdfEnergy, OpaqueKindsAndReflectionAreReciprocal) {
 TEST(BsdfEnergy, RefractionIsReciprocalUpToTheIndexSquared) {
   // Veach 1997, eq. 5.14: f(wi -> wo) / n_wo^2 is the same both ways.
   test::Random random(12);
-  const test::BsdfCase c = test::make_case("", test::material_of(MaterialKind::kDielectric, 0.6f));
-  int lit = 0;
-  for (int i = 0; i < 20'000; ++i) {
-    const float u_lobe = random.next();
-    const Vec3 wo = test::direction(85 * random.next(), 360 * random.next());
-    const auto s = c.bsdf->sample(c.point, wo, u_lobe, random.next_2d());
-    if (!s || s->wi.z > -0.02f) continue;
-    ++lit;
-    const float down = c.bsdf->eval(c.point, wo, s->wi).f_cos.g / -s->wi.z;
-    const float up = c.bsdf->eval(c.point, s->wi, wo).f_cos.g / wo.z;
-    EXPECT_NEAR(up / down, 1.5f * 1.5f, 0.01f) << test::text(wo) << test::text(s->wi);
+  Material principled = test::material_of(MaterialKind::kPrincipled, 0.6f);
+  principled.transmission.value = 1;
+  for (const Material& m : {test::material_of(MaterialKind::kDielectric, 0.6f), principled}) {
+    const test::BsdfCase c = test::make_case("", m);
+    int lit = 0;
+    for (int i = 0; i < 20'000; ++i) {
+      const float u_lobe = random.next();
+      const Vec3 wo = test::direction(85 * random.next(), 360 * random.next());
+      const auto s = c.bsdf->sample(c.point, wo, u_lobe, random.next_2d());
+      if (!s || s->wi.z > -0.02f) continue;
+      ++lit;
+      const float down = c.bsdf->eval(c.point, wo, s->wi).f_cos.g / -s->wi.z;
+      const float up = c.bsdf->eval(c.point, s->wi, wo).f_cos.g / wo.z;
+      EXPECT_NEAR(up / down, 1.5f * 1.5f, 0.01f) << test::text(wo) << test::text(s->wi);
+    }
+    EXPECT_GT(lit, 5000);
   }
-  EXPECT_GT(lit, 5000);
 }
 
 }  // namespace

@@ -35,7 +35,9 @@ TEST(JsonScene, ReadsEveryFieldWhereItBelongs) {
           R"("name": "n", "size": [64, 48], "max_depth": 7,
          "camera": {"position": [1, 2, 3], "target": [0, 0, 0], "up": [0, 0, 1],
                     "vertical_fov_deg": 33, "aperture_radius": 0.5, "focus_distance": 4})",
-          R"("textures": [{"name": "t", "path": "t.png", "srgb": false, "wrap": "clamp"}],
+          R"("textures": [{"name": "t", "path": "t.png", "srgb": false, "wrap": "clamp"},
+                           {"name": "w", "path": "t.png", "wrap": ["clamp", "mirror"],
+                            "nearest": true, "uv_transform": [1, 2, 3, 4, 5, 6]}],
          "materials": [
            {"name": "d", "type": "diffuse", "reflectance": {"texture": "t", "scale": 0.5},
             "emission": [1, 2, 3], "emission_two_sided": true},
@@ -45,9 +47,15 @@ TEST(JsonScene, ReadsEveryFieldWhereItBelongs) {
            {"name": "p", "type": "plastic", "reflectance": [0.1, 0.2, 0.3],
             "roughness": {"texture": "t"}}])",
           R"("environment": {"radiance": 2, "rotation_deg": 30},
+         "lights": [{"type": "point", "position": [1, 2, 3], "intensity": 4},
+                    {"type": "spot", "position": [1, 2, 4], "direction": [0, -2, 0],
+                     "intensity": [1, 2, 3], "inner_deg": 45, "outer_deg": 90,
+                     "falloff": "linear_angle"},
+                    {"type": "directional", "direction": [0, 0, 3], "irradiance": 5}],
          "meshes": [{"name": "m", "material": "p",
                      "positions": [[0,0,0],[1,0,0],[1,1,0],[0,1,0]], "quads": [[0,1,2,3]],
                      "uvs": [[0,0],[1,0],[1,1],[0,1]],
+                     "colors": [[0,0,0],[1,0,0],[1,1,0.5],[0,1,0]],
                      "normals": [[0,0,1],[0,0,1],[0,0,9],[0,0,1]]}])"));
   ASSERT_TRUE(loaded.ok()) << loaded.error().text();
   const Scene& s = loaded.value().scene;
@@ -56,18 +64,23 @@ TEST(JsonScene, ReadsEveryFieldWhereItBelongs) {
   EXPECT_EQ(s.height, 48);
   EXPECT_EQ(s.max_depth, 7);
   EXPECT_EQ(s.camera, (Camera{{1, 2, 3}, {0, 0, 0}, {0, 0, 1}, 33, 0.5f, 4}));
-  ASSERT_EQ(s.textures.size(), 1u);
+  ASSERT_EQ(s.textures.size(), 2u);
   EXPECT_EQ(s.textures[0].path, folder.path() / "t.png");
   EXPECT_FALSE(s.textures[0].srgb);
-  EXPECT_EQ(s.textures[0].wrap, TextureWrap::kClamp);
+  EXPECT_EQ(s.textures[0].wrap_v, TextureWrap::kClamp);
+  EXPECT_FALSE(s.textures[0].nearest);
+  EXPECT_EQ(s.textures[1].wrap_u, TextureWrap::kClamp);
+  EXPECT_EQ(s.textures[1].wrap_v, TextureWrap::kMirror);
+  EXPECT_TRUE(s.textures[1].nearest);
+  EXPECT_EQ(s.textures[1].uv_transform, (UvTransform{{1, 2, 3}, {4, 5, 6}}));
   ASSERT_EQ(s.materials.size(), 5u);
   EXPECT_EQ(s.materials[0].reflectance, (ColorParam{Rgb{0.5f}, TextureId(0)}));
-  EXPECT_EQ(s.materials[0].emission, (Rgb{1, 2, 3}));
+  EXPECT_EQ(s.materials[0].emission.value, (Rgb{1, 2, 3}));
   EXPECT_TRUE(s.materials[0].emission_two_sided);
   EXPECT_EQ(s.materials[1].kind, MaterialKind::kConductor);
   EXPECT_LT(max_component(s.materials[1].eta), 0.1f);  // silver
   EXPECT_EQ(s.materials[1].roughness.value, 0.2f);
-  EXPECT_EQ(s.materials[1].specular, Rgb{0.9f});
+  EXPECT_EQ(s.materials[1].specular.value, Rgb{0.9f});
   EXPECT_EQ(s.materials[2].eta, (Rgb{1, 2, 3}));
   EXPECT_EQ(s.materials[2].k, Rgb{4});
   EXPECT_EQ(s.materials[3].kind, MaterialKind::kDielectric);
@@ -75,13 +88,114 @@ TEST(JsonScene, ReadsEveryFieldWhereItBelongs) {
   EXPECT_EQ(s.materials[4].kind, MaterialKind::kPlastic);
   EXPECT_EQ(s.materials[4].roughness, (FloatParam{1, TextureId(0)}));
   EXPECT_EQ(s.environment.radiance, Rgb{2});
-  EXPECT_EQ(s.environment.rotation_deg, 30);
+  EXPECT_EQ(s.environment.to_world, Mat3::rotation_y(30));
+  ASSERT_EQ(s.lights.size(), 3u);
+  EXPECT_EQ(s.lights[0].kind, LightKind::kPoint);
+  EXPECT_EQ(s.lights[0].position, (Vec3{1, 2, 3}));
+  EXPECT_EQ(s.lights[0].intensity, Rgb{4});
+  EXPECT_EQ(s.lights[1].kind, LightKind::kSpot);
+  EXPECT_EQ(s.lights[1].direction, (Vec3{0, -1, 0}));
+  EXPECT_EQ(s.lights[1].intensity, (Rgb{1, 2, 3}));
+  EXPECT_FLOAT_EQ(s.lights[1].inner_rad, kPi / 4);
+  EXPECT_FLOAT_EQ(s.lights[1].outer_rad, kPi / 2);
+  EXPECT_EQ(s.lights[1].falloff, SpotFalloff::kLinearAngle);
+  EXPECT_EQ(s.lights[2].kind, LightKind::kDirectional);
+  EXPECT_EQ(s.lights[2].direction, (Vec3{0, 0, 1}));
+  EXPECT_EQ(s.lights[2].intensity, Rgb{5});
   ASSERT_EQ(s.meshes.size(), 1u);
   EXPECT_EQ(s.meshes[0].name, "m");
   EXPECT_EQ(s.meshes[0].material, MaterialId(4));
   EXPECT_EQ(s.meshes[0].triangles, (std::vector<std::array<uint32_t, 3>>{{0, 1, 2}, {0, 2, 3}}));
   EXPECT_EQ(s.meshes[0].normals[2], (Vec3{0, 0, 1}));
   EXPECT_EQ(s.meshes[0].uvs[2], (Vec2{1, 1}));
+  EXPECT_EQ(s.meshes[0].colors[2], (Rgb{1, 1, 0.5f}));
+}
+
+TEST(JsonScene, ReadsEveryKindOfMaterial) {
+  const test::SceneFolder folder;
+  folder.write("t.png", "not opened here");
+  const auto loaded = folder.load("scene.json", document(kCamera, R"(
+      "textures": [{"name": "t", "path": "t.png", "srgb": false}],
+      "materials": [
+        {"name": "a", "type": "thin_dielectric", "ior": 1.3, "specular": {"texture": "t"}},
+        {"name": "g", "type": "dielectric", "absorption": [1, 2, 3], "two_sided": false},
+        {"name": "m", "type": "plastic", "nonlinear": false},
+        {"name": "p", "type": "principled", "reflectance": 0.9, "ior": 1.4, "roughness": 0.3,
+         "metallic": {"texture": "t", "scale": 0.5, "channel": "b"}, "transmission": 0.25,
+         "thin": true, "specular": 20, "specular_weight": 0.75, "clearcoat": 0.125,
+         "clearcoat_roughness": 0.0625, "absorption": 4},
+        {"name": "b", "type": "blend", "first": "p", "second": "g",
+         "weight": {"texture": "t", "channel": "a"}, "opacity": 0.5, "alpha_cutoff": 0.25,
+         "normal_map": {"texture": "t", "scale": 2}, "bump_map": {"texture": "t", "scale": 0.01},
+         "emission": {"texture": "t", "scale": [1, 2, 3]}}])",
+                                                         kMeshes));
+  ASSERT_TRUE(loaded.ok()) << loaded.error().text();
+  const std::vector<Material>& m = loaded.value().scene.materials;
+  ASSERT_EQ(m.size(), 5u);
+  const TextureId t(0);
+  EXPECT_EQ(m[0].kind, MaterialKind::kThinDielectric);
+  EXPECT_EQ(m[0].specular, (ColorParam{Rgb{1}, t}));
+  EXPECT_EQ(m[1].absorption, (Rgb{1, 2, 3}));
+  EXPECT_FALSE(m[1].two_sided);
+  EXPECT_FALSE(m[2].nonlinear);
+  EXPECT_TRUE(m[1].nonlinear);
+  EXPECT_EQ(m[3].kind, MaterialKind::kPrincipled);
+  EXPECT_EQ(m[3].metallic, (FloatParam{0.5f, t, 2}));
+  EXPECT_EQ(m[3].transmission.value, 0.25f);
+  EXPECT_TRUE(m[3].thin);
+  EXPECT_EQ(m[3].specular.value, Rgb{20});
+  EXPECT_EQ(m[3].specular_weight.value, 0.75f);
+  EXPECT_EQ(m[3].clearcoat.value, 0.125f);
+  EXPECT_EQ(m[3].clearcoat_roughness.value, 0.0625f);
+  EXPECT_EQ(m[3].absorption, Rgb{4});
+  EXPECT_EQ(m[4].kind, MaterialKind::kBlend);
+  EXPECT_EQ(m[4].first, MaterialId(3));
+  EXPECT_EQ(m[4].second, MaterialId(1));
+  EXPECT_EQ(m[4].blend_weight, (FloatParam{1, t, 3}));
+  EXPECT_EQ(m[4].opacity.value, 0.5f);
+  EXPECT_EQ(m[4].alpha_cutoff, 0.25f);
+  EXPECT_EQ(m[4].normal_map, t);
+  EXPECT_EQ(m[4].normal_scale, 2.0f);
+  EXPECT_EQ(m[4].bump_map, (FloatParam{0.01f, t}));
+  EXPECT_EQ(m[4].emission, (ColorParam{Rgb{1, 2, 3}, t}));
+}
+
+TEST(JsonScene, InstancesPlaceAllMeshesOfAName) {
+  const test::SceneFolder folder;
+  folder.write("two.obj", "o a\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\no b\nf 1 2 3\n");
+  const auto read = [&](const std::string& instances) {
+    return folder.load("scene.json",
+                       document(kCamera, R"("materials": [{"name": "a", "type": "diffuse"},
+                                                          {"name": "b", "type": "diffuse"}])",
+                                R"("meshes": [{"name": "chair", "material": "a", "file": "two.obj"},
+                                   {"name": "x", "material": "a", "disk": {"center": [0,0,0],
+                                    "normal": [0,1,0], "radius": 1}},
+                                   {"name": "x", "material": "a", "disk": {"center": [0,0,0],
+                                    "normal": [0,1,0], "radius": 1}}], "instances": )" +
+                                    instances));
+  };
+  const auto loaded = read(R"([{"mesh": "chair"},
+                               {"mesh": "chair", "material": "b",
+                                "transform": {"translate": [0, 2, 0]}}])");
+  ASSERT_TRUE(loaded.ok()) << loaded.error().text();
+  const Scene& s = loaded.value().scene;
+  const size_t parts = s.meshes.size() - 2;
+  ASSERT_EQ(s.instances.size(), 2 * parts);
+  EXPECT_FALSE(s.instances[0].material.valid());
+  EXPECT_EQ(s.instances.back().material, MaterialId(1));
+  EXPECT_EQ(s.instances.back().mesh.value, parts - 1);
+  EXPECT_EQ(s.instances.back().to_world.point({1, 0, 0}), (Vec3{1, 2, 0}));
+  EXPECT_EQ(s.bounds().hi.y, 3);
+  EXPECT_EQ(s.placements()[0].mesh, nullptr);
+  const auto twice = read(R"([{"mesh": "x"}])");
+  ASSERT_FALSE(twice.ok());
+  EXPECT_EQ(twice.error().text(),
+            "scene.json:/instances/0/mesh: expected the name of one mesh, got \"x\"");
+  const auto far = read(R"([{"mesh": "chair"}, {"mesh": "chair",
+                            "transform": {"scale": 1e6, "translate": [1e6, 0, 0]}}])");
+  ASSERT_FALSE(far.ok());
+  EXPECT_TRUE(far.error().text().starts_with("scene.json:/instances/1/transform: expected a place"))
+      << far.error().text();
 }
 
 TEST(JsonScene, NamesThePlaceOfEveryFault) {
@@ -104,8 +218,12 @@ TEST(JsonScene, NamesThePlaceOfEveryFault) {
       {with_materials(R"({"name": "a", "type": "diffuse"}, {"name": "a", "type": "diffuse"})"),
        "scene.json:/materials/1/name: \"a\" is taken"},
       {with_materials(R"({"name": "a", "type": "velvet"})"),
-       "scene.json:/materials/0/type: expected one of diffuse, conductor, dielectric, plastic, got "
-       "\"velvet\""},
+       "scene.json:/materials/0/type: expected one of diffuse, conductor, dielectric, "
+       "thin_dielectric, plastic, principled, blend, got \"velvet\""},
+      {with_materials(R"({"name": "a", "type": "diffuse"},
+                         {"name": "b", "type": "blend", "first": "a", "second": "b"})"),
+       "scene.json:/materials/1/second: expected the name of a material before this one, got "
+       "\"b\""},
       {with_materials(R"({"name": "a", "type": "diffuse"}, {"name": "b", "type": "dielectric",
                          "ior": 0})"),
        "scene.json:/materials/1/ior: expected 1..4, got 0"},
@@ -124,6 +242,15 @@ TEST(JsonScene, NamesThePlaceOfEveryFault) {
        "scene.json:/environment/image: no such file"},
       {with(R"("environment": {"image": "sky.png"})"),
        "scene.json:/environment/image: expected an .exr or .hdr file, got \"sky.png\""},
+      {with(R"("instances": [{"mesh": "m"}])"),
+       "scene.json:/instances/0/mesh: expected the name of one mesh, got \"m\""},
+      {with(R"("instances": [{"mesh": "m", "flip": true}])"),
+       "scene.json:/instances/0/flip: unknown field"},
+      {with(R"("lights": [{"type": "laser"}])"),
+       "scene.json:/lights/0/type: expected one of point, spot, directional, got \"laser\""},
+      {with(
+           R"("lights": [{"type": "point", "position": [0,0,0], "intensity": 1, "inner_deg": 1}])"),
+       "scene.json:/lights/0/inner_deg: unknown field"},
       {with_mesh(R"({"material": "b", "quad": {"origin": [0,0,0], "edge1": [0,0,1],
                      "edge2": [1,0,0]}})"),
        "scene.json:/meshes/0/material: expected the name of a material, got \"b\""},

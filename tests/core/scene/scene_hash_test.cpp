@@ -15,7 +15,7 @@ enum Part { kNone = 0, kGeometry = 1, kMaterials = 2, kLights = 4 };
 Scene some_scene() {
   Scene scene;
   scene.materials.resize(2);
-  scene.materials[0].emission = {1, 2, 3};
+  scene.materials[0].emission.value = {1, 2, 3};
   Mesh mesh;
   mesh.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
   mesh.normals = {{0, 0, 1}, {0, 0, 1}, {0, 0, 1}};
@@ -25,6 +25,7 @@ Scene some_scene() {
   scene.meshes = {mesh};
   scene.environment.radiance = Rgb{0.5f};
   scene.environment.image = Image(2, 1, 3);
+  scene.lights.resize(1);
   return scene;
 }
 
@@ -54,17 +55,50 @@ TEST(SceneHash, EachChangeShowsInItsPartAlone) {
        [](Scene& s) { std::swap(s.meshes[0].triangles[0][0], s.meshes[0].triangles[0][1]); }},
       {"mesh material", kGeometry, [](Scene& s) { s.meshes[0].material = MaterialId(0); }},
       {"another mesh", kGeometry, [](Scene& s) { s.meshes.push_back(s.meshes[0]); }},
+      {"instance", kGeometry,
+       [](Scene& s) {
+         s.instances.push_back({MeshId(0), Transform::translation({1, 0, 0}), {}});
+       }},
+      {"vertex colours", kMaterials, [](Scene& s) { s.meshes[0].colors.resize(3); }},
       {"kind", kMaterials, [](Scene& s) { s.materials[1].kind = MaterialKind::kPlastic; }},
       {"reflectance", kMaterials, [](Scene& s) { s.materials[1].reflectance.value.g = 0.1f; }},
       {"roughness", kMaterials, [](Scene& s) { s.materials[1].roughness.value = 0.1f; }},
       {"eta", kMaterials, [](Scene& s) { s.materials[1].eta.g = 0.1f; }},
       {"k", kMaterials, [](Scene& s) { s.materials[1].k.g = 0.1f; }},
       {"ior", kMaterials, [](Scene& s) { s.materials[1].ior = 1.1f; }},
-      {"specular", kMaterials, [](Scene& s) { s.materials[1].specular.g = 0.1f; }},
-      {"emission", kLights, [](Scene& s) { s.materials[0].emission.g = 0.1f; }},
+      {"specular", kMaterials, [](Scene& s) { s.materials[1].specular.value.g = 0.1f; }},
+      {"metallic", kMaterials, [](Scene& s) { s.materials[1].metallic.value = 1; }},
+      {"channel", kMaterials, [](Scene& s) { s.materials[1].roughness.channel = 1; }},
+      {"transmission", kMaterials, [](Scene& s) { s.materials[1].transmission.value = 1; }},
+      {"clearcoat", kMaterials, [](Scene& s) { s.materials[1].clearcoat.value = 1; }},
+      {"coat's roughness", kMaterials,
+       [](Scene& s) { s.materials[1].clearcoat_roughness.value = 1; }},
+      {"specular weight", kMaterials, [](Scene& s) { s.materials[1].specular_weight.value = 0; }},
+      {"absorption", kMaterials, [](Scene& s) { s.materials[1].absorption.b = 1; }},
+      {"nonlinear", kMaterials, [](Scene& s) { s.materials[1].nonlinear = false; }},
+      {"thin", kMaterials, [](Scene& s) { s.materials[1].thin = true; }},
+      {"one-sided", kMaterials, [](Scene& s) { s.materials[1].two_sided = false; }},
+      {"opacity", kMaterials, [](Scene& s) { s.materials[1].opacity.value = 0.5f; }},
+      {"cutoff", kMaterials, [](Scene& s) { s.materials[1].alpha_cutoff = 0.5f; }},
+      {"normal scale", kMaterials, [](Scene& s) { s.materials[1].normal_scale = 2; }},
+      {"bump scale", kMaterials, [](Scene& s) { s.materials[1].bump_map.value = 2; }},
+      {"blend", kMaterials, [](Scene& s) { s.materials[1].second = MaterialId(0); }},
+      {"blend weight", kMaterials, [](Scene& s) { s.materials[1].blend_weight.value = 0; }},
+      {"emission", kLights, [](Scene& s) { s.materials[0].emission.value.g = 0.1f; }},
       {"two-sided", kLights, [](Scene& s) { s.materials[0].emission_two_sided = true; }},
       {"sky", kLights, [](Scene& s) { s.environment.radiance.g = 0.1f; }},
-      {"sky turned", kLights, [](Scene& s) { s.environment.rotation_deg = 5; }},
+      {"sky turned", kLights, [](Scene& s) { s.environment.to_world = Mat3::rotation_y(5); }},
+      {"a lamp more", kLights, [](Scene& s) { s.lights.resize(2); }},
+      {"a lamp's kind", kLights, [](Scene& s) { s.lights[0].kind = LightKind::kSpot; }},
+      {"intensity", kLights, [](Scene& s) { s.lights[0].intensity.g = 2; }},
+      {"a lamp moved", kLights, [](Scene& s) { s.lights[0].position.y = 2; }},
+      {"a lamp turned", kLights,
+       [](Scene& s) {
+         s.lights[0].direction = {0, 1, 0};
+       }},
+      {"inner angle", kLights, [](Scene& s) { s.lights[0].inner_rad = 0.1f; }},
+      {"outer angle", kLights, [](Scene& s) { s.lights[0].outer_rad = 0.1f; }},
+      {"falloff", kLights, [](Scene& s) { s.lights[0].falloff = SpotFalloff::kLinearAngle; }},
       {"sky image", kLights, [](Scene& s) { s.environment.image.at(1, 0, 2) = 1; }},
       {"another material", kMaterials | kLights, [](Scene& s) { s.materials.resize(3); }},
   };
@@ -76,6 +110,17 @@ TEST(SceneHash, EachChangeShowsInItsPartAlone) {
     EXPECT_EQ(changed_parts(before, after), c.parts) << c.what;
     EXPECT_EQ(before.whole() == after.whole(), c.parts == kNone) << c.what;
   }
+}
+
+TEST(SceneHash, AnInstancesPlaceAndMaterialCount) {
+  Scene scene = some_scene();
+  scene.instances.push_back({MeshId(0), {}, {}});
+  const SceneHash before = hash_scene(scene).value();
+  scene.instances[0].material = MaterialId(0);
+  const SceneHash painted = hash_scene(scene).value();
+  scene.instances[0].to_world.rows[1][3] = 2;
+  EXPECT_EQ(changed_parts(before, painted), kGeometry);
+  EXPECT_EQ(changed_parts(painted, hash_scene(scene).value()), kGeometry);
 }
 
 TEST(SceneHash, TexturesCountByContentAndMeaning) {
@@ -90,19 +135,40 @@ TEST(SceneHash, TexturesCountByContentAndMeaning) {
     scene.materials[1].reflectance.texture = TextureId(0);
     return hash_scene(scene).value();
   };
-  const SceneHash before = hash({write("a.png", 1), true, TextureWrap::kRepeat});
-  EXPECT_EQ(before, hash({write("b.png", 1), true, TextureWrap::kRepeat}));
-  EXPECT_EQ(changed_parts(before, hash({write("c.png", 2), true, TextureWrap::kRepeat})),
-            kMaterials);
-  EXPECT_EQ(changed_parts(before, hash({folder / "a.png", false, TextureWrap::kRepeat})),
-            kMaterials);
-  EXPECT_EQ(changed_parts(before, hash({folder / "a.png", true, TextureWrap::kClamp})), kMaterials);
+  write("a.png", 1);
+  Texture plain;
+  plain.path = folder / "a.png";
+  const SceneHash before = hash(plain);
+  Texture same = plain;
+  same.path = write("b.png", 1);
+  EXPECT_EQ(before, hash(same));
+  same.path = "in memory";
+  same.bytes = std::make_shared<Bytes>(100, uint8_t{1});
+  EXPECT_EQ(before, hash(same));
+  const struct {
+    const char* what;
+    std::function<void(Texture&)> change;
+  } cases[] = {
+      {"content", [&](Texture& t) { t.path = write("c.png", 2); }},
+      {"content in memory", [](Texture& t) { t.bytes = std::make_shared<Bytes>(100, uint8_t{2}); }},
+      {"srgb", [](Texture& t) { t.srgb = false; }},
+      {"wrap_u", [](Texture& t) { t.wrap_u = TextureWrap::kClamp; }},
+      {"wrap_v", [](Texture& t) { t.wrap_v = TextureWrap::kMirror; }},
+      {"nearest", [](Texture& t) { t.nearest = true; }},
+      {"uv transform", [](Texture& t) { t.uv_transform.v[2] = 0.5f; }},
+  };
+  for (const auto& c : cases) {
+    Texture changed = plain;
+    c.change(changed);
+    EXPECT_EQ(changed_parts(before, hash(changed)), kMaterials) << c.what;
+  }
 }
 
 TEST(SceneHash, FailsWhenATextureIsNotThere) {
   const test::ScratchFolder folder;
   Scene scene = some_scene();
-  scene.textures = {{folder / "gone.png", true, TextureWrap::kRepeat}};
+  scene.textures.resize(1);
+  scene.textures[0].path = folder / "gone.png";
   const auto hash = hash_scene(scene);
   ASSERT_FALSE(hash.ok());
   EXPECT_EQ(hash.error().code, ErrorCode::kNotFound);
@@ -118,7 +184,7 @@ TEST(SceneHash, ValuesStayTheSame) {
   scene.meshes[0].normals.clear();
   scene.meshes[0].uvs.clear();
   EXPECT_EQ(hash_scene(scene).value().whole().hex(),
-            "14d70b590f5c6f6c5b92c7371f38d9de8a94f5e92f8171480c18a8a278ecc379");
+            "214661afe1639b910164d8ea8a7cd17a18e256f59645df6a3bcd9da89401a18f");
 }
 
 }  // namespace

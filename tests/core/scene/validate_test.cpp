@@ -15,6 +15,10 @@ Scene good_scene() {
   Scene scene;
   scene.materials.resize(2);
   scene.textures.resize(1);
+  scene.instances.push_back({MeshId(1), {}, {}});
+  scene.lights.resize(3);
+  scene.lights[1].kind = LightKind::kSpot;
+  scene.lights[2].kind = LightKind::kDirectional;
   for (int i = 0; i < 2; ++i) {
     Mesh mesh;
     mesh.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
@@ -56,7 +60,33 @@ TEST(Validate, NamesThePlaceOfEveryFault) {
       {"/camera/aperture_radius", [](Scene& s) { s.camera.aperture_radius = -1; }},
       {"/camera/focus_distance", [](Scene& s) { s.camera.focus_distance = kInf; }},
       {"/environment/radiance", [](Scene& s) { s.environment.radiance.g = -1; }},
-      {"/environment/rotation_deg", [](Scene& s) { s.environment.rotation_deg = kNan; }},
+      {"/environment/to_world", [](Scene& s) { s.environment.to_world.rows[1].y = kNan; }},
+      {"/environment/to_world", [](Scene& s) { s.environment.to_world.rows[2].z = 1.1f; }},
+      {"/meshes/1/colors", [](Scene& s) { s.meshes[1].colors.resize(2); }},
+      {"/meshes/1/colors/2",
+       [](Scene& s) {
+         s.meshes[1].colors = {Rgb{1}, Rgb{}, Rgb{1.1f}};
+       }},
+      {"/textures/0/uv_transform", [](Scene& s) { s.textures[0].uv_transform.u[2] = kNan; }},
+      {"/instances/0/mesh", [](Scene& s) { s.instances[0].mesh = MeshId(2); }},
+      {"/instances/0/mesh", [](Scene& s) { s.instances[0].mesh = {}; }},
+      {"/instances/0/material", [](Scene& s) { s.instances[0].material = MaterialId(2); }},
+      {"/instances/0/transform", [](Scene& s) { s.instances[0].to_world.rows[0] = {}; }},
+      {"/instances/0/transform",
+       [](Scene& s) { s.instances[0].to_world.rows[0][1] = double{kNan}; }},
+      {"/instances/0/transform", [](Scene& s) { s.instances[0].to_world.rows[0][3] = 2e6; }},
+      {"/lights/0/intensity", [](Scene& s) { s.lights[0].intensity.g = -1; }},
+      {"/lights/0/position", [](Scene& s) { s.lights[0].position.y = kNan; }},
+      {"/lights/1/direction",
+       [](Scene& s) {
+         s.lights[1].direction = {0, 0, 2};
+       }},
+      {"/lights/1/outer_deg", [](Scene& s) { s.lights[1].outer_rad = 0; }},
+      {"/lights/1/outer_deg", [](Scene& s) { s.lights[1].outer_rad = 4; }},
+      {"/lights/1/inner_deg", [](Scene& s) { s.lights[1].inner_rad = kNan; }},
+      {"/lights/1/inner_deg", [](Scene& s) { s.lights[1].inner_rad = 1; }},
+      {"/lights/2/irradiance", [](Scene& s) { s.lights[2].intensity.r = kInf; }},
+      {"/lights/2/direction", [](Scene& s) { s.lights[2].direction.x = kNan; }},
       {"/environment/image", [](Scene& s) { s.environment.image = Image(2, 2, 1); }},
       {"/environment/image",
        [](Scene& s) {
@@ -70,8 +100,26 @@ TEST(Validate, NamesThePlaceOfEveryFault) {
       {"/materials/0/eta", [](Scene& s) { s.materials[0].eta.r = kNan; }},
       {"/materials/0/k", [](Scene& s) { s.materials[0].k.r = 21; }},
       {"/materials/0/ior", [](Scene& s) { s.materials[0].ior = 0; }},
-      {"/materials/0/specular", [](Scene& s) { s.materials[0].specular.r = 2; }},
-      {"/materials/0/emission", [](Scene& s) { s.materials[0].emission.r = kInf; }},
+      {"/materials/0/specular", [](Scene& s) { s.materials[0].specular.value.r = 2; }},
+      {"/materials/0/emission", [](Scene& s) { s.materials[0].emission.value.r = kInf; }},
+      {"/materials/1/metallic", [](Scene& s) { s.materials[1].metallic.value = 1.5f; }},
+      {"/materials/1/transmission", [](Scene& s) { s.materials[1].transmission.value = kNan; }},
+      {"/materials/1/clearcoat", [](Scene& s) { s.materials[1].clearcoat.channel = 4; }},
+      {"/materials/1/opacity", [](Scene& s) { s.materials[1].opacity.value = -1; }},
+      {"/materials/1/opacity", [](Scene& s) { s.materials[1].opacity.channel = -1; }},
+      {"/materials/1/alpha_cutoff", [](Scene& s) { s.materials[1].alpha_cutoff = 2; }},
+      {"/materials/1/absorption", [](Scene& s) { s.materials[1].absorption.b = kInf; }},
+      {"/materials/1/normal_map", [](Scene& s) { s.materials[1].normal_map = TextureId(9); }},
+      {"/materials/1/normal_map/scale", [](Scene& s) { s.materials[1].normal_scale = kNan; }},
+      {"/materials/1/bump_map", [](Scene& s) { s.materials[1].bump_map.value = 1e9f; }},
+      {"/materials/0/emission", [](Scene& s) { s.materials[0].emission.texture.value = 3; }},
+      {"/materials/1/second",
+       [](Scene& s) {
+         s.materials[1].kind = MaterialKind::kBlend;
+         s.materials[1].first = MaterialId(0);
+         s.materials[1].second = MaterialId(1);
+       }},
+      {"/materials/1/first", [](Scene& s) { s.materials[1].kind = MaterialKind::kBlend; }},
       {"/meshes/1/material", [](Scene& s) { s.meshes[1].material = MaterialId(2); }},
       {"/meshes/1/material", [](Scene& s) { s.meshes[1].material = {}; }},
       {"/meshes/1/normals", [](Scene& s) { s.meshes[1].normals.pop_back(); }},
@@ -88,7 +136,11 @@ TEST(Validate, NamesThePlaceOfEveryFault) {
        }},
       {"/meshes/0/uvs/0", [](Scene& s) { s.meshes[0].uvs[0].y = kInf; }},
       {"/meshes/1/triangles/0", [](Scene& s) { s.meshes[1].triangles[0][1] = 3; }},
-      {"/meshes", [](Scene& s) { s.meshes.clear(); }},
+      {"/meshes",
+       [](Scene& s) {
+         s.meshes.clear();
+         s.instances.clear();
+       }},
   };
   for (const auto& c : cases) {
     Scene scene = good_scene();
@@ -109,10 +161,9 @@ TEST(Validate, RefusesWhatIsOverItsLimits) {
   const struct {
     const char* where;
     SceneLimits limits;
-  } cases[] = {{"/meshes", {.max_triangles = 1}},
-               {"/materials", {.max_materials = 1}},
-               {"/size/0", {.max_dimension_px = 511}},
-               {"/size", {.max_pixels = 512 * 512 - 1}}};
+  } cases[] = {{"/meshes", {.max_triangles = 1}},      {"/materials", {.max_materials = 1}},
+               {"/lights", {.max_lights = 2}},         {"/instances", {.max_instances = 0}},
+               {"/size/0", {.max_dimension_px = 511}}, {"/size", {.max_pixels = 512 * 512 - 1}}};
   for (const auto& c : cases) {
     Scene scene = good_scene();
     const auto report = validate(scene, c.limits);
@@ -130,6 +181,13 @@ TEST(Validate, DropsTrianglesWithoutAreaAndEmptyMeshes) {
   EXPECT_EQ(report.value().dropped_triangles, 3u);
   ASSERT_EQ(scene.meshes.size(), 1u);
   EXPECT_EQ(scene.meshes[0].triangles, (std::vector<std::array<uint32_t, 3>>{{0, 1, 2}}));
+  EXPECT_TRUE(scene.instances.empty());  // it was of the mesh that went
+
+  scene = good_scene();
+  scene.meshes[0].triangles.clear();
+  ASSERT_TRUE(validate(scene).ok());
+  ASSERT_EQ(scene.instances.size(), 1u);
+  EXPECT_EQ(scene.instances[0].mesh, MeshId(0));  // where the second mesh is now
 }
 
 }  // namespace
