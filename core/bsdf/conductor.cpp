@@ -8,7 +8,7 @@ namespace {
 
 class ConductorBase : public Bsdf {
  public:
-  explicit ConductorBase(const Material& m) : eta_(m.eta), k_(m.k), specular_(m.specular) {}
+  explicit ConductorBase(const Material& m) : eta_(m.eta), k_(m.k), specular_(m.specular.value) {}
 
   Rgb albedo(const ShadingPoint&, Vec3 wo) const override { return fresnel(std::abs(wo.z)); }
 

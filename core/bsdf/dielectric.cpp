@@ -14,7 +14,7 @@ constexpr float kLeastIndexStep = 1e-3f;
 
 class DielectricBase : public Bsdf {
  public:
-  explicit DielectricBase(const Material& m) : ior_(m.ior), specular_(m.specular) {}
+  explicit DielectricBase(const Material& m) : ior_(m.ior), specular_(m.specular.value) {}
   Rgb albedo(const ShadingPoint&, Vec3) const override { return specular_; }
 
  protected:

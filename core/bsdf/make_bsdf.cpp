@@ -13,6 +13,10 @@ std::unique_ptr<Bsdf> make_bsdf(const Material& material) {
       return make_dielectric(material);
     case MaterialKind::kPlastic:
       return make_plastic(material);
+    case MaterialKind::kThinDielectric:
+    case MaterialKind::kPrincipled:
+    case MaterialKind::kBlend:
+      break;
   }
   QRAY_CHECK(!"a kind of material without a Bsdf");
   return nullptr;

@@ -16,7 +16,7 @@ namespace {
 class PlasticBase : public Bsdf {
  public:
   explicit PlasticBase(const Material& m)
-      : ior_(m.ior), specular_(m.specular), specular_luminance_(luminance(m.specular)) {}
+      : ior_(m.ior), specular_(m.specular.value), specular_luminance_(luminance(m.specular.value)) {}
 
  protected:
   // What the layers send back from wo's direction, in all.

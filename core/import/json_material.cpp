@@ -89,8 +89,8 @@ Material read_material(const JsonNode& node, const TextureNames& textures) {
   if (const auto v = node.find("reflectance")) material.reflectance = read_color(*v, textures);
   if (const auto v = node.find("roughness")) material.roughness = read_float(*v, textures);
   if (const auto v = node.find("ior")) material.ior = v->number();
-  if (const auto v = node.find("specular")) material.specular = v->number_or_rgb();
-  if (const auto v = node.find("emission")) material.emission = v->number_or_rgb();
+  if (const auto v = node.find("specular")) material.specular.value = v->number_or_rgb();
+  if (const auto v = node.find("emission")) material.emission.value = v->number_or_rgb();
   if (const auto v = node.find("emission_two_sided")) material.emission_two_sided = v->boolean();
   if (material.kind == MaterialKind::kConductor) read_metal(node, material);
   return material;

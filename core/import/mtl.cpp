@@ -21,7 +21,7 @@ class Converter {
   Material convert(const tinyobj::material_t& in) {
     Material m;
     m.name = in.name;
-    m.emission = color(in, "Ke", in.emission, kMaxRadiance);
+    m.emission.value = color(in, "Ke", in.emission, kMaxRadiance);
     const Rgb diffuse = color(in, "Kd", in.diffuse, 1);
     const Rgb specular = color(in, "Ks", in.specular, 1);
     if (is_glass(in)) {
@@ -34,7 +34,7 @@ class Converter {
       m.kind = MaterialKind::kConductor;
       m.eta = Rgb{0.0f};
       m.k = Rgb{1.0f};
-      m.specular = specular;
+      m.specular.value = specular;
       return m;
     }
     m.reflectance = {diffuse, texture(in)};
@@ -43,7 +43,7 @@ class Converter {
       m.kind = MaterialKind::kPlastic;
       if (in.ior > 1) m.ior = clamp_to(in.ior, 1.01f, 4);
       const float f0 = sqr((m.ior - 1) / (m.ior + 1));
-      for (int i = 0; i < 3; ++i) m.specular[i] = std::min(1.0f, specular[i] / f0);
+      for (int i = 0; i < 3; ++i) m.specular.value[i] = std::min(1.0f, specular[i] / f0);
       // Phong's exponent as the GGX alpha of like width; roughness is its root.
       const float alpha = std::sqrt(2 / (2 + clamp_to(in.shininess, 0, 1e6f)));
       m.roughness.value = std::sqrt(alpha);

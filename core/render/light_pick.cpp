@@ -62,7 +62,7 @@ void LightPick::build(const Scene& scene, const Bounds3& bounds) {
       const Vec3 n = cross(t.e1, t.e2);
       t.area = 0.5f * length(n);
       t.n = normalize(n);
-      t.emission = material.emission;
+      t.emission = material.emission.value;
       t.two_sided = material.emission_two_sided;
       powers.push_back(kPi * t.area * luminance(t.emission) * (t.two_sided ? 2.0f : 1.0f));
       triangles_.push_back(t);

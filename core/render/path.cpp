@@ -252,7 +252,7 @@ Rgb PathTracer::walk(Ray ray, Sampler& sampler, float pixel_deviation, Rgb& pixe
 
     // 1b. Light that the surface emits.
     if (mesh.emits && (cos_geometric > 0 || mesh.material->emission_two_sided)) {
-      const Rgb emitted = mesh.material->emission;
+      const Rgb emitted = mesh.material->emission.value;
       float mis = 1;
       if (!delta_ && settings_.nee) {
         mis = power_heuristic(

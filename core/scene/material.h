@@ -1,5 +1,5 @@
 // What a surface is made of, as read from a scene file. Plain data; bsdf/ turns it into a Bsdf.
-// Ranges are checked by validate.cpp.
+// Ranges are checked by validate.cpp, docs/scene_format.md says what each field does.
 #pragma once
 
 #include <string>
@@ -9,34 +9,70 @@
 
 namespace qray {
 
-enum class MaterialKind : uint8_t { kDiffuse, kConductor, kDielectric, kPlastic };
+enum class MaterialKind : uint8_t {
+  kDiffuse,
+  kConductor,
+  kDielectric,  // a closed solid
+  kPlastic,
+  kThinDielectric,  // a pane: both its faces in one surface
+  kPrincipled,      // glTF 2.0, appendix B, with its KHR_materials extensions
+  kBlend,           // of two other materials
+};
 
 // A colour or number, times an image where `texture` is valid.
 struct ColorParam {
-  Rgb value;
-  TextureId texture;
+  Rgb value{};
+  TextureId texture{};
   bool operator==(const ColorParam&) const = default;
 };
 struct FloatParam {
   float value = 0;
-  TextureId texture;  // its first channel
+  TextureId texture{};
+  int channel = 0;  // of the image: red, green, blue, alpha (1 where it has none)
   bool operator==(const FloatParam&) const = default;
 };
 
 struct Material {
   std::string name;
   MaterialKind kind = MaterialKind::kDiffuse;
-  ColorParam reflectance{Rgb{0.5f}, {}};  // diffuse: albedo; plastic: albedo of the base
-  FloatParam roughness{};                 // 0 = smooth, 1 = roughest; GGX alpha = roughness^2
-  Rgb eta{0.2f, 0.92f, 1.1f};             // conductor: complex index of refraction eta + i k
+  // Diffuse: albedo; plastic: albedo of the base; principled: base colour.
+  ColorParam reflectance{Rgb{0.5f}};
+  FloatParam roughness{};      // 0 = smooth, 1 = roughest; GGX alpha = roughness^2
+  Rgb eta{0.2f, 0.92f, 1.1f};  // conductor: complex index of refraction eta + i k
   Rgb k{3.9f, 2.45f, 2.14f};
-  float ior = 1.5f;    // dielectric, plastic: inside over outside
-  Rgb specular{1.0f};  // conductor, dielectric, plastic: scales the coat
+  float ior = 1.5f;  // dielectrics, plastic, principled: inside over outside
+  // Conductor, dielectrics, plastic: scales what is mirror-like. Principled: colour of what a
+  // dielectric reflects at normal incidence, over 1 too (KHR_materials_specular's colour).
+  ColorParam specular{Rgb{1.0f}};
+
+  // Dielectric, principled: 1/m, of light inside; the surface must be closed.
+  Rgb absorption{};
+  bool nonlinear = true;  // plastic: light reflected inside is coloured at every return
+
+  // Principled alone. The shares of metal, of what passes where the rest would scatter diffusely,
+  // of the coat above all; `specular_weight` scales what the dielectric reflects at all angles.
+  FloatParam metallic{}, transmission{}, clearcoat{}, clearcoat_roughness{}, specular_weight{1.0f};
+  bool thin = false;  // principled: what passes is not bent, the surface is a sheet
+
+  // Blend: `second` by this share, `first` by the rest; both before it in Scene::materials. What
+  // they emit does not count.
+  MaterialId first, second;
+  FloatParam blend_weight{0.5f};
+
+  // Any kind. Light that meets what is not opaque goes straight on. With a cutoff over 0, opacity
+  // is 1 where it reaches that and 0 elsewhere.
+  FloatParam opacity{1.0f};
+  float alpha_cutoff = 0;
+  TextureId normal_map;  // tangent space, (rgb * 2 - 1) with x and y times its scale
+  float normal_scale = 1;
+  FloatParam bump_map{1.0f};  // height, metres; counts where it has a texture
+  bool two_sided = true;      // opaque kinds: false is black from behind
+
   // Radiance leaving the front (W sr^-1 m^-2 per channel), the side the geometric normal points to.
-  Rgb emission{};
+  ColorParam emission{};
   bool emission_two_sided = false;
 
-  bool emits() const { return max_component(emission) > 0; }
+  bool emits() const { return max_component(emission.value) > 0; }
 };
 
 }  // namespace qray

@@ -104,7 +104,7 @@ Digest hash_materials(const Scene& scene, const std::vector<Digest>& textures) {
     out.rgb(m.eta);
     out.rgb(m.k);
     out.f32(m.ior);
-    out.rgb(m.specular);
+    out.rgb(m.specular.value);
   }
   return out.finish();
 }
@@ -113,7 +113,7 @@ Digest hash_lights(const Scene& scene) {
   HashWriter out("qray lights 1");
   out.u64(scene.materials.size());
   for (const Material& m : scene.materials) {
-    out.rgb(m.emission);
+    out.rgb(m.emission.value);
     out.u8(m.emission_two_sided ? 1 : 0);
   }
   const Environment& environment = scene.environment;

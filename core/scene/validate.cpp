@@ -50,8 +50,8 @@ Status check_material(const Material& m, const std::string& at, size_t texture_c
         check_range(at + "/roughness", m.roughness.value, 0, 1),
         check_texture(at + "/roughness", m.roughness.texture, texture_count),
         check_range(at + "/eta", m.eta, 0, kMaxIndex), check_range(at + "/k", m.k, 0, kMaxIndex),
-        check_range(at + "/ior", m.ior, 1, 4), check_range(at + "/specular", m.specular, 0, 1),
-        check_range(at + "/emission", m.emission, 0, kMaxRadiance)}) {
+        check_range(at + "/ior", m.ior, 1, 4), check_range(at + "/specular", m.specular.value, 0, 1),
+        check_range(at + "/emission", m.emission.value, 0, kMaxRadiance)}) {
     if (!status.ok()) return status;
   }
   return {};

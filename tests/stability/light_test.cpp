@@ -64,7 +64,7 @@ std::vector<Unseen> unseen_lights() {
     return cases.emplace_back(name, std::move(scene), hidden);
   };
   const auto light = [](Unseen& at, Rgb emission, Vec3 origin, Vec3 edge1, Vec3 edge2) {
-    at.scene.materials[at.hidden.value].emission = emission;
+    at.scene.materials[at.hidden.value].emission.value = emission;
     test::add_quad(at.scene, at.hidden, origin, edge1, edge2);
   };
   light(add("tiny", test::room()), Rgb{2e4f}, {-0.8f, 0.5f, -0.9f}, {0.01f, 0, 0}, {0, 0.01f, 0});
@@ -83,7 +83,7 @@ TEST(Light, TheTableHasNeverSeen) {
       "a table learned while that light was dark; warm jobs have the mean of `none`");
   for (Unseen& c : unseen_lights()) {
     Scene dark = c.scene;
-    dark.materials[c.hidden.value].emission = {};
+    dark.materials[c.hidden.value].emission.value = {};
     const auto before = test::prepare(std::move(dark)), now = test::prepare(std::move(c.scene));
     RenderSettings settings = test::small_settings("none", kSide, 16);
     test::SeedOptions options;

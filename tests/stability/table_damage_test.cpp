@@ -129,7 +129,7 @@ TEST(TableDamage, AnotherScenesTableIsNotTaken) {
   Scene geometry = small.scene->scene, materials = geometry, lights = geometry;
   geometry.meshes[1].positions[0].y += 0.01f;
   materials.materials[0].reflectance.value = Rgb{0.6f};
-  lights.materials[2].emission = Rgb{1};
+  lights.materials[2].emission.value = Rgb{1};
   EXPECT_TRUE(table_fits(small.table.header, small.scene->hash));
   for (Scene* scene : {&geometry, &materials, &lights})
     EXPECT_FALSE(table_fits(small.table.header, test::prepare(*scene)->hash));

@@ -29,7 +29,7 @@ Scene closed_room(float albedo, float lamp_albedo) {
 
 float lamp_luminance(const Scene& scene) {
   float most = 0;
-  for (const Material& m : scene.materials) most = std::max(most, luminance(m.emission));
+  for (const Material& m : scene.materials) most = std::max(most, luminance(m.emission.value));
   return most;
 }
 

@@ -12,7 +12,7 @@ inline MaterialId add_material(Scene& scene, Rgb reflectance, Rgb emission = {})
   Material m;
   m.name = "m" + std::to_string(scene.materials.size());
   m.reflectance.value = reflectance;
-  m.emission = emission;
+  m.emission.value = emission;
   scene.materials.push_back(m);
   return MaterialId(static_cast<uint32_t>(scene.materials.size() - 1));
 }
@@ -73,7 +73,7 @@ inline void place(Scene& scene, float scale, Vec3 offset) {
 }
 
 inline void scale_emission(Scene& scene, float scale) {
-  for (Material& m : scene.materials) m.emission *= scale;
+  for (Material& m : scene.materials) m.emission.value *= scale;
   scene.environment.radiance *= scale;
 }
 

@@ -126,7 +126,7 @@ TEST_F(ReferenceCache, NamesWhatItDependsOn) {
   scene_ = test::prepare(moved);
   EXPECT_NE(path(), first);
   Scene lit = test::room();
-  lit.materials[2].emission.g *= 2;
+  lit.materials[2].emission.value.g *= 2;
   scene_ = test::prepare(lit);
   EXPECT_NE(path(), first);
 }

@@ -62,12 +62,12 @@ TEST(JsonScene, ReadsEveryFieldWhereItBelongs) {
   EXPECT_EQ(s.textures[0].wrap, TextureWrap::kClamp);
   ASSERT_EQ(s.materials.size(), 5u);
   EXPECT_EQ(s.materials[0].reflectance, (ColorParam{Rgb{0.5f}, TextureId(0)}));
-  EXPECT_EQ(s.materials[0].emission, (Rgb{1, 2, 3}));
+  EXPECT_EQ(s.materials[0].emission.value, (Rgb{1, 2, 3}));
   EXPECT_TRUE(s.materials[0].emission_two_sided);
   EXPECT_EQ(s.materials[1].kind, MaterialKind::kConductor);
   EXPECT_LT(max_component(s.materials[1].eta), 0.1f);  // silver
   EXPECT_EQ(s.materials[1].roughness.value, 0.2f);
-  EXPECT_EQ(s.materials[1].specular, Rgb{0.9f});
+  EXPECT_EQ(s.materials[1].specular.value, Rgb{0.9f});
   EXPECT_EQ(s.materials[2].eta, (Rgb{1, 2, 3}));
   EXPECT_EQ(s.materials[2].k, Rgb{4});
   EXPECT_EQ(s.materials[3].kind, MaterialKind::kDielectric);

@@ -123,17 +123,17 @@ map_Kd gone.png
   EXPECT_EQ(material(0).kind, MaterialKind::kDiffuse);
   EXPECT_EQ(material(0).reflectance.value, (Rgb{0.1f, 0.2f, 0.3f}));
   EXPECT_EQ(material(1).kind, MaterialKind::kPlastic);
-  EXPECT_NEAR(material(1).specular.r, 1, 1e-5f);  // 0.04 is what glass of 1.5 reflects
-  EXPECT_NEAR(material(1).specular.g, 0.5f, 1e-5f);
+  EXPECT_NEAR(material(1).specular.value.r, 1, 1e-5f);  // 0.04 is what glass of 1.5 reflects
+  EXPECT_NEAR(material(1).specular.value.g, 0.5f, 1e-5f);
   EXPECT_NEAR(sqr(sqr(material(1).roughness.value)), 0.01f, 1e-5f);  // alpha^2 = 2 / (Ns + 2)
   EXPECT_EQ(material(2).kind, MaterialKind::kConductor);
-  EXPECT_EQ(material(2).specular, (Rgb{0.9f, 0.8f, 0.7f}));
+  EXPECT_EQ(material(2).specular.value, (Rgb{0.9f, 0.8f, 0.7f}));
   EXPECT_EQ(material(2).roughness.value, 0);
   EXPECT_EQ(material(3).kind, MaterialKind::kDielectric);
   EXPECT_EQ(material(3).ior, 1.7f);
   EXPECT_EQ(material(4).kind, MaterialKind::kDielectric);
   EXPECT_EQ(material(4).ior, 1.5f);
-  EXPECT_EQ(material(5).emission, (Rgb{17, 12, 4}));
+  EXPECT_EQ(material(5).emission.value, (Rgb{17, 12, 4}));
   EXPECT_EQ(material(6).reflectance, (ColorParam{Rgb{1}, TextureId(0)}));
   EXPECT_EQ(s.textures[0].path, folder.path() / "wood.png");
   EXPECT_EQ(material(7).reflectance, (ColorParam{{1, 0.5f, 0.5f}, {}}));

@@ -129,7 +129,7 @@ TEST(RenderLoop, SaysWhichPartsAreOffAndWhy) {
   EXPECT_EQ(parts["guide"], "on");
   EXPECT_EQ(parts["mixing"], "off: all surfaces that are guided are diffuse");
 
-  for (Material& m : scene.materials) m.emission = Rgb{};
+  for (Material& m : scene.materials) m.emission.value = Rgb{};
   scene.materials[1].kind = MaterialKind::kPlastic;
   settings.method = "none";
   settings.russian_roulette = false;
@@ -153,7 +153,7 @@ TEST(RenderLoop, NonFiniteSamplesAreDroppedAndCounted) {
   const auto clean = test::prepare(scene);
   auto prepared = std::const_pointer_cast<PreparedScene>(test::prepare(scene));
   // Not possible from a file: validate() refuses it.
-  prepared->scene.materials[2].emission = Rgb{std::numeric_limits<float>::infinity()};
+  prepared->scene.materials[2].emission.value = Rgb{std::numeric_limits<float>::infinity()};
   const Outcome outcome = run(*prepared, small("none", 4), 2);
   EXPECT_GT(outcome.job.stats.dropped_samples, 0u);
   for (float v : outcome.image.data()) EXPECT_TRUE(std::isfinite(v));

@@ -15,7 +15,7 @@ enum Part { kNone = 0, kGeometry = 1, kMaterials = 2, kLights = 4 };
 Scene some_scene() {
   Scene scene;
   scene.materials.resize(2);
-  scene.materials[0].emission = {1, 2, 3};
+  scene.materials[0].emission.value = {1, 2, 3};
   Mesh mesh;
   mesh.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
   mesh.normals = {{0, 0, 1}, {0, 0, 1}, {0, 0, 1}};
@@ -60,8 +60,8 @@ TEST(SceneHash, EachChangeShowsInItsPartAlone) {
       {"eta", kMaterials, [](Scene& s) { s.materials[1].eta.g = 0.1f; }},
       {"k", kMaterials, [](Scene& s) { s.materials[1].k.g = 0.1f; }},
       {"ior", kMaterials, [](Scene& s) { s.materials[1].ior = 1.1f; }},
-      {"specular", kMaterials, [](Scene& s) { s.materials[1].specular.g = 0.1f; }},
-      {"emission", kLights, [](Scene& s) { s.materials[0].emission.g = 0.1f; }},
+      {"specular", kMaterials, [](Scene& s) { s.materials[1].specular.value.g = 0.1f; }},
+      {"emission", kLights, [](Scene& s) { s.materials[0].emission.value.g = 0.1f; }},
       {"two-sided", kLights, [](Scene& s) { s.materials[0].emission_two_sided = true; }},
       {"sky", kLights, [](Scene& s) { s.environment.radiance.g = 0.1f; }},
       {"sky turned", kLights, [](Scene& s) { s.environment.rotation_deg = 5; }},
