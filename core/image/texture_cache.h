@@ -4,6 +4,7 @@
 // thread, but not while one opens.
 #pragma once
 
+#include <array>
 #include <filesystem>
 #include <memory>
 
@@ -13,6 +14,15 @@
 namespace qray {
 
 enum class TextureWrap { kRepeat, kClamp, kMirror };
+
+// u' = u[0] u + u[1] v + u[2], v' = v[0] u + v[1] v + v[2].
+struct UvTransform {
+  std::array<float, 3> u{1, 0, 0}, v{0, 1, 0};
+  Vec2 operator()(Vec2 uv) const {
+    return {u[0] * uv.x + u[1] * uv.y + u[2], v[0] * uv.x + v[1] * uv.y + v[2]};
+  }
+  bool operator==(const UvTransform&) const = default;
+};
 
 class TextureCache {
  public:

@@ -77,9 +77,9 @@ class Reader {
       if (const auto v = node.find("wrap")) {
         const std::string& wrap = v->string();
         if (wrap == "clamp")
-          texture.wrap = TextureWrap::kClamp;
+          texture.wrap_u = texture.wrap_v = TextureWrap::kClamp;
         else if (wrap == "mirror")
-          texture.wrap = TextureWrap::kMirror;
+          texture.wrap_u = texture.wrap_v = TextureWrap::kMirror;
         else if (wrap != "repeat")
           v->fail_expected("one of repeat, clamp, mirror");
       }

@@ -1,6 +1,6 @@
 #include "core/import/json_scene.h"
 #include "core/import/primitives.h"
-#include "core/import/transform.h"
+#include "core/scene/transform.h"
 
 namespace qray {
 namespace {

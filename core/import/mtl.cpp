@@ -81,9 +81,9 @@ class Converter {
       warn(in, "map_Kd \"" + name + "\" is not there");
       return it->second = TextureId{};
     }
-    const bool clamp = in.diffuse_texopt.clamp;
-    out_.textures.push_back({std::filesystem::absolute(path), true,
-                             clamp ? TextureWrap::kClamp : TextureWrap::kRepeat});
+    Texture& texture = out_.textures.emplace_back();
+    texture.path = std::filesystem::absolute(path);
+    if (in.diffuse_texopt.clamp) texture.wrap_u = texture.wrap_v = TextureWrap::kClamp;
     return it->second;
   }
 

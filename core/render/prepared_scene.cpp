@@ -49,7 +49,7 @@ Result<std::shared_ptr<PreparedScene>> prepare(LoadedScene loaded, int build_thr
   prepared->accel = std::move(accel).value();
   for (const Material& material : scene.materials) prepared->bsdfs.push_back(make_bsdf(material));
   for (const Texture& texture : scene.textures) {
-    Result<int> handle = prepared->textures.open(texture.path, texture.srgb, texture.wrap);
+    Result<int> handle = prepared->textures.open(texture.path, texture.srgb, texture.wrap_u);
     if (!handle.ok()) return handle.error();
     prepared->texture_handles.push_back(handle.value());
   }

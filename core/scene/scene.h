@@ -4,16 +4,21 @@
 
 #include <array>
 #include <filesystem>
+#include <memory>
 #include <string>
 #include <vector>
 
+#include "core/base/byte_io.h"
 #include "core/base/ids.h"
 #include "core/base/sha256.h"
 #include "core/image/image.h"
 #include "core/image/texture_cache.h"
+#include "core/math/mat3.h"
 #include "core/math/ray.h"
 #include "core/scene/camera.h"
+#include "core/scene/light.h"
 #include "core/scene/material.h"
+#include "core/scene/transform.h"
 
 namespace qray {
 
@@ -22,23 +27,37 @@ struct Mesh {
   std::vector<Vec3> positions;
   std::vector<Vec3> normals;                       // per vertex, unit; empty: flat
   std::vector<Vec2> uvs;                           // per vertex; empty: (0, 0)
+  std::vector<Rgb> colors;                         // per vertex, times reflectance; empty: white
   std::vector<std::array<uint32_t, 3>> triangles;  // counter-clockwise seen from the front
   MaterialId material;
 };
 
-struct Texture {
-  std::filesystem::path path;  // absolute once loaded
-  bool srgb = true;            // display-encoded, as 8-bit colour pictures are
-  TextureWrap wrap = TextureWrap::kRepeat;
+// One more placement of a mesh. A mesh that instances name is seen by these alone, any other where
+// its positions are. A mirroring map keeps fronts in front.
+struct Instance {
+  MeshId mesh;
+  Transform to_world;
+  MaterialId material;  // instead of the mesh's; none: the mesh's
 };
 
-// Light from infinitely far. The image is latitude-longitude: its top row is +y, its centre is -z
-// turned by `rotation_deg` about +y (counter-clockwise seen from above).
+struct Texture {
+  std::filesystem::path
+      path;          // absolute once loaded; with `bytes`: a name of its own, for messages
+  bool srgb = true;  // display-encoded, as 8-bit colour pictures are
+  TextureWrap wrap_u = TextureWrap::kRepeat, wrap_v = TextureWrap::kRepeat;
+  bool nearest = false;                // texels are squares, not interpolated
+  UvTransform uv_transform;            // from the mesh's uv to the picture's, v = 0 at its bottom
+  std::shared_ptr<const Bytes> bytes;  // the picture's file, where it is not one on disk
+};
+
+// Light from infinitely far. The image is latitude-longitude: its top row is +y, its centre is -z,
+// turned by `to_world`.
 struct Environment {
   Rgb radiance;  // constant, or the image's factor
   Image image;   // 3 channels, linear; empty: constant
   std::filesystem::path image_path;
   float rotation_deg = 0;
+  Mat3 to_world;  // of the image's directions: a rotation, perhaps with a mirroring
 
   bool present() const { return max_component(radiance) > 0; }
 };
@@ -55,6 +74,8 @@ struct Scene {
   std::vector<Mesh> meshes;
   std::vector<Material> materials;
   std::vector<Texture> textures;
+  std::vector<Instance> instances;
+  std::vector<PunctualLight> lights;
   Environment environment;
   Camera camera;
   int width = 512, height = 512;  // the scene's customary picture size, pixels

@@ -82,7 +82,8 @@ Result<std::vector<Digest>> hash_textures(const Scene& scene) {
     HashWriter out("qray texture 1");
     out.digest(sha256(bytes.value()));
     out.u8(texture.srgb ? 1 : 0);
-    out.u8(static_cast<uint8_t>(texture.wrap));
+    out.u8(static_cast<uint8_t>(texture.wrap_u));
+    out.u8(static_cast<uint8_t>(texture.wrap_v));
     digests.push_back(out.finish());
   }
   return digests;

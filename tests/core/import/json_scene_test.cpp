@@ -59,7 +59,7 @@ TEST(JsonScene, ReadsEveryFieldWhereItBelongs) {
   ASSERT_EQ(s.textures.size(), 1u);
   EXPECT_EQ(s.textures[0].path, folder.path() / "t.png");
   EXPECT_FALSE(s.textures[0].srgb);
-  EXPECT_EQ(s.textures[0].wrap, TextureWrap::kClamp);
+  EXPECT_EQ(s.textures[0].wrap_v, TextureWrap::kClamp);
   ASSERT_EQ(s.materials.size(), 5u);
   EXPECT_EQ(s.materials[0].reflectance, (ColorParam{Rgb{0.5f}, TextureId(0)}));
   EXPECT_EQ(s.materials[0].emission.value, (Rgb{1, 2, 3}));

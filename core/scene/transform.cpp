@@ -1,4 +1,6 @@
-#include "core/import/transform.h"
+#include "core/scene/transform.h"
+
+#include "core/scene/scene.h"
 
 namespace qray {
 

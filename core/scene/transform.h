@@ -4,9 +4,11 @@
 
 #include <array>
 
-#include "core/scene/scene.h"
+#include "core/math/vec.h"
 
 namespace qray {
+
+struct Mesh;
 
 struct Transform {
   // Rows of [A | t].
