@@ -6,6 +6,7 @@
 
 #include "core/import/fit_camera.h"
 #include "core/import/json_scene.h"
+#include "core/import/mitsuba_scene.h"
 #include "core/import/obj.h"
 #include "core/import/ply.h"
 #include "core/scene/scene_hash.h"
@@ -77,11 +78,16 @@ std::string document_pointer(const std::string& pointer, const JsonScene& read) 
   return read.mesh_pointers[index] + rest;
 }
 
-JsonScene read_any(const std::filesystem::path& path, const SceneLimits& limits) {
+JsonScene read_any(const std::filesystem::path& path, const SceneLimits& limits, bool strict) {
   const std::string extension = path.extension();
   if (extension == ".json") {
     JsonScene read = read_json_scene(path, limits);
     if (read.scene.name.empty()) read.scene.name = path.parent_path().filename();
+    return read;
+  }
+  if (extension == ".xml") {
+    JsonScene read = read_mitsuba_scene(path, limits, strict);
+    read.scene.name = std::filesystem::absolute(path).parent_path().filename();
     return read;
   }
   JsonScene read;
@@ -90,16 +96,18 @@ JsonScene read_any(const std::filesystem::path& path, const SceneLimits& limits)
   else if (extension == ".ply")
     read = from_ply(path, limits);
   else
-    fail_import(ErrorCode::kUnsupported, "expected a .json, .obj or .ply file", path.filename());
+    fail_import(ErrorCode::kUnsupported, "expected a .json, .xml, .obj or .ply file",
+                path.filename());
   complete(read.scene, path);
   return read;
 }
 
 }  // namespace
 
-Result<LoadedScene> load_scene(const std::filesystem::path& path, const SceneLimits& limits) {
+Result<LoadedScene> load_scene(const std::filesystem::path& path, const SceneLimits& limits,
+                               bool strict) {
   try {
-    JsonScene read = read_any(path, limits);
+    JsonScene read = read_any(path, limits, strict);
     const std::string file = path.filename();
     const Result<ValidateReport> report = validate(read.scene, limits);
     if (!report.ok()) {

@@ -104,12 +104,10 @@ Mesh unit_disk() {
 
 Mesh sphere(const MitsubaNode& shape, int rings) {
   const Vec3 center = find_point(shape, "center").value_or(Vec3{0, 0, 0});
-  const double radius = find_number(shape, "radius").value_or(1);
+  const auto radius = static_cast<float>(find_number(shape, "radius").value_or(1));
   if (!(radius > 0)) find_parameter(shape, "radius")->fail("expected a radius over 0");
   Mesh mesh = unit_sphere(rings);
-  Transform::translation(center)
-      .after(Transform::scaling(Vec3{static_cast<float>(radius)}))
-      .apply(mesh);
+  for (Vec3& p : mesh.positions) p = center + p * radius;
   return mesh;
 }
 

@@ -14,12 +14,12 @@ Vec3 to_vec3(const std::vector<double>& v) {
 Vec3 read_xyz(const MitsubaNode& node, float fill) {
   if (const std::string* value = node.attribute("value")) {
     const std::vector<double> numbers = parse_numbers(node, *value);
-    if (numbers.size() == 1) return Vec3{static_cast<float>(numbers[0])};
+    if (numbers.size() == 1) return to_vec3({numbers[0], numbers[0], numbers[0]});
     if (numbers.size() != 3)
       node.fail("expected 1 or 3 numbers, got " + std::to_string(numbers.size()));
     return to_vec3(numbers);
   }
-  Vec3 out{fill};
+  Vec3 out{fill, fill, fill};
   const char* const axes[] = {"x", "y", "z"};
   for (int i = 0; i < 3; ++i)
     if (const std::string* text = node.attribute(axes[i]))

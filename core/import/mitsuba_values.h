@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "core/import/mitsuba_tree.h"
-#include "core/import/transform.h"
+#include "core/scene/transform.h"
 
 namespace qray {
 
