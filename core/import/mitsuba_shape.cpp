@@ -14,7 +14,7 @@ namespace {
 constexpr uint64_t kMaxSerializedBytes = uint64_t{1} << 30;
 constexpr int kDiskSegments = 64;
 // All spheres together; a single one has no more than 64 rings, 2 degrees each.
-constexpr double kSphereTriangles = 400'000;
+constexpr double kSphereTriangles = 200'000;
 constexpr int kMinSphereRings = 12, kMaxSphereRings = 64;
 
 void flip_v(Mesh& mesh) {
