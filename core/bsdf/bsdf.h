@@ -1,6 +1,6 @@
 // Scattering at a surface. Directions: unit, local (the shading normal is +z), away from the
-// surface; wo to the eye. Opaque kinds scatter on the side that wo is on, both sides alike;
-// dielectrics tell inside (z < 0) from outside. Immutable; any thread.
+// surface; wo to the eye. Opaque kinds and thin ones are alike from both sides; solid dielectrics
+// tell inside (z < 0) from outside. Immutable; any thread.
 #pragma once
 
 #include <memory>
@@ -11,11 +11,14 @@
 
 namespace qray {
 
-// The material's parameters at one point, textures looked up.
+// The material's parameters at one point, textures looked up; each as Material has it.
 struct ShadingPoint {
   Rgb reflectance;
-  float roughness = 0;  // as Material::roughness
+  float roughness = 0;
+  Rgb specular{1.0f};
+  float metallic = 0, transmission = 0, clearcoat = 0, clearcoat_roughness = 0, specular_weight = 1;
 };
+ShadingPoint constant_point(const Material& material);  // where no texture changes it
 
 struct BsdfEval {
   Rgb f_cos;        // f * |cos(wi)|; per steradian
@@ -34,7 +37,7 @@ enum class BsdfKind : uint8_t {
   kDiffuse,  // Lambert alone
   kGlossy,   // has a density everywhere, not Lambert alone
   kDelta,    // delta lobes alone
-  kMixed,    // a delta lobe over a lobe with a density (smooth plastic)
+  kMixed,    // a delta lobe beside lobes with a density (smooth plastic)
 };
 
 class Bsdf {
@@ -51,6 +54,7 @@ class Bsdf {
   virtual Rgb albedo(const ShadingPoint& sp, Vec3 wo) const = 0;
 };
 
+// Null for a blend, which is resolved to one of its parts at every hit.
 std::unique_ptr<Bsdf> make_bsdf(const Material& material);
 
 }  // namespace qray

@@ -8,19 +8,19 @@ namespace {
 
 class ConductorBase : public Bsdf {
  public:
-  explicit ConductorBase(const Material& m) : eta_(m.eta), k_(m.k), specular_(m.specular.value) {}
+  explicit ConductorBase(const Material& m) : eta_(m.eta), k_(m.k) {}
 
-  Rgb albedo(const ShadingPoint&, Vec3 wo) const override { return fresnel(std::abs(wo.z)); }
+  Rgb albedo(const ShadingPoint& sp, Vec3 wo) const override { return fresnel(sp, std::abs(wo.z)); }
 
  protected:
-  Rgb fresnel(float cos_i) const {
-    return specular_ * Rgb{fresnel_conductor(cos_i, eta_.r, k_.r),
-                           fresnel_conductor(cos_i, eta_.g, k_.g),
-                           fresnel_conductor(cos_i, eta_.b, k_.b)};
+  Rgb fresnel(const ShadingPoint& sp, float cos_i) const {
+    return sp.specular * Rgb{fresnel_conductor(cos_i, eta_.r, k_.r),
+                             fresnel_conductor(cos_i, eta_.g, k_.g),
+                             fresnel_conductor(cos_i, eta_.b, k_.b)};
   }
 
  private:
-  Rgb eta_, k_, specular_;
+  Rgb eta_, k_;
 };
 
 class SmoothConductor final : public ConductorBase {
@@ -28,9 +28,9 @@ class SmoothConductor final : public ConductorBase {
   using ConductorBase::ConductorBase;
   BsdfKind kind() const override { return BsdfKind::kDelta; }
   BsdfEval eval(const ShadingPoint&, Vec3, Vec3) const override { return {}; }
-  std::optional<BsdfSample> sample(const ShadingPoint&, Vec3 wo, float, Vec2) const override {
+  std::optional<BsdfSample> sample(const ShadingPoint& sp, Vec3 wo, float, Vec2) const override {
     if (wo.z == 0) return std::nullopt;
-    return BsdfSample{{-wo.x, -wo.y, wo.z}, fresnel(std::abs(wo.z)), 0, true};
+    return BsdfSample{{-wo.x, -wo.y, wo.z}, fresnel(sp, std::abs(wo.z)), 0, true};
   }
 };
 
@@ -46,7 +46,7 @@ class RoughConductor final : public ConductorBase {
     const Ggx ggx(sp.roughness);
     const float d = ggx.d(h);
     const float f_cos = 0.25f * d * ggx.g2_over_cos(wo, wi) * wi.z;
-    return {fresnel(dot(wo, h)) * f_cos, 0.25f * d * ggx.g1_over_cos(wo)};
+    return {fresnel(sp, dot(wo, h)) * f_cos, 0.25f * d * ggx.g1_over_cos(wo)};
   }
 
   std::optional<BsdfSample> sample(const ShadingPoint& sp, Vec3 wo, float,
@@ -58,7 +58,7 @@ class RoughConductor final : public ConductorBase {
     const Vec3 h = ggx.sample_visible(wo, u_dir);
     Vec3 wi = normalize(reflect(wo, h));
     if (wi.z <= 0) return std::nullopt;
-    const Rgb weight = fresnel(dot(wo, h)) * ggx.g2_over_g1(wo, wi);
+    const Rgb weight = fresnel(sp, dot(wo, h)) * ggx.g2_over_g1(wo, wi);
     const float pdf_w = 0.25f * ggx.d(h) * ggx.g1_over_cos(wo);
     wi.z *= side;
     return BsdfSample{wi, weight, pdf_w, false};

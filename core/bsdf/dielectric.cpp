@@ -1,6 +1,7 @@
 // Glass: a boundary that reflects and refracts, smooth or of GGX microfacets (Walter et al. 2007).
 // Radiance that crosses the boundary is scaled by the square of the relative index
-// (pbrt-v4, 9.5.2), so eval() is not reciprocal there.
+// (pbrt-v4, 9.5.2), so eval() is not reciprocal there. And a pane of glass: both its faces as one
+// surface, between which light is reflected any number of times (Stokes 1862).
 #include "core/bsdf/fresnel.h"
 #include "core/bsdf/ggx.h"
 #include "core/bsdf/kinds.h"
@@ -8,23 +9,18 @@
 namespace qray {
 namespace {
 
-// An index this near 1 is no boundary: microfacets of it would squeeze all they refract into a
-// direction that floats cannot resolve.
-constexpr float kLeastIndexStep = 1e-3f;
-
 class DielectricBase : public Bsdf {
  public:
-  explicit DielectricBase(const Material& m) : ior_(m.ior), specular_(m.specular.value) {}
-  Rgb albedo(const ShadingPoint&, Vec3) const override { return specular_; }
+  explicit DielectricBase(const Material& m) : ior_(m.ior) {}
+  Rgb albedo(const ShadingPoint& sp, Vec3) const override { return sp.specular; }
 
  protected:
   // The index beyond the surface, seen from wo, over that before it.
   float eta(Vec3 wo) const { return wo.z > 0 ? ior_ : 1 / ior_; }
-  Rgb specular() const { return specular_; }
+  float ior() const { return ior_; }
 
  private:
   float ior_;
-  Rgb specular_;
 };
 
 class SmoothDielectric final : public DielectricBase {
@@ -34,15 +30,15 @@ class SmoothDielectric final : public DielectricBase {
   BsdfEval eval(const ShadingPoint&, Vec3, Vec3) const override { return {}; }
 
   // The lobe's chance is its share, so both cancel.
-  std::optional<BsdfSample> sample(const ShadingPoint&, Vec3 wo, float u_lobe,
+  std::optional<BsdfSample> sample(const ShadingPoint& sp, Vec3 wo, float u_lobe,
                                    Vec2) const override {
     if (wo.z == 0) return std::nullopt;
     const float eta = this->eta(wo);
     const DielectricFresnel f = fresnel_dielectric(std::abs(wo.z), eta);
-    if (u_lobe < f.reflectance) return BsdfSample{{-wo.x, -wo.y, wo.z}, specular(), 0, true};
+    if (u_lobe < f.reflectance) return BsdfSample{{-wo.x, -wo.y, wo.z}, sp.specular, 0, true};
     if (f.cos_t == 0) return std::nullopt;
     const Vec3 wi{-wo.x / eta, -wo.y / eta, -std::copysign(f.cos_t, wo.z)};
-    return BsdfSample{normalize(wi), specular() / sqr(eta), 0, true};
+    return BsdfSample{normalize(wi), sp.specular / sqr(eta), 0, true};
   }
 };
 
@@ -59,7 +55,7 @@ class RoughDielectric final : public DielectricBase {
     if (wi.z > 0) {
       const Vec3 h = normalize(wo + wi);
       const float f = fresnel_dielectric(dot(wo, h), eta).reflectance;
-      return reflected(ggx, wo, wi, h, f);
+      return reflected(sp, ggx, wo, wi, h, f);
     }
     // Generalised half vector, Walter et al. eq. 16, on wo's side.
     Vec3 h = wo + wi * eta;
@@ -68,7 +64,7 @@ class RoughDielectric final : public DielectricBase {
     h = h / std::copysign(size, h.z);
     if (dot(wo, h) <= 0 || dot(wi, h) >= 0) return {};
     const float f = fresnel_dielectric(dot(wo, h), eta).reflectance;
-    return refracted(ggx, wo, wi, h, 1 - f, eta);
+    return refracted(sp, ggx, wo, wi, h, 1 - f, eta);
   }
 
   std::optional<BsdfSample> sample(const ShadingPoint& sp, Vec3 wo, float u_lobe,
@@ -87,13 +83,13 @@ class RoughDielectric final : public DielectricBase {
     if (u_lobe < f.reflectance) {
       s.wi = normalize(reflect(wo, h));
       if (s.wi.z <= 0) return std::nullopt;
-      s.pdf_w = reflected(ggx, wo, s.wi, h, f.reflectance).pdf_w;
-      s.weight = specular() * ggx.g2_over_g1(wo, s.wi);
+      s.pdf_w = reflected(sp, ggx, wo, s.wi, h, f.reflectance).pdf_w;
+      s.weight = sp.specular * ggx.g2_over_g1(wo, s.wi);
     } else {
       s.wi = normalize(h * (cos_o / eta - f.cos_t) - wo / eta);
       if (s.wi.z >= 0 || f.cos_t == 0) return std::nullopt;
-      s.pdf_w = refracted(ggx, wo, s.wi, h, 1 - f.reflectance, eta).pdf_w;
-      s.weight = specular() * (ggx.g2_over_g1(wo, s.wi) / sqr(eta));
+      s.pdf_w = refracted(sp, ggx, wo, s.wi, h, 1 - f.reflectance, eta).pdf_w;
+      s.weight = sp.specular * (ggx.g2_over_g1(wo, s.wi) / sqr(eta));
     }
     s.wi.z *= side;
     return s;
@@ -104,21 +100,46 @@ class RoughDielectric final : public DielectricBase {
     wi.z *= std::copysign(1.0f, wo.z);
     wo.z = std::abs(wo.z);
   }
-  BsdfEval reflected(const Ggx& ggx, Vec3 wo, Vec3 wi, Vec3 h, float share) const {
+  BsdfEval reflected(const ShadingPoint& sp, const Ggx& ggx, Vec3 wo, Vec3 wi, Vec3 h,
+                     float share) const {
     const float d = 0.25f * share * ggx.d(h);
-    return {specular() * (d * ggx.g2_over_cos(wo, wi) * wi.z), d * ggx.g1_over_cos(wo)};
+    return {sp.specular * (d * ggx.g2_over_cos(wo, wi) * wi.z), d * ggx.g1_over_cos(wo)};
   }
   // Walter et al. eq. 17 and 21, over eta^2 for radiance.
-  BsdfEval refracted(const Ggx& ggx, Vec3 wo, Vec3 wi, Vec3 h, float share, float eta) const {
+  BsdfEval refracted(const ShadingPoint& sp, const Ggx& ggx, Vec3 wo, Vec3 wi, Vec3 h, float share,
+                     float eta) const {
     const float cos_o = dot(wo, h), cos_i = -dot(wi, h);
     const float jacobian = sqr(eta) * cos_i / sqr(eta * cos_i - cos_o);
     const float d = share * ggx.d(h) * cos_o * jacobian;
     if (!std::isfinite(d)) return {};
-    return {specular() * (d * ggx.g2_over_cos(wo, wi) * -wi.z / sqr(eta)), d * ggx.g1_over_cos(wo)};
+    return {sp.specular * (d * ggx.g2_over_cos(wo, wi) * -wi.z / sqr(eta)),
+            d * ggx.g1_over_cos(wo)};
+  }
+};
+
+// Light goes straight on, displaced by less than is modelled.
+class ThinDielectric final : public DielectricBase {
+ public:
+  using DielectricBase::DielectricBase;
+  BsdfKind kind() const override { return BsdfKind::kDelta; }
+  BsdfEval eval(const ShadingPoint&, Vec3, Vec3) const override { return {}; }
+
+  std::optional<BsdfSample> sample(const ShadingPoint& sp, Vec3 wo, float u_lobe,
+                                   Vec2) const override {
+    if (wo.z == 0) return std::nullopt;
+    // R + T^2 R + T^2 R^3 + ... with T = 1 - R.
+    const float one_face = fresnel_dielectric(std::abs(wo.z), ior()).reflectance;
+    const float both = 2 * one_face / (1 + one_face);
+    const Vec3 wi = u_lobe < both ? Vec3{-wo.x, -wo.y, wo.z} : -wo;
+    return BsdfSample{wi, sp.specular, 0, true};
   }
 };
 
 }  // namespace
+
+std::unique_ptr<Bsdf> make_thin_dielectric(const Material& material) {
+  return std::make_unique<ThinDielectric>(material);
+}
 
 std::unique_ptr<Bsdf> make_dielectric(const Material& material) {
   if (is_smooth(material) || std::abs(material.ior - 1) < kLeastIndexStep)

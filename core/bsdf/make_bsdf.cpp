@@ -3,6 +3,19 @@
 
 namespace qray {
 
+ShadingPoint constant_point(const Material& m) {
+  ShadingPoint sp;
+  sp.reflectance = m.reflectance.value;
+  sp.roughness = m.roughness.value;
+  sp.specular = m.specular.value;
+  sp.metallic = m.metallic.value;
+  sp.transmission = m.transmission.value;
+  sp.clearcoat = m.clearcoat.value;
+  sp.clearcoat_roughness = m.clearcoat_roughness.value;
+  sp.specular_weight = m.specular_weight.value;
+  return sp;
+}
+
 std::unique_ptr<Bsdf> make_bsdf(const Material& material) {
   switch (material.kind) {
     case MaterialKind::kDiffuse:
@@ -14,9 +27,11 @@ std::unique_ptr<Bsdf> make_bsdf(const Material& material) {
     case MaterialKind::kPlastic:
       return make_plastic(material);
     case MaterialKind::kThinDielectric:
+      return make_thin_dielectric(material);
     case MaterialKind::kPrincipled:
+      return make_principled(material);
     case MaterialKind::kBlend:
-      break;
+      return nullptr;
   }
   QRAY_CHECK(!"a kind of material without a Bsdf");
   return nullptr;

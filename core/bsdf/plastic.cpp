@@ -3,7 +3,8 @@
 //   f_base = T(wo) T(wi) rho / (n^2 (1 - rho R_in) pi),  1 - R_in = (1 - R_out) / n^2,
 // T the share that the coat lets through in one direction, R_out the coat's mean albedo from
 // outside, R_in from inside, n the index. This form is reciprocal, and at rho = 1 coat and base
-// together have albedo 1.
+// together have albedo 1. `nonlinear` false leaves rho out of the series (1 - R_in), as Mitsuba
+// does by default: colours are then as bright as given, not more saturated.
 #include "core/bsdf/coat_albedo.h"
 #include "core/bsdf/fresnel.h"
 #include "core/bsdf/ggx.h"
@@ -15,8 +16,7 @@ namespace {
 
 class PlasticBase : public Bsdf {
  public:
-  explicit PlasticBase(const Material& m)
-      : ior_(m.ior), specular_(m.specular.value), specular_luminance_(luminance(m.specular.value)) {}
+  explicit PlasticBase(const Material& m) : ior_(m.ior), nonlinear_(m.nonlinear) {}
 
  protected:
   // What the layers send back from wo's direction, in all.
@@ -34,22 +34,22 @@ class PlasticBase : public Bsdf {
     l.transmitted = 1 - coat_albedo;
     const Rgb rho = sp.reflectance;
     const float n2 = sqr(ior_);
-    l.base = rho / (Rgb{n2} + rho * (1 - coat_mean - n2));
+    l.base = nonlinear_ ? rho / (Rgb{n2} + rho * (1 - coat_mean - n2)) : rho / (1 - coat_mean);
     l.base_albedo = l.base * (l.transmitted * (1 - coat_mean));
-    const float coat = specular_luminance_ * coat_albedo;
+    const float coat = luminance(sp.specular) * coat_albedo;
     const float sum = coat + luminance(l.base_albedo);
     l.black = !(sum > 0);
     l.coat_chance = l.black ? 0 : coat / sum;
     return l;
   }
-  Rgb albedo(const Layers& l) const { return specular_ * l.coat_albedo + l.base_albedo; }
+  Rgb albedo(const ShadingPoint& sp, const Layers& l) const {
+    return sp.specular * l.coat_albedo + l.base_albedo;
+  }
   float ior() const { return ior_; }
-  Rgb specular() const { return specular_; }
 
  private:
   float ior_;
-  Rgb specular_;
-  float specular_luminance_;
+  bool nonlinear_;
 };
 
 class SmoothPlastic final : public PlasticBase {
@@ -69,7 +69,7 @@ class SmoothPlastic final : public PlasticBase {
     const Layers l = layers_at(sp, wo);
     if (l.black) return std::nullopt;
     if (u_lobe < l.coat_chance) {
-      const Rgb weight = specular() * (l.coat_albedo / l.coat_chance);
+      const Rgb weight = sp.specular * (l.coat_albedo / l.coat_chance);
       return BsdfSample{{-wo.x, -wo.y, wo.z}, weight, 0, true};
     }
     Vec3 wi = square_to_cosine_hemisphere(u_dir);
@@ -80,7 +80,7 @@ class SmoothPlastic final : public PlasticBase {
   }
 
   Rgb albedo(const ShadingPoint& sp, Vec3 wo) const override {
-    return PlasticBase::albedo(layers_at(sp, wo));
+    return PlasticBase::albedo(sp, layers_at(sp, wo));
   }
 
  private:
@@ -108,7 +108,7 @@ class RoughPlastic final : public PlasticBase {
     wo.z = std::abs(wo.z);
     wi.z = std::abs(wi.z);
     const CoatAlbedo::Row row = coat_.row(sp.roughness);
-    return eval(Ggx(sp.roughness), row, layers_at(sp, row, wo.z), wo, wi);
+    return eval(sp, Ggx(sp.roughness), row, layers_at(sp, row, wo.z), wo, wi);
   }
 
   std::optional<BsdfSample> sample(const ShadingPoint& sp, Vec3 wo, float u_lobe,
@@ -123,14 +123,14 @@ class RoughPlastic final : public PlasticBase {
     Vec3 wi = u_lobe < l.coat_chance ? normalize(reflect(wo, ggx.sample_visible(wo, u_dir)))
                                      : square_to_cosine_hemisphere(u_dir);
     if (wi.z <= 0) return std::nullopt;
-    const BsdfEval e = eval(ggx, row, l, wo, wi);
+    const BsdfEval e = eval(sp, ggx, row, l, wo, wi);
     if (!(e.pdf_w > 0)) return std::nullopt;
     wi.z *= side;
     return BsdfSample{wi, e.f_cos / e.pdf_w, e.pdf_w, false};
   }
 
   Rgb albedo(const ShadingPoint& sp, Vec3 wo) const override {
-    return PlasticBase::albedo(layers_at(sp, coat_.row(sp.roughness), std::abs(wo.z)));
+    return PlasticBase::albedo(sp, layers_at(sp, coat_.row(sp.roughness), std::abs(wo.z)));
   }
 
  private:
@@ -138,14 +138,15 @@ class RoughPlastic final : public PlasticBase {
     return layers(sp, coat_.albedo(row, cos_o), coat_.mean(row));
   }
   // Both directions in front.
-  BsdfEval eval(const Ggx& ggx, CoatAlbedo::Row row, const Layers& l, Vec3 wo, Vec3 wi) const {
+  BsdfEval eval(const ShadingPoint& sp, const Ggx& ggx, CoatAlbedo::Row row, const Layers& l,
+                Vec3 wo, Vec3 wi) const {
     const Vec3 h = normalize(wo + wi);
     const float d = 0.25f * ggx.d(h);
     const float coat =
         fresnel_dielectric(dot(wo, h), ior()).reflectance * d * ggx.g2_over_cos(wo, wi) * wi.z;
     const float cosine = cosine_hemisphere_pdf_w(wi.z);
     const float passed = l.transmitted * (1 - coat_.albedo(row, wi.z));
-    return {specular() * coat + l.base * (passed * cosine),
+    return {sp.specular * coat + l.base * (passed * cosine),
             l.coat_chance * d * ggx.g1_over_cos(wo) + (1 - l.coat_chance) * cosine};
   }
 

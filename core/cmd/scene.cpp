@@ -30,7 +30,8 @@ Status run(const std::string& name) {
   std::printf("meshes      %zu, %zu triangles (%zu without area left out)\n", scene.meshes.size(),
               scene.triangle_count(), loaded.value().dropped_triangles);
   std::printf("materials   %zu, %zu textures\n", scene.materials.size(), scene.textures.size());
-  std::printf("lights      %zu emitting triangles, %s\n", emitting_triangles(scene),
+  std::printf("lights      %zu emitting triangles, %zu without an extent, %s\n",
+              emitting_triangles(scene), scene.lights.size(),
               !scene.environment.present()      ? "no sky"
               : scene.environment.image.empty() ? "a constant sky"
                                                 : "a picture of the sky");

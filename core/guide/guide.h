@@ -59,7 +59,9 @@ struct GuideVertex {
   // What the direction was paid: radiance, nee's share left out, the further path as the guide
   // expects it where it can, else as it went.
   Rgb arriving;
-  float emitted = 0;  // luminance emitted toward here by what the ray reached, no MIS weight
+  // Luminance emitted toward here by what the ray reached, no MIS weight; or scattered toward here
+  // of lights that no ray reaches.
+  float emitted = 0;
 };
 
 // What one tile of one pass learned; each guide has its own kind.

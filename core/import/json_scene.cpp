@@ -19,8 +19,8 @@ class Reader {
       : folder_(path.parent_path()), limits_(limits) {}
 
   JsonScene read(const JsonNode& root) {
-    root.only(
-        {"name", "size", "max_depth", "camera", "textures", "materials", "environment", "meshes"});
+    root.only({"name", "size", "max_depth", "camera", "textures", "materials", "environment",
+               "lights", "meshes"});
     Scene& scene = out_.scene;
     if (const auto name = root.find("name")) scene.name = name->string();
     if (const auto size = root.find("size")) {
@@ -33,6 +33,9 @@ class Reader {
     if (const auto textures = root.find("textures")) read_textures(*textures);
     read_materials(root.get("materials"));
     if (const auto environment = root.find("environment")) read_environment(*environment);
+    if (const auto lights = root.find("lights")) {
+      for (size_t i = 0; i < lights->size(); ++i) scene.lights.push_back(read_light(lights->at(i)));
+    }
     read_meshes(root.get("meshes"));
     return std::move(out_);
   }
@@ -102,7 +105,8 @@ class Reader {
     if (!image && !node.has("radiance")) node.fail("expected \"radiance\" or \"image\"");
     environment.radiance = Rgb{1.0f};
     if (const auto v = node.find("radiance")) environment.radiance = v->number_or_rgb();
-    if (const auto v = node.find("rotation_deg")) environment.rotation_deg = v->number();
+    if (const auto v = node.find("rotation_deg"))
+      environment.to_world = Mat3::rotation_y(v->number(-360, 360));
     if (!image) return;
     const std::string extension = std::filesystem::path(image->string()).extension();
     if (extension != ".exr" && extension != ".hdr") image->fail_expected("an .exr or .hdr file");
@@ -110,10 +114,11 @@ class Reader {
     const auto max_pixels = static_cast<uint64_t>(limits_.max_pixels);
     Result<Image> pixels = read_image(environment.image_path, max_pixels);
     if (!pixels.ok()) image->fail(pixels.error().message, pixels.error().code);
-    environment.image = three_channels(pixels.value());
+    environment.image = three_channels(std::move(pixels).value());
   }
 
-  static Image three_channels(const Image& image) {
+  static Image three_channels(Image image) {
+    if (image.channels() == 3) return image;
     Image out(image.width(), image.height(), 3);
     for (int y = 0; y < image.height(); ++y)
       for (int x = 0; x < image.width(); ++x) out.set_rgb(x, y, image.rgb(x, y));

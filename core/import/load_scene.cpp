@@ -35,6 +35,8 @@ JsonScene from_ply(const std::filesystem::path& path, const SceneLimits& limits)
 
 bool has_light(const Scene& scene) {
   return scene.environment.present() ||
+         std::any_of(scene.lights.begin(), scene.lights.end(),
+                     [](const PunctualLight& light) { return light.emits(); }) ||
          std::any_of(scene.meshes.begin(), scene.meshes.end(), [&scene](const Mesh& mesh) {
            return mesh.material.value < scene.materials.size() &&
                   scene.materials[mesh.material.value].emits();

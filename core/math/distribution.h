@@ -1,5 +1,4 @@
-// Discrete and piecewise-constant densities with their samplers (pbrt-v4, A.1 and A.4.5).
-// Immutable after construction; any thread.
+// Discrete densities with their samplers (pbrt-v4, A.1). Any thread.
 #pragma once
 
 #include <algorithm>
@@ -11,7 +10,7 @@
 
 namespace qray {
 
-// Vose's alias method: picks i with probability weight[i] / sum in constant time.
+// Vose's alias method: picks i with probability weight[i] / sum in constant time. Immutable.
 class AliasTable {
  public:
   AliasTable() = default;
@@ -41,24 +40,14 @@ class AliasTable {
   std::vector<Bin> bins_;
 };
 
-// A density over the unit square, constant in each of width x height cells.
-class PiecewiseConstant2D {
- public:
-  PiecewiseConstant2D() = default;
-  PiecewiseConstant2D(std::span<const float> weights, int width, int height);
+// Fills `cdf` (one more than the weights, from 0 to 1) and returns their sum; all 0: uniform.
+double fill_cdf(std::span<const float> weights, std::span<float> cdf);
 
-  struct Sample {
-    Vec2 uv;
-    float pdf = 0;  // with respect to area on the unit square
-  };
-  Sample sample(Vec2 u) const;
-  float pdf(Vec2 uv) const;
-
- private:
-  int width_ = 0, height_ = 0;
-  std::vector<float> weights_;   // scaled so that the mean is 1
-  std::vector<float> row_cdf_;   // height + 1
-  std::vector<float> cell_cdf_;  // height rows of width + 1
+// The interval of a cdf that holds u, and u's position in it.
+struct CdfPick {
+  int index;
+  float offset;  // [0, 1)
 };
+CdfPick pick_by_cdf(std::span<const float> cdf, float u);
 
 }  // namespace qray

@@ -58,6 +58,14 @@ inline Vec3 square_to_uniform_sphere(Vec2 u) {
 }
 constexpr float kUniformSpherePdfW = 0.25f * kInvPi;
 
+// On [0, 1), with the density that rises (or falls) linearly from a to b, neither negative and not
+// both 0.
+inline float sample_linear(float u, float a, float b) {
+  if (u == 0 && a == 0) return 0;
+  const float x = u * (a + b) / (a + std::sqrt(lerp(u, a * a, b * b)));
+  return std::min(x, kOneMinusEpsilon);
+}
+
 // Barycentric coordinates (of the second and third vertex), uniform over the triangle
 // (Heitz 2019, "A Low-Distortion Map Between Triangle and Square").
 inline Vec2 square_to_triangle(Vec2 u) {

@@ -1,12 +1,13 @@
-// Picks a point of a light for next event estimation: emitting triangles by their power, and the
-// environment as one light more. Immutable after build; any thread.
+// Picks a point of a light for next event estimation, by power: emitting triangles, lights without
+// an extent, and the environment as one light more. Immutable after build; any thread.
 #pragma once
 
-#include <unordered_map>
+#include <memory>
 #include <vector>
 
 #include "core/math/distribution.h"
 #include "core/math/warp.h"
+#include "core/render/environment_light.h"
 #include "core/scene/scene.h"
 
 namespace qray {
@@ -14,33 +15,42 @@ namespace qray {
 struct LightSample {
   Vec3 wi;             // unit, from the shaded point to the light
   float distance = 0;  // metres; infinite for the environment
-  Rgb radiance;        // that arrives if nothing is in the way
-  float pdf_w = 0;     // per steradian, the choice of light counted
+  Rgb radiance;     // that arrives if nothing is in the way; punctual: irradiance facing the light
+  float pdf_w = 0;  // per steradian, the choice of light counted; punctual: of that choice alone
+  bool punctual = false;  // no other sampling finds it
 };
 
 class LightPick {
  public:
-  void build(const Scene& scene, const Bounds3& bounds);
+  void build(const Scene& scene, const Bounds3& bounds);  // `scene` outlives this
   // The same lights, each picked as often as any other.
   LightPick uniform() const;
   bool picks_uniformly() const;  // are all picked alike, by their power or by uniform()?
-  float brightest() const;       // luminance emitted by any light
-  bool empty() const { return triangles_.empty() && !environment_.present(); }
+  // Luminance emitted by any light; of a punctual one, what a white surface at a tenth of the
+  // scene's radius would send on.
+  float brightest() const { return brightest_; }
+  bool empty() const { return picker_.size() == 0; }
+  bool has_punctual() const { return !punctual_.empty(); }
 
   // False: this choice of light sends nothing to p (it faces away).
   bool sample(Vec3 p, float u_light, Vec2 u, LightSample& out) const {
     const AliasTable::Pick pick = picker_.sample(u_light);
-    return pick.index < triangles_.size() ? sample_triangle(triangles_[pick.index], p, u, out)
-                                          : sample_environment(u, out);
+    if (pick.index < triangles_.size()) return sample_triangle(triangles_[pick.index], p, u, out);
+    const size_t rest = pick.index - triangles_.size();
+    return rest < punctual_.size() ? sample_punctual(punctual_[rest], pick.probability, p, out)
+                                   : sample_environment(u, out);
   }
   // Density with which sample() makes the direction that hits an emitting triangle, or escapes.
   float pdf_w_triangle(MeshId mesh, uint32_t triangle, float distance, float abs_cos_light) const;
-  float pdf_w_environment(Vec3 wi) const;
-  Rgb environment_radiance(Vec3 wi) const;
-  bool has_environment() const { return environment_.present(); }
+  float pdf_w_environment(Vec3 wi) const {
+    return environment_probability_ * environment_->pdf_w(wi);
+  }
+  Rgb environment_radiance(Vec3 wi) const { return environment_->radiance(wi); }
+  bool has_environment() const { return environment_ != nullptr; }
 
  private:
   void set_picker(std::span<const float> weights);
+  void set_brightest(float radius);
 
   struct EmittingTriangle {
     Vec3 p0, e1, e2;  // a vertex and two edges
@@ -62,15 +72,17 @@ class LightPick {
     out.pdf_w = t.pick_probability * distance2 / (std::abs(cos_light) * t.area);
     return true;
   }
+  static bool sample_punctual(const PunctualLight& light, float probability, Vec3 p,
+                              LightSample& out);
   bool sample_environment(Vec2 u, LightSample& out) const;
-  Vec2 environment_uv(Vec3 wi) const;
 
   std::vector<EmittingTriangle> triangles_;
   std::vector<uint32_t> first_of_mesh_;  // by MeshId: index of its first triangle, or none
-  AliasTable picker_;                    // triangles, then the environment
+  std::vector<PunctualLight> punctual_;
+  std::shared_ptr<const EnvironmentLight> environment_;  // null: none
+  AliasTable picker_;  // triangles, punctual lights, then the environment; empty: no light at all
   float environment_probability_ = 0;
-  Environment environment_;
-  PiecewiseConstant2D environment_density_;  // over (u, v); empty: uniform sphere
+  float brightest_ = 0;
 };
 
 }  // namespace qray

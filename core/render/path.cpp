@@ -84,6 +84,7 @@ PathTracer::PathTracer(const PreparedScene& scene, const LightPick& lights,
     : scene_(scene),
       lights_(lights),
       settings_(settings),
+      connects_(!lights.empty() && (settings.nee || lights.has_punctual())),
       guide_(guide),
       guide_expects_(guide && guide->expects()),
       learner_(guide) {}
@@ -118,7 +119,7 @@ void PathTracer::flush() {
     const Waiting& w = waiting_[i];
     if (waiting_rays_[i].occluded()) continue;
     *w.pixel += w.light;
-    if (w.vertex != PathLearner::kNoVertex) learner_.direct(w.vertex, w.scattered);
+    if (w.vertex != PathLearner::kNoVertex) learner_.direct(w.vertex, w.scattered, w.punctual);
   }
   waiting_.clear();
   waiting_rays_.clear();
@@ -152,16 +153,18 @@ inline float PathTracer::ray_offset(Vec3 p, float t) const {
 inline PathTracer::Connection PathTracer::connect(const Vertex& v, Vec2 u, float u_light) {
   LightSample light;
   if (!lights_.sample(v.surface.p, u_light, u, light)) return {};
+  if (!settings_.nee && !light.punctual) return {};
   const Vec3 wi_local = v.frame.to_local(light.wi);
   if (!v.sides_agree(light.wi, wi_local)) return {};
   const BsdfEval eval = v.eval(wi_local);
   if (eval.f_cos.is_black()) return {};
-  const float ratio = mixture_pdf_w(v, light.wi, eval.pdf_w) / light.pdf_w;
+  const float ratio = light.punctual ? 0 : mixture_pdf_w(v, light.wi, eval.pdf_w) / light.pdf_w;
   const float mis_over_pdf = 1 / (light.pdf_w * (1 + ratio * ratio));  // the power heuristic
   // The ray starts off the surface, perhaps nearer to the light, and must end before it.
   const float t_max = std::min(light.distance * (1 - 1e-4f), light.distance - 2 * v.ray_offset);
   return {eval.f_cos * light.radiance * mis_over_pdf,
-          {v.ray_origin(light.wi), light.wi, std::max(t_max, 0.0f)}};
+          {v.ray_origin(light.wi), light.wi, std::max(t_max, 0.0f)},
+          light.punctual};
 }
 
 // Russian roulette. Where the table is credible, by the noise that what follows would bring into
@@ -287,13 +290,15 @@ Rgb PathTracer::walk(Ray ray, Sampler& sampler, float pixel_deviation, Rgb& pixe
             luminance(v.kind == BsdfKind::kDiffuse ? v.sp.reflectance : v.bsdf.albedo(v.sp, v.wo)));
     }
 
-    // 3. Light straight from a light. Its ray waits to be traced with others.
-    if (settings_.nee && v.kind != BsdfKind::kDelta && !lights_.empty()) {
+    // 3. Light straight from a light. Its ray waits to be traced with others. Nothing else finds a
+    // light without an extent.
+    if (connects_ && v.kind != BsdfKind::kDelta) {
       const Connection connection = connect(v, u.a, u.c.x);
       if (!connection.light.is_black()) {
         const Rgb light = throughput * connection.light;
         if (!is_finite(light)) return light;
-        waiting_.push_back({light, &pixel, connection.light, learner_.current()});
+        waiting_.push_back(
+            {light, &pixel, connection.light, learner_.current(), connection.punctual});
         waiting_rays_.emplace_back(connection.ray);
       }
     }

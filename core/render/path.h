@@ -51,6 +51,7 @@ class PathTracer {
   struct Connection {
     Rgb light;  // weighted, if the ray is free
     Ray ray;
+    bool punctual = false;
   };
   // A path goes on with probability `chance`; `control` is paid to one that ends, and paid back by
   // one that goes on: the mean is the same whatever it is.
@@ -69,6 +70,7 @@ class PathTracer {
   const PreparedScene& scene_;
   const LightPick& lights_;
   const RenderSettings& settings_;
+  const bool connects_;  // surfaces to lights
   const Guide* guide_;
   const bool guide_expects_;
   Guiding guiding_ = Guiding::kOn;
@@ -89,6 +91,7 @@ class PathTracer {
     Rgb* pixel;
     Rgb scattered;    // the same, before the path's throughput
     uint32_t vertex;  // the learner's
+    bool punctual;
   };
   std::vector<Waiting> waiting_;
   std::vector<OcclusionRay> waiting_rays_;  // parallel to waiting_

@@ -53,6 +53,7 @@ void PathLearner::flush() {
       const Note& y = notes_[i + 1];
       const Rgb further = y.credible ? y.expected : y.weight * vertices_[i + 1].arriving;
       vertices_[i].arriving += x.between * (y.direct + further);
+      vertices_[i].emitted += luminance(x.between * y.as_emitted);
     }
     guide_->record(std::span(vertices_).subspan(path.begin, path.end - path.begin), *path.delta);
   }

@@ -35,8 +35,12 @@ class PathLearner {
   void scattered(Vec3 wi, float pdf_w, float bsdf_pdf_w, Rgb weight, float inverse_chance);
   // The same by a mirror or clear glass, `at_vertex` if a vertex of the path is there.
   void scattered_delta(bool at_vertex, Rgb weight);
-  // Direct light that a vertex (as current() told it) scatters on.
-  void direct(uint32_t vertex, Rgb radiance) { notes_[vertex].direct += radiance; }
+  // Direct light that a vertex (as current() told it) scatters on. No direction hits a punctual
+  // light: for those who learn from what is hit, the surface is what emits.
+  void direct(uint32_t vertex, Rgb radiance, bool punctual) {
+    notes_[vertex].direct += radiance;
+    if (punctual) notes_[vertex].as_emitted += radiance;
+  }
 
   void flush();    // all direct light is there: record the paths
   void discard();  // forget them
@@ -46,6 +50,7 @@ class PathLearner {
     Rgb emitted;        // toward the vertex, weighted, in its direction
     Rgb between{1.0f};  // factor of the mirrors between it and the next vertex
     Rgb direct;         // that it scatters on
+    Rgb as_emitted;     // the share of `direct` that punctual lights have
     Rgb weight;         // of what arrives in the direction taken
     Rgb expected;
     bool credible = false;

@@ -23,12 +23,13 @@ struct PunctualLight {
   Vec3 position;              // point, spot
   Vec3 direction{0, 0, -1};   // unit, the way the light goes; spot: its axis; directional
   float inner_rad = 0;        // spot: full intensity up to here, from the axis
-  float outer_rad = kPi / 4;  // spot: none from here on, more than inner_rad, at most pi
+  float outer_rad = kPi / 4;  // spot: none from here on; inner_rad or more, at most pi
   SpotFalloff falloff = SpotFalloff::kCosineSquared;
 
   bool emits() const { return max_component(intensity) > 0; }
   // What leaves toward `wi`, unit. pre: not directional.
   Rgb intensity_toward(Vec3 wi) const;
+  Rgb power() const;  // W per channel; the same
 };
 
 }  // namespace qray

@@ -56,7 +56,6 @@ struct Environment {
   Rgb radiance;  // constant, or the image's factor
   Image image;   // 3 channels, linear; empty: constant
   std::filesystem::path image_path;
-  float rotation_deg = 0;
   Mat3 to_world;  // of the image's directions: a rotation, perhaps with a mirroring
 
   bool present() const { return max_component(radiance) > 0; }

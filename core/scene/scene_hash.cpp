@@ -111,7 +111,7 @@ Digest hash_materials(const Scene& scene, const std::vector<Digest>& textures) {
 }
 
 Digest hash_lights(const Scene& scene) {
-  HashWriter out("qray lights 1");
+  HashWriter out("qray lights 2");
   out.u64(scene.materials.size());
   for (const Material& m : scene.materials) {
     out.rgb(m.emission.value);
@@ -119,10 +119,20 @@ Digest hash_lights(const Scene& scene) {
   }
   const Environment& environment = scene.environment;
   out.rgb(environment.radiance);
-  out.f32(environment.rotation_deg);
+  for (const Vec3 row : environment.to_world.rows) out.vec3(row);
   out.u32(static_cast<uint32_t>(environment.image.width()));
   out.u32(static_cast<uint32_t>(environment.image.height()));
   for (const float v : environment.image.data()) out.f32(v);
+  out.u64(scene.lights.size());
+  for (const PunctualLight& light : scene.lights) {
+    out.u8(static_cast<uint8_t>(light.kind));
+    out.rgb(light.intensity);
+    out.vec3(light.position);
+    out.vec3(light.direction);
+    out.f32(light.inner_rad);
+    out.f32(light.outer_rad);
+    out.u8(static_cast<uint8_t>(light.falloff));
+  }
   return out.finish();
 }
 

@@ -103,8 +103,14 @@ Status check_mesh(const Mesh& mesh, const std::string& at, size_t material_count
 Status check_environment(const Environment& environment) {
   const std::string at = "/environment";
   Status status = check_range(at + "/radiance", environment.radiance, 0, kMaxRadiance);
-  if (status.ok()) status = check_range(at + "/rotation_deg", environment.rotation_deg, -360, 360);
   if (!status.ok()) return status;
+  const Mat3& m = environment.to_world;
+  for (int i = 0; i < 9; ++i) {
+    const size_t row = static_cast<size_t>(i / 3), other = static_cast<size_t>(i % 3);
+    if (!(std::abs(dot(m.rows[row], m.rows[other]) - (row == other ? 1.0f : 0.0f)) < 1e-3f))
+      return wrong(at + "/to_world", "a rotation",
+                   show(m.rows[row]) + " in row " + std::to_string(row));
+  }
   const Image& image = environment.image;
   if (image.empty()) return {};
   if (image.channels() != 3)
@@ -117,6 +123,25 @@ Status check_environment(const Environment& environment) {
                        std::to_string(y) + ")");
     }
   }
+  return {};
+}
+
+Status check_light(const PunctualLight& light, const std::string& at) {
+  const bool directional = light.kind == LightKind::kDirectional;
+  const Status status = check_range(at + (directional ? "/irradiance" : "/intensity"),
+                                    light.intensity, 0, kMaxRadiance);
+  if (!status.ok()) return status;
+  if (!directional && !is_coordinate(light.position))
+    return wrong(at + "/position", "numbers within 1e6 m", show(light.position));
+  if (light.kind == LightKind::kPoint) return {};
+  if (!in_range(length(light.direction), 0.999f, 1.001f))
+    return wrong(at + "/direction", "a unit vector", show(light.direction));
+  if (directional) return {};
+  if (!(light.outer_rad > 0 && light.outer_rad <= kPi * 1.0001f))
+    return wrong(at + "/outer_deg", "more than 0, at most 180 degrees",
+                 show(light.outer_rad) + " radians");
+  if (!(light.inner_rad >= 0 && light.inner_rad <= light.outer_rad))
+    return wrong(at + "/inner_deg", "0 to the outer angle", show(light.inner_rad) + " radians");
   return {};
 }
 
@@ -143,6 +168,10 @@ Status check_counts(const Scene& scene, const SceneLimits& limits) {
   if (scene.materials.size() > limits.max_materials) {
     return wrong("/materials", "at most " + std::to_string(limits.max_materials),
                  std::to_string(scene.materials.size()), ErrorCode::kTooLarge);
+  }
+  if (scene.lights.size() > limits.max_lights) {
+    return wrong("/lights", "at most " + std::to_string(limits.max_lights),
+                 std::to_string(scene.lights.size()), ErrorCode::kTooLarge);
   }
   const size_t triangles = scene.triangle_count();
   if (triangles > limits.max_triangles) {
@@ -200,6 +229,10 @@ Result<ValidateReport> validate(Scene& scene, const SceneLimits& limits) {
   for (size_t i = 0; i < scene.materials.size(); ++i) {
     const Status status = check_material(scene.materials[i], "/materials/" + std::to_string(i),
                                          scene.textures.size());
+    if (!status.ok()) return status.error();
+  }
+  for (size_t i = 0; i < scene.lights.size(); ++i) {
+    const Status status = check_light(scene.lights[i], "/lights/" + std::to_string(i));
     if (!status.ok()) return status.error();
   }
   for (size_t i = 0; i < scene.meshes.size(); ++i) {

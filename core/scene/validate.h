@@ -10,6 +10,7 @@ namespace qray {
 struct SceneLimits {
   size_t max_triangles = 5'000'000;
   size_t max_materials = 65'536;
+  size_t max_lights = 65'536;  // without an extent
   int max_dimension_px = 8192;  // either side
   int64_t max_pixels = 4096LL * 4096;
 };

@@ -18,7 +18,8 @@ test::Moments mean_weight(const test::BsdfCase& c, Vec3 wo, uint64_t seed, bool 
     const float u_lobe = random.next();
     const auto s = c.bsdf->sample(c.point, wo, u_lobe, random.next_2d());
     double weight = s ? s->weight.g : 0.0;
-    if (flux && s && s->wi.z * wo.z < 0)
+    if (flux && s && s->wi.z * wo.z < 0 && c.material.kind != MaterialKind::kThinDielectric &&
+        !c.material.thin)
       weight *= wo.z > 0 ? sqr(c.material.ior) : 1 / sqr(c.material.ior);
     mean.add(weight);
   }
@@ -34,8 +35,9 @@ Material white(MaterialKind kind, float roughness, float ior = 1.5f) {
 }
 
 TEST(BsdfEnergy, NoSurfaceMakesLight) {
-  for (const MaterialKind kind : {MaterialKind::kDiffuse, MaterialKind::kConductor,
-                                  MaterialKind::kDielectric, MaterialKind::kPlastic})
+  for (const MaterialKind kind :
+       {MaterialKind::kDiffuse, MaterialKind::kConductor, MaterialKind::kDielectric,
+        MaterialKind::kThinDielectric, MaterialKind::kPlastic, MaterialKind::kPrincipled})
     for (const float roughness : {0.0f, 0.05f, 0.2f, 0.5f, 1.0f}) {
       const test::BsdfCase c = test::make_case("", white(kind, roughness));
       uint64_t seed = 1;
@@ -45,6 +47,98 @@ TEST(BsdfEnergy, NoSurfaceMakesLight) {
             << static_cast<int>(kind) << " roughness " << roughness << " from " << test::text(wo);
       }
     }
+}
+
+// Every mixture of the principled kind's layers, white, from all sides.
+TEST(BsdfEnergy, NoPrincipledSurfaceMakesLight) {
+  int seed = 1;
+  for (const float roughness : {0.0f, 0.15f, 0.5f, 1.0f})
+    for (const float metallic : {0.0f, 0.5f, 1.0f})
+      for (const float transmission : {0.0f, 0.5f, 1.0f})
+        for (const float clearcoat : {0.0f, 1.0f})
+          for (const bool thin : {false, true}) {
+            Material m = white(MaterialKind::kPrincipled, roughness);
+            m.metallic.value = metallic;
+            m.transmission.value = transmission;
+            m.clearcoat.value = clearcoat;
+            m.clearcoat_roughness.value = seed % 2 == 0 ? 0.0f : 0.3f;
+            m.specular.value = Rgb{seed % 3 == 0 ? 20.0f : 1.0f};
+            m.thin = thin;
+            const test::BsdfCase c = test::make_case("", m);
+            for (const Vec3 wo : {test::direction(20, 50), test::direction(85, 10),
+                                  test::direction(140, 70), test::direction(94, 120)}) {
+              const test::Moments mean = mean_weight(c, wo, static_cast<uint64_t>(seed++), true);
+              EXPECT_LE(mean.mean(), 1 + 5 * mean.standard_error() + 2e-3)
+                  << "roughness " << roughness << " metallic " << metallic << " transmission "
+                  << transmission << " clearcoat " << clearcoat << " roughness "
+                  << m.clearcoat_roughness.value << " thin " << thin << " from " << test::text(wo);
+            }
+          }
+}
+
+TEST(BsdfEnergy, WhitePrincipledDielectricKeepsAll) {
+  for (const float roughness : {0.0f, 0.1f, 0.4f, 1.0f})
+    for (const float ior : {1.2f, 1.5f, 2.0f}) {
+      const test::BsdfCase c =
+          test::make_case("", white(MaterialKind::kPrincipled, roughness, ior));
+      uint64_t seed = 1;
+      for (const Vec3 wo : test::eye_directions()) {
+        const test::Moments mean = mean_weight(c, wo, seed++);
+        EXPECT_NEAR(mean.mean(), 1, 4 * mean.standard_error() + 4e-3)
+            << "roughness " << roughness << " ior " << ior << " from " << test::text(wo);
+      }
+    }
+  for (const bool thin : {false, true}) {
+    Material m = white(MaterialKind::kPrincipled, 0);
+    m.transmission.value = 1;
+    m.thin = thin;
+    const test::BsdfCase c = test::make_case("", m);
+    for (const Vec3 wo : test::eye_directions())
+      EXPECT_NEAR(mean_weight(c, wo, 5, /*flux=*/true).mean(), 1, 2e-3)
+          << (thin ? "thin" : "solid") << " from " << test::text(wo);
+  }
+}
+
+TEST(BsdfEnergy, PlasticThatIsNotNonlinearIsAsBrightAsItsBase) {
+  // Under a field of light the base gives rho of what passes the coat, whatever rho.
+  for (const float roughness : {0.0f, 0.3f, 0.8f})
+    for (const float rho : {0.2f, 0.8f}) {
+      Material m = white(MaterialKind::kPlastic, roughness);
+      m.nonlinear = false;
+      m.reflectance.value = Rgb{rho};
+      const test::BsdfCase c = test::make_case("", m);
+      m.reflectance.value = Rgb{0.0f};
+      const test::BsdfCase coat = test::make_case("", m);
+      for (const Vec3 wo : {test::direction(10, 0), test::direction(60, 200)}) {
+        const test::Moments mean = mean_weight(c, wo, 7);
+        const double passed = 1 - static_cast<double>(coat.bsdf->albedo(coat.point, wo).g);
+        const double base = mean.mean() - (1 - passed);
+        EXPECT_NEAR(base, static_cast<double>(rho) * passed, 4 * mean.standard_error() + 4e-3)
+            << roughness << " " << rho;
+      }
+    }
+}
+
+TEST(BsdfEnergy, PaneReflectsAsASlab) {
+  // Stokes: of index n straight on, one face sends back R = ((n - 1) / (n + 1))^2, both 2 R / (1 +
+  // R).
+  for (const float ior : {1.2f, 1.5f, 2.4f}) {
+    const test::BsdfCase c = test::make_case("", white(MaterialKind::kThinDielectric, 0, ior));
+    test::Random random(3);
+    int back = 0;
+    for (int i = 0; i < kSamples; ++i) {
+      const auto s = c.bsdf->sample(c.point, {0, 0, 1}, random.next(), {});
+      ASSERT_TRUE(s && s->delta);
+      if (s->wi.z > 0)
+        ++back;
+      else
+        EXPECT_EQ(s->wi, (Vec3{0, 0, -1}));
+    }
+    const double n = static_cast<double>(ior), r = std::pow((n - 1) / (n + 1), 2);
+    const double expected = 2 * r / (1 + r);
+    EXPECT_NEAR(back / double{kSamples}, expected,
+                5 * std::sqrt(expected * (1 - expected) / kSamples));
+  }
 }
 
 TEST(BsdfEnergy, WhitePlasticReflectsAll) {
@@ -94,10 +188,12 @@ TEST(BsdfEnergy, LosslessMetalLosesOnlyWhatOneBounceMisses) {
 
 TEST(BsdfEnergy, SmoothGlassAndLosslessMirrorKeepAll) {
   for (const float ior : {1.0f, 1.05f, 1.5f, 2.4f}) {
-    const test::BsdfCase glass = test::make_case("", white(MaterialKind::kDielectric, 0, ior));
-    for (const Vec3 wo : test::eye_directions())
-      EXPECT_NEAR(mean_weight(glass, wo, 5, /*flux=*/true).mean(), 1, 1e-5)
-          << ior << " " << test::text(wo);
+    for (const MaterialKind kind : {MaterialKind::kDielectric, MaterialKind::kThinDielectric}) {
+      const test::BsdfCase glass = test::make_case("", white(kind, 0, ior));
+      for (const Vec3 wo : test::eye_directions())
+        EXPECT_NEAR(mean_weight(glass, wo, 5, /*flux=*/true).mean(), 1, 1e-5)
+            << ior << " " << test::text(wo);
+    }
   }
   const test::BsdfCase mirror = test::make_case("", white(MaterialKind::kConductor, 0));
   for (const Vec3 wo : test::eye_directions())
@@ -138,19 +234,23 @@ TEST(BsdfEnergy, OpaqueKindsAndReflectionAreReciprocal) {
 TEST(BsdfEnergy, RefractionIsReciprocalUpToTheIndexSquared) {
   // Veach 1997, eq. 5.14: f(wi -> wo) / n_wo^2 is the same both ways.
   test::Random random(12);
-  const test::BsdfCase c = test::make_case("", test::material_of(MaterialKind::kDielectric, 0.6f));
-  int lit = 0;
-  for (int i = 0; i < 20'000; ++i) {
-    const float u_lobe = random.next();
-    const Vec3 wo = test::direction(85 * random.next(), 360 * random.next());
-    const auto s = c.bsdf->sample(c.point, wo, u_lobe, random.next_2d());
-    if (!s || s->wi.z > -0.02f) continue;
-    ++lit;
-    const float down = c.bsdf->eval(c.point, wo, s->wi).f_cos.g / -s->wi.z;
-    const float up = c.bsdf->eval(c.point, s->wi, wo).f_cos.g / wo.z;
-    EXPECT_NEAR(up / down, 1.5f * 1.5f, 0.01f) << test::text(wo) << test::text(s->wi);
+  Material principled = test::material_of(MaterialKind::kPrincipled, 0.6f);
+  principled.transmission.value = 1;
+  for (const Material& m : {test::material_of(MaterialKind::kDielectric, 0.6f), principled}) {
+    const test::BsdfCase c = test::make_case("", m);
+    int lit = 0;
+    for (int i = 0; i < 20'000; ++i) {
+      const float u_lobe = random.next();
+      const Vec3 wo = test::direction(85 * random.next(), 360 * random.next());
+      const auto s = c.bsdf->sample(c.point, wo, u_lobe, random.next_2d());
+      if (!s || s->wi.z > -0.02f) continue;
+      ++lit;
+      const float down = c.bsdf->eval(c.point, wo, s->wi).f_cos.g / -s->wi.z;
+      const float up = c.bsdf->eval(c.point, s->wi, wo).f_cos.g / wo.z;
+      EXPECT_NEAR(up / down, 1.5f * 1.5f, 0.01f) << test::text(wo) << test::text(s->wi);
+    }
+    EXPECT_GT(lit, 5000);
   }
-  EXPECT_GT(lit, 5000);
 }
 
 }  // namespace

@@ -28,7 +28,7 @@ Scene ground_under(const Image& image, float rotation_deg) {
                 {0.4f, 0.9f, 0.4f}, false);
   scene.environment.radiance = Rgb{1.0f};
   scene.environment.image = image;
-  scene.environment.rotation_deg = rotation_deg;
+  scene.environment.to_world = Mat3::rotation_y(rotation_deg);
   scene.camera.position = {0, 1.6f, 3};
   scene.camera.target = {0, 0.4f, 0};
   return scene;

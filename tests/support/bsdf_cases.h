@@ -26,7 +26,49 @@ inline Material material_of(MaterialKind kind, float roughness, float ior = 1.5f
 }
 
 inline BsdfCase make_case(std::string name, const Material& m) {
-  return {std::move(name), m, {m.reflectance.value, m.roughness.value}, make_bsdf(m)};
+  return {std::move(name), m, constant_point(m), make_bsdf(m)};
+}
+
+// The principled kind's parameters at their ends and between.
+inline std::vector<BsdfCase> principled_cases() {
+  std::vector<BsdfCase> cases;
+  const auto add = [&](const char* name, float roughness, auto change) {
+    Material m = material_of(MaterialKind::kPrincipled, roughness);
+    change(m);
+    cases.push_back(make_case(std::string("principled ") + name, m));
+  };
+  add("dielectric", 0.4f, [](Material&) {});
+  add("metal", 0.3f, [](Material& m) { m.metallic.value = 1; });
+  add("half metal", 0.7f, [](Material& m) { m.metallic.value = 0.5f; });
+  add("coloured specular", 0.5f, [](Material& m) {
+    m.specular.value = {3, 1, 20};
+    m.specular_weight.value = 0.8f;
+  });
+  add("no specular", 0.5f, [](Material& m) { m.specular_weight.value = 0; });
+  add("glass", 0.4f, [](Material& m) { m.transmission.value = 1; });
+  add("half glass", 0.6f, [](Material& m) {
+    m.transmission.value = 0.5f;
+    m.ior = 1.3f;
+  });
+  add("sheet", 0.5f, [](Material& m) {
+    m.transmission.value = 0.7f;
+    m.thin = true;
+  });
+  add("smooth", 0, [](Material&) {});
+  add("smooth half glass", 0, [](Material& m) { m.transmission.value = 0.5f; });
+  add("smooth coat", 0.5f, [](Material& m) { m.clearcoat.value = 1; });
+  add("rough coat", 0.7f, [](Material& m) {
+    m.metallic.value = 0.3f;
+    m.clearcoat.value = 0.8f;
+    m.clearcoat_roughness.value = 0.25f;
+  });
+  add("all", 0.3f, [](Material& m) {
+    m.metallic.value = 0.2f;
+    m.transmission.value = 0.5f;
+    m.clearcoat.value = 0.5f;
+    m.clearcoat_roughness.value = 0.6f;
+  });
+  return cases;
 }
 
 // Every kind that has a density.
@@ -46,6 +88,12 @@ inline std::vector<BsdfCase> density_cases() {
   add("dielectric", MaterialKind::kDielectric, 0.5f, 1.05f);
   add("dielectric", MaterialKind::kDielectric, 0.5f, 2.4f);
   add("plastic", MaterialKind::kPlastic, 0.0f);
+  for (const float roughness : {0.0f, 0.4f}) {
+    Material m = material_of(MaterialKind::kPlastic, roughness);
+    m.nonlinear = false;
+    cases.push_back(make_case("linear plastic roughness " + std::to_string(roughness), m));
+  }
+  for (BsdfCase& c : principled_cases()) cases.push_back(std::move(c));
   return cases;
 }
 

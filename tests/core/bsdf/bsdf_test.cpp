@@ -68,6 +68,33 @@ TEST(Bsdf, KindsFollowTheMaterial) {
   EXPECT_EQ(kind(MaterialKind::kDielectric, 0.2f, 1.0f), BsdfKind::kDelta);  // no boundary
   EXPECT_EQ(kind(MaterialKind::kPlastic, 0), BsdfKind::kMixed);
   EXPECT_EQ(kind(MaterialKind::kPlastic, 0.2f), BsdfKind::kGlossy);
+  EXPECT_EQ(kind(MaterialKind::kThinDielectric, 0), BsdfKind::kDelta);
+  EXPECT_EQ(make_bsdf(test::material_of(MaterialKind::kBlend, 0)), nullptr);
+}
+
+TEST(Bsdf, PrincipledKindsFollowItsConstants) {
+  const auto kind = [](float roughness, auto change) {
+    Material m = test::material_of(MaterialKind::kPrincipled, roughness);
+    change(m);
+    return make_bsdf(m)->kind();
+  };
+  const auto none = [](Material&) {};
+  const auto metal = [](Material& m) { m.metallic.value = 1; };
+  const auto glass = [](Material& m) { m.transmission.value = 1; };
+  const auto varying_metal = [](Material& m) { m.metallic = {1, TextureId{0}}; };
+  const auto coat = [](Material& m) { m.clearcoat.value = 1; };
+  const auto coated_metal = [](Material& m) {
+    m.metallic.value = m.clearcoat.value = 1;
+    m.clearcoat_roughness.value = 0.1f;
+  };
+  EXPECT_EQ(kind(0.5f, none), BsdfKind::kGlossy);
+  EXPECT_EQ(kind(0, none), BsdfKind::kMixed);
+  EXPECT_EQ(kind(0, metal), BsdfKind::kDelta);
+  EXPECT_EQ(kind(0, glass), BsdfKind::kDelta);
+  EXPECT_EQ(kind(0, varying_metal), BsdfKind::kMixed);
+  EXPECT_EQ(kind(0.5f, coat), BsdfKind::kMixed);
+  EXPECT_EQ(kind(0, coated_metal), BsdfKind::kMixed);
+  EXPECT_EQ(kind(0.5f, coated_metal), BsdfKind::kGlossy);
 }
 
 TEST(Bsdf, WeightIsValueOverDensity) {
@@ -106,8 +133,8 @@ TEST(Bsdf, SmoothGlassObeysSnell) {
 }
 
 TEST(Bsdf, ATexturesZeroRoughnessIsAlmostSmooth) {
-  for (const MaterialKind kind :
-       {MaterialKind::kConductor, MaterialKind::kDielectric, MaterialKind::kPlastic}) {
+  for (const MaterialKind kind : {MaterialKind::kConductor, MaterialKind::kDielectric,
+                                  MaterialKind::kPlastic, MaterialKind::kPrincipled}) {
     Material m = test::material_of(kind, 0.5f);
     m.roughness.texture = TextureId{0};
     const std::unique_ptr<Bsdf> bsdf = make_bsdf(m);
@@ -121,16 +148,29 @@ TEST(Bsdf, ATexturesZeroRoughnessIsAlmostSmooth) {
   }
 }
 
+// Each of the principled kind's shares at an end of its range or within.
+void mix_layers(test::Random& random, Material& m) {
+  for (FloatParam* p :
+       {&m.metallic, &m.transmission, &m.clearcoat, &m.clearcoat_roughness, &m.specular_weight})
+    p->value = std::clamp(2 * random.next() - 0.5f, 0.0f, 1.0f);
+  m.specular.value = Rgb{random.next() < 0.5f ? 1.0f : 30.0f};
+  m.thin = random.next() < 0.5f;
+}
+
 // Whatever the directions and numbers: finite, not negative, unit directions, no density below.
 TEST(Bsdf, NothingBreaksItsNumbers) {
   test::Random random(5);
   const float tiny[] = {0.0f, 1e-38f, 1e-20f, 1e-7f, 1e-3f};
   const float edges[] = {0.0f, 0x1p-24f, 0.5f, 0x1.fffffep-1f};
-  for (const MaterialKind kind : {MaterialKind::kDiffuse, MaterialKind::kConductor,
-                                  MaterialKind::kDielectric, MaterialKind::kPlastic})
+  for (const MaterialKind kind :
+       {MaterialKind::kDiffuse, MaterialKind::kConductor, MaterialKind::kDielectric,
+        MaterialKind::kThinDielectric, MaterialKind::kPlastic, MaterialKind::kPrincipled})
     for (const float roughness : {0.0f, 1e-4f, 0.01f, 0.03f, 0.2f, 1.0f})
       for (const float ior : {1.0f, 1.002f, 1.5f, 4.0f}) {
-        const test::BsdfCase c = test::make_case("", test::material_of(kind, roughness, ior));
+        Material m = test::material_of(kind, roughness, ior);
+        m.nonlinear = random.next() < 0.5f;
+        if (kind == MaterialKind::kPrincipled) mix_layers(random, m);
+        const test::BsdfCase c = test::make_case("", m);
         for (int i = 0; i < 3000; ++i) {
           float z = i % 3 == 0 ? tiny[i / 3 % 5] : 2 * random.next() - 1;
           if (i % 2 == 0) z = -z;
@@ -158,7 +198,7 @@ TEST(Bsdf, NothingBreaksItsNumbers) {
           const BsdfEval e = c.bsdf->eval(c.point, wo, wi);
           ASSERT_TRUE(is_finite(e.f_cos) && std::isfinite(e.pdf_w)) << where << test::text(wi);
           ASSERT_GE(std::min({e.pdf_w, e.f_cos.r, e.f_cos.g, e.f_cos.b}), 0) << where;
-          if (kind != MaterialKind::kDielectric && wo.z * wi.z < 0) {
+          if (kind != MaterialKind::kDielectric && m.transmission.value == 0 && wo.z * wi.z < 0) {
             ASSERT_EQ(e.pdf_w, 0) << where;
           }
           const Rgb albedo = c.bsdf->albedo(c.point, wo);

@@ -45,6 +45,11 @@ TEST(JsonScene, ReadsEveryFieldWhereItBelongs) {
            {"name": "p", "type": "plastic", "reflectance": [0.1, 0.2, 0.3],
             "roughness": {"texture": "t"}}])",
           R"("environment": {"radiance": 2, "rotation_deg": 30},
+         "lights": [{"type": "point", "position": [1, 2, 3], "intensity": 4},
+                    {"type": "spot", "position": [1, 2, 4], "direction": [0, -2, 0],
+                     "intensity": [1, 2, 3], "inner_deg": 45, "outer_deg": 90,
+                     "falloff": "linear_angle"},
+                    {"type": "directional", "direction": [0, 0, 3], "irradiance": 5}],
          "meshes": [{"name": "m", "material": "p",
                      "positions": [[0,0,0],[1,0,0],[1,1,0],[0,1,0]], "quads": [[0,1,2,3]],
                      "uvs": [[0,0],[1,0],[1,1],[0,1]],
@@ -75,7 +80,20 @@ TEST(JsonScene, ReadsEveryFieldWhereItBelongs) {
   EXPECT_EQ(s.materials[4].kind, MaterialKind::kPlastic);
   EXPECT_EQ(s.materials[4].roughness, (FloatParam{1, TextureId(0)}));
   EXPECT_EQ(s.environment.radiance, Rgb{2});
-  EXPECT_EQ(s.environment.rotation_deg, 30);
+  EXPECT_EQ(s.environment.to_world, Mat3::rotation_y(30));
+  ASSERT_EQ(s.lights.size(), 3u);
+  EXPECT_EQ(s.lights[0].kind, LightKind::kPoint);
+  EXPECT_EQ(s.lights[0].position, (Vec3{1, 2, 3}));
+  EXPECT_EQ(s.lights[0].intensity, Rgb{4});
+  EXPECT_EQ(s.lights[1].kind, LightKind::kSpot);
+  EXPECT_EQ(s.lights[1].direction, (Vec3{0, -1, 0}));
+  EXPECT_EQ(s.lights[1].intensity, (Rgb{1, 2, 3}));
+  EXPECT_FLOAT_EQ(s.lights[1].inner_rad, kPi / 4);
+  EXPECT_FLOAT_EQ(s.lights[1].outer_rad, kPi / 2);
+  EXPECT_EQ(s.lights[1].falloff, SpotFalloff::kLinearAngle);
+  EXPECT_EQ(s.lights[2].kind, LightKind::kDirectional);
+  EXPECT_EQ(s.lights[2].direction, (Vec3{0, 0, 1}));
+  EXPECT_EQ(s.lights[2].intensity, Rgb{5});
   ASSERT_EQ(s.meshes.size(), 1u);
   EXPECT_EQ(s.meshes[0].name, "m");
   EXPECT_EQ(s.meshes[0].material, MaterialId(4));
@@ -124,6 +142,11 @@ TEST(JsonScene, NamesThePlaceOfEveryFault) {
        "scene.json:/environment/image: no such file"},
       {with(R"("environment": {"image": "sky.png"})"),
        "scene.json:/environment/image: expected an .exr or .hdr file, got \"sky.png\""},
+      {with(R"("lights": [{"type": "laser"}])"),
+       "scene.json:/lights/0/type: expected one of point, spot, directional, got \"laser\""},
+      {with(
+           R"("lights": [{"type": "point", "position": [0,0,0], "intensity": 1, "inner_deg": 1}])"),
+       "scene.json:/lights/0/inner_deg: unknown field"},
       {with_mesh(R"({"material": "b", "quad": {"origin": [0,0,0], "edge1": [0,0,1],
                      "edge2": [1,0,0]}})"),
        "scene.json:/meshes/0/material: expected the name of a material, got \"b\""},

@@ -112,34 +112,31 @@ TEST(AliasTable, OddWeights) {
   for (int i = 0; i < 1000; ++i) EXPECT_EQ(table.sample(random.next()).index, 2u);
 }
 
-TEST(PiecewiseConstant2D, SamplesFollowItsDensity) {
-  Random random(5);
-  std::vector<float> weights(16 * 8);
-  for (float& w : weights) w = random.next() < 0.3f ? 0 : std::pow(random.next(), 3.0f);
-  for (size_t x = 0; x < 16; ++x) weights[3 * 16 + x] = 0;  // a dark row
-  const PiecewiseConstant2D map(weights, 16, 8);
-  test::Chi2Options options;
-  options.bins_u = 32;
-  options.bins_v = 32;
-  const test::Chi2 chi2 = test::chi2_square(
-      [&](Random& r) -> std::optional<Vec2> {
-        const PiecewiseConstant2D::Sample s = map.sample(r.next_2d());
-        EXPECT_GT(s.pdf, 0);
-        return s.uv;
-      },
-      [&](Vec2 uv) -> double { return map.pdf(uv); }, options);
-  EXPECT_GT(chi2.p_value, kLevel) << chi2.table;
-  EXPECT_NEAR(chi2.integral, 1, 1e-5);
+TEST(Cdf, PicksByWeightAndPlacesEvenly) {
+  const std::vector<float> weights{0, 1, 0, 3, 0};
+  std::vector<float> cdf(6);
+  EXPECT_EQ(fill_cdf(weights, cdf), 4);
+  for (const float u : {0.0f, 0.1f, 0.2f}) {
+    EXPECT_EQ(pick_by_cdf(cdf, u).index, 1);
+    EXPECT_FLOAT_EQ(pick_by_cdf(cdf, u).offset, u * 4);
+  }
+  EXPECT_EQ(pick_by_cdf(cdf, 0.25f).index, 3);
+  EXPECT_FLOAT_EQ(pick_by_cdf(cdf, 0.625f).offset, 0.5f);
+  EXPECT_EQ(pick_by_cdf(cdf, kOneMinusEpsilon).index, 3);
+  EXPECT_LT(pick_by_cdf(cdf, kOneMinusEpsilon).offset, 1);
+  const std::vector<float> zeros(4, 0.0f);
+  cdf.resize(5);
+  EXPECT_EQ(fill_cdf(zeros, cdf), 0);
+  EXPECT_EQ(pick_by_cdf(cdf, 0.6f).index, 2);
 }
 
-TEST(PiecewiseConstant2D, OddWeights) {
-  const std::vector<float> zeros(4, 0.0f), single{0, 0, 0, 7};
-  EXPECT_EQ(PiecewiseConstant2D(zeros, 2, 2).pdf({0.1f, 0.9f}), 1);
-  const PiecewiseConstant2D corner(single, 2, 2);
-  for (const float u : {0.0f, 0.3f, 0x1.fffffep-1f}) {
-    const PiecewiseConstant2D::Sample s = corner.sample({u, u});
-    EXPECT_TRUE(s.uv.x >= 0.5f && s.uv.y >= 0.5f) << u;
-    EXPECT_EQ(s.pdf, 4);
+TEST(Warp, LinearFollowsItsDensity) {
+  for (const auto& [a, b] : {std::pair{1.0f, 3.0f}, {2.0f, 0.0f}, {0.0f, 1.0f}, {1.0f, 1.0f}}) {
+    for (const float u : {0.0f, 0.3f, 0.5f, 0.9f, kOneMinusEpsilon}) {
+      const float x = sample_linear(u, a, b);
+      EXPECT_NEAR((a * x + (b - a) * x * x / 2) / ((a + b) / 2), u, 1e-6) << a << " " << b;
+      EXPECT_LT(x, 1);
+    }
   }
 }
 

@@ -25,6 +25,7 @@ Scene some_scene() {
   scene.meshes = {mesh};
   scene.environment.radiance = Rgb{0.5f};
   scene.environment.image = Image(2, 1, 3);
+  scene.lights.resize(1);
   return scene;
 }
 
@@ -64,7 +65,18 @@ TEST(SceneHash, EachChangeShowsInItsPartAlone) {
       {"emission", kLights, [](Scene& s) { s.materials[0].emission.value.g = 0.1f; }},
       {"two-sided", kLights, [](Scene& s) { s.materials[0].emission_two_sided = true; }},
       {"sky", kLights, [](Scene& s) { s.environment.radiance.g = 0.1f; }},
-      {"sky turned", kLights, [](Scene& s) { s.environment.rotation_deg = 5; }},
+      {"sky turned", kLights, [](Scene& s) { s.environment.to_world = Mat3::rotation_y(5); }},
+      {"a lamp more", kLights, [](Scene& s) { s.lights.resize(2); }},
+      {"a lamp's kind", kLights, [](Scene& s) { s.lights[0].kind = LightKind::kSpot; }},
+      {"intensity", kLights, [](Scene& s) { s.lights[0].intensity.g = 2; }},
+      {"a lamp moved", kLights, [](Scene& s) { s.lights[0].position.y = 2; }},
+      {"a lamp turned", kLights,
+       [](Scene& s) {
+         s.lights[0].direction = {0, 1, 0};
+       }},
+      {"inner angle", kLights, [](Scene& s) { s.lights[0].inner_rad = 0.1f; }},
+      {"outer angle", kLights, [](Scene& s) { s.lights[0].outer_rad = 0.1f; }},
+      {"falloff", kLights, [](Scene& s) { s.lights[0].falloff = SpotFalloff::kLinearAngle; }},
       {"sky image", kLights, [](Scene& s) { s.environment.image.at(1, 0, 2) = 1; }},
       {"another material", kMaterials | kLights, [](Scene& s) { s.materials.resize(3); }},
   };

@@ -15,6 +15,9 @@ Scene good_scene() {
   Scene scene;
   scene.materials.resize(2);
   scene.textures.resize(1);
+  scene.lights.resize(3);
+  scene.lights[1].kind = LightKind::kSpot;
+  scene.lights[2].kind = LightKind::kDirectional;
   for (int i = 0; i < 2; ++i) {
     Mesh mesh;
     mesh.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
@@ -56,7 +59,20 @@ TEST(Validate, NamesThePlaceOfEveryFault) {
       {"/camera/aperture_radius", [](Scene& s) { s.camera.aperture_radius = -1; }},
       {"/camera/focus_distance", [](Scene& s) { s.camera.focus_distance = kInf; }},
       {"/environment/radiance", [](Scene& s) { s.environment.radiance.g = -1; }},
-      {"/environment/rotation_deg", [](Scene& s) { s.environment.rotation_deg = kNan; }},
+      {"/environment/to_world", [](Scene& s) { s.environment.to_world.rows[1].y = kNan; }},
+      {"/environment/to_world", [](Scene& s) { s.environment.to_world.rows[2].z = 1.1f; }},
+      {"/lights/0/intensity", [](Scene& s) { s.lights[0].intensity.g = -1; }},
+      {"/lights/0/position", [](Scene& s) { s.lights[0].position.y = kNan; }},
+      {"/lights/1/direction",
+       [](Scene& s) {
+         s.lights[1].direction = {0, 0, 2};
+       }},
+      {"/lights/1/outer_deg", [](Scene& s) { s.lights[1].outer_rad = 0; }},
+      {"/lights/1/outer_deg", [](Scene& s) { s.lights[1].outer_rad = 4; }},
+      {"/lights/1/inner_deg", [](Scene& s) { s.lights[1].inner_rad = kNan; }},
+      {"/lights/1/inner_deg", [](Scene& s) { s.lights[1].inner_rad = 1; }},
+      {"/lights/2/irradiance", [](Scene& s) { s.lights[2].intensity.r = kInf; }},
+      {"/lights/2/direction", [](Scene& s) { s.lights[2].direction.x = kNan; }},
       {"/environment/image", [](Scene& s) { s.environment.image = Image(2, 2, 1); }},
       {"/environment/image",
        [](Scene& s) {
@@ -111,6 +127,7 @@ TEST(Validate, RefusesWhatIsOverItsLimits) {
     SceneLimits limits;
   } cases[] = {{"/meshes", {.max_triangles = 1}},
                {"/materials", {.max_materials = 1}},
+               {"/lights", {.max_lights = 2}},
                {"/size/0", {.max_dimension_px = 511}},
                {"/size", {.max_pixels = 512 * 512 - 1}}};
   for (const auto& c : cases) {

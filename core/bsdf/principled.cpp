@@ -1,0 +1,279 @@
+// glTF 2.0's material (specification, appendix B.3) with KHR_materials_ior, specular, transmission,
+// volume (`thin` false) and clearcoat. From the top:
+//   a clear coat of index 1.5, GGX, by its share c;
+//   GGX microfacets of Schlick's Fresnel, metal by its share m and dielectric by the rest;
+//   under the dielectric what passes them, by its share t, and Lambert by the rest.
+// The specification mixes layers by the Fresnel term at the half vector, which makes light at
+// grazing angles (up to 1.8 times what arrives). Here the layers below get what the directional
+// albedos leave: Lambert as in plastic.cpp, (1 - E(wo)) (1 - E(wi)) / (1 - mean E), with E the
+// greatest channel's; all below the coat 1 - c max(E(wo), E(wi)) (Dassault Systemes Enterprise
+// PBR). Both are reciprocal, and no light is made.
+#include "core/bsdf/fresnel.h"
+#include "core/bsdf/ggx_albedo.h"
+#include "core/bsdf/kinds.h"
+#include "core/math/warp.h"
+
+namespace qray {
+namespace {
+
+constexpr Rgb kCoatF0{0.04f}, kCoatF90{1.0f};
+
+// Where no texture brings it above 0.
+bool absent(const FloatParam& p) { return p.value <= 0; }
+
+class Principled final : public Bsdf {
+ public:
+  explicit Principled(const Material& m)
+      : table_(GgxAlbedo::table()),
+        ior_(m.ior),
+        thin_(m.thin || m.ior - 1 < kLeastIndexStep),
+        smooth_(is_smooth(m)),
+        smooth_coat_(absent(m.clearcoat_roughness)),
+        kind_(kind_of(m)) {}
+
+  BsdfKind kind() const override { return kind_; }
+
+  BsdfEval eval(const ShadingPoint& sp, Vec3 wo, Vec3 wi) const override {
+    if (wo.z == 0 || wi.z == 0) return {};
+    return eval(sp, layers(sp, wo), wo, wi);
+  }
+
+  std::optional<BsdfSample> sample(const ShadingPoint& sp, Vec3 wo, float u_lobe,
+                                   Vec2 u_dir) const override {
+    if (wo.z == 0) return std::nullopt;
+    const Layers l = layers(sp, wo);
+    Vec3 wi;
+    if (u_lobe < l.coat_chance) {
+      if (smooth_coat_) {
+        const Rgb f = schlick(kCoatF0, kCoatF90, std::abs(wo.z));
+        return BsdfSample{mirrored(wo), f * (sp.clearcoat / l.coat_chance), 0, true};
+      }
+      wi = reflected(wo, Ggx(sp.clearcoat_roughness).sample_visible(front(wo), u_dir));
+      if (!(wi.z * wo.z > 0)) return std::nullopt;
+    } else if (u_lobe < l.coat_chance + l.facet_chance) {
+      const float u_facet = (u_lobe - l.coat_chance) / l.facet_chance;
+      const Vec3 h = smooth_ ? Vec3{0, 0, 1} : Ggx(sp.roughness).sample_visible(front(wo), u_dir);
+      const Facet f = facet(sp, l, wo, h);
+      const bool reflects = u_facet < f.reflect_chance;
+      if (!reflects && f.passed.is_black()) return std::nullopt;
+      wi = reflects ? reflected(wo, h) : passed(wo, h, f);
+      if (smooth_) {
+        const float chance = l.facet_chance * (reflects ? f.reflect_chance : 1 - f.reflect_chance);
+        const float radiance = reflects || thin_ ? 1.0f : 1 / sqr(eta(wo));
+        const Rgb share = (reflects ? f.reflected : f.passed) * (under_coat(sp, l, wi) * radiance);
+        return BsdfSample{normalize(wi), share / chance, 0, true};
+      }
+      if (reflects != (wi.z * wo.z > 0)) return std::nullopt;
+    } else {
+      if (l.diffuse_chance == 0) return std::nullopt;
+      wi = square_to_cosine_hemisphere(u_dir);
+      wi.z = std::copysign(wi.z, wo.z);
+    }
+    if (wi.z == 0) return std::nullopt;
+    wi = normalize(wi);
+    const BsdfEval e = eval(sp, l, wo, wi);
+    if (!(e.pdf_w > 0)) return std::nullopt;
+    return BsdfSample{wi, e.f_cos / e.pdf_w, e.pdf_w, false};
+  }
+
+  Rgb albedo(const ShadingPoint& sp, Vec3 wo) const override {
+    const Layers l = layers(sp, wo);
+    return Rgb{l.coat} + (l.facets + l.diffuse_albedo) * (1 - l.coat);
+  }
+
+ private:
+  // What a shading point makes of the layers, seen from wo.
+  struct Layers {
+    Rgb f0, f90;  // of metal and dielectric together
+    Rgb dielectric_f0, dielectric_f90;
+    float coat;   // its albedo times its share
+    Rgb passes;   // share of what enters the dielectric that passes it
+    Rgb facets;   // albedo of the microfacets, reflected and passed
+    Rgb diffuse;  // f * pi / ((1 - E(wo)) (1 - E(wi)))
+    Rgb diffuse_albedo;
+    float open;  // 1 - E(wo)
+    float coat_chance, facet_chance, diffuse_chance;
+  };
+  Layers layers(const ShadingPoint& sp, Vec3 wo) const {
+    Layers l;
+    const float from_index = sqr((ior_ - 1) / (ior_ + 1));
+    for (int i = 0; i < 3; ++i)
+      l.dielectric_f0[i] = std::min(from_index * sp.specular[i], 1.0f) * sp.specular_weight;
+    l.dielectric_f90 = Rgb{sp.specular_weight};
+    l.f0 = lerp(sp.metallic, l.dielectric_f0, sp.reflectance);
+    l.f90 = lerp(sp.metallic, l.dielectric_f90, Rgb{1.0f});
+    l.coat = coat_albedo(sp, wo.z);
+
+    const float below = 1 - sp.metallic;
+    l.passes = sp.reflectance * (below * sp.transmission);
+    const float roughness = smooth_ ? 0 : sp.roughness;
+    const GgxAlbedo::Value at = table_.at(roughness, std::abs(wo.z));
+    l.open = 1 - max_component(at.of(l.dielectric_f0, l.dielectric_f90));
+    l.facets = at.of(l.f0, l.f90) + l.passes * l.open;
+    const float mean_open =
+        1 - max_component(table_.mean(roughness).of(l.dielectric_f0, l.dielectric_f90));
+    l.diffuse =
+        mean_open > 1e-4f ? sp.reflectance * (below * (1 - sp.transmission) / mean_open) : Rgb{};
+    l.diffuse_albedo = l.diffuse * (l.open * mean_open);
+
+    const float coat = l.coat, facets = (1 - coat) * luminance(l.facets),
+                diffuse = (1 - coat) * luminance(l.diffuse_albedo);
+    const float sum = coat + facets + diffuse;
+    const float inverse = sum > 0 ? 1 / sum : 0;
+    l.coat_chance = coat * inverse;
+    l.facet_chance = facets * inverse;
+    l.diffuse_chance = diffuse * inverse;
+    return l;
+  }
+  float coat_albedo(const ShadingPoint& sp, float cosine) const {
+    if (sp.clearcoat <= 0) return 0;
+    const float roughness = smooth_coat_ ? 0 : sp.clearcoat_roughness;
+    return sp.clearcoat * table_.at(roughness, std::abs(cosine)).of(kCoatF0, kCoatF90).r;
+  }
+  // What the coat leaves to the layers below.
+  float under_coat(const ShadingPoint& sp, const Layers& l, Vec3 wi) const {
+    return l.coat > 0 ? 1 - std::max(l.coat, coat_albedo(sp, wi.z)) : 1;
+  }
+
+  // A microfacet of normal h, which is on wo's side: z is up where wo is.
+  struct Facet {
+    Rgb reflected, passed;
+    float cos_o, cos_t;  // of what is bent; cos_t 0 under total reflection
+    float reflect_chance;
+  };
+  Facet facet(const ShadingPoint& sp, const Layers& l, Vec3 wo, Vec3 h) const {
+    Facet f;
+    f.cos_o = dot(front(wo), h);
+    f.reflected = schlick(l.f0, l.f90, f.cos_o);
+    f.cos_t = f.cos_o;
+    float reflects_all = 0;
+    Rgb dielectric = schlick(l.dielectric_f0, l.dielectric_f90, f.cos_o);
+    if (!thin_ && !l.passes.is_black()) {
+      f.cos_t = fresnel_dielectric(f.cos_o, eta(wo)).cos_t;
+      if (wo.z < 0) {  // Schlick's term wants the angle outside
+        const Rgb inside =
+            f.cos_t > 0 ? schlick(l.dielectric_f0, l.dielectric_f90, f.cos_t) : Rgb{1.0f};
+        f.reflected += (inside - dielectric) * ((1 - sp.metallic) * sp.transmission);
+        dielectric = inside;
+      }
+      reflects_all = f.cos_t > 0 ? 0.0f : 1.0f;
+    }
+    f.passed = l.passes * (1 - reflects_all) * (1 - max_component(dielectric));
+    const float r = luminance(f.reflected), t = luminance(f.passed);
+    f.reflect_chance = t > 0 ? r / (r + t) : 1;
+    return f;
+  }
+
+  BsdfEval eval(const ShadingPoint& sp, const Layers& l, Vec3 wo, Vec3 wi) const {
+    BsdfEval e;
+    const Vec3 o = front(wo);
+    const float under = under_coat(sp, l, wi);
+    if (wo.z * wi.z > 0) {
+      const Vec3 i{wi.x, wi.y, std::abs(wi.z)};
+      const Vec3 h = normalize(o + i);
+      if (l.coat > 0 && !smooth_coat_) {
+        const Ggx ggx(sp.clearcoat_roughness);
+        const float d = 0.25f * ggx.d(h);
+        const Rgb f = schlick(kCoatF0, kCoatF90, dot(o, h));
+        e.f_cos += f * (sp.clearcoat * d * ggx.g2_over_cos(o, i) * i.z);
+        e.pdf_w += l.coat_chance * d * ggx.g1_over_cos(o);
+      }
+      if (!smooth_) {
+        const Ggx ggx(sp.roughness);
+        const Facet f = facet(sp, l, wo, h);
+        const float d = 0.25f * ggx.d(h);
+        e.f_cos += f.reflected * (under * d * ggx.g2_over_cos(o, i) * i.z);
+        e.pdf_w += l.facet_chance * f.reflect_chance * d * ggx.g1_over_cos(o);
+      }
+      const float cosine = cosine_hemisphere_pdf_w(i.z);
+      e.f_cos += l.diffuse * (under * l.open * open(l, sp, i.z) * cosine);
+      e.pdf_w += l.diffuse_chance * cosine;
+    } else if (!smooth_ && !l.passes.is_black()) {
+      add_passed(e, sp, l, wo, wi, under);
+    }
+    return std::isfinite(e.pdf_w) ? e : BsdfEval{};
+  }
+
+  // 1 - E(wi).
+  float open(const Layers& l, const ShadingPoint& sp, float cosine) const {
+    const GgxAlbedo::Value at = table_.at(smooth_ ? 0 : sp.roughness, cosine);
+    return 1 - max_component(at.of(l.dielectric_f0, l.dielectric_f90));
+  }
+
+  void add_passed(BsdfEval& e, const ShadingPoint& sp, const Layers& l, Vec3 wo, Vec3 wi,
+                  float under) const {
+    const Ggx ggx(sp.roughness);
+    const Vec3 o = front(wo);
+    const float abs_cos_i = std::abs(wi.z);
+    if (thin_) {  // reflected, then turned through the sheet
+      const Vec3 i{wi.x, wi.y, abs_cos_i};
+      const Vec3 h = normalize(o + i);
+      const Facet f = facet(sp, l, wo, h);
+      const float d = 0.25f * ggx.d(h);
+      e.f_cos += f.passed * (under * d * ggx.g2_over_cos(o, i) * i.z);
+      e.pdf_w += l.facet_chance * (1 - f.reflect_chance) * d * ggx.g1_over_cos(o);
+      return;
+    }
+    // As dielectric.cpp: Walter et al. 2007, eq. 16, 17 and 21, over eta^2 for radiance.
+    const float eta = this->eta(wo);
+    const Vec3 i{wi.x, wi.y, -abs_cos_i};
+    Vec3 h = o + i * eta;
+    const float size = length(h);
+    if (size == 0) return;
+    h = h / std::copysign(size, h.z);
+    const float cos_o = dot(o, h), cos_i = -dot(i, h);
+    if (cos_o <= 0 || cos_i <= 0) return;
+    const Facet f = facet(sp, l, wo, h);
+    const float d = ggx.d(h) * cos_o * sqr(eta) * cos_i / sqr(eta * cos_i - cos_o);
+    if (!std::isfinite(d)) return;
+    e.f_cos += f.passed * (under * d * ggx.g2_over_cos(o, i) * abs_cos_i / sqr(eta));
+    e.pdf_w += l.facet_chance * (1 - f.reflect_chance) * d * ggx.g1_over_cos(o);
+  }
+
+  static Rgb schlick(Rgb f0, Rgb f90, float cosine) {
+    return lerp(schlick_weight(cosine), f0, f90);
+  }
+  static Vec3 front(Vec3 w) { return {w.x, w.y, std::abs(w.z)}; }
+  static Vec3 mirrored(Vec3 w) { return {-w.x, -w.y, w.z}; }
+  // Back to wo's own side; z <= 0 there is below the surface.
+  static Vec3 reflected(Vec3 wo, Vec3 h) {
+    Vec3 wi = reflect(front(wo), h);
+    wi.z *= std::copysign(1.0f, wo.z);
+    return wi;
+  }
+  Vec3 passed(Vec3 wo, Vec3 h, const Facet& f) const {
+    if (thin_) {
+      Vec3 wi = reflected(wo, h);
+      wi.z = -wi.z;
+      return wi;
+    }
+    const float eta = this->eta(wo);
+    Vec3 wi = h * (f.cos_o / eta - f.cos_t) - front(wo) / eta;
+    wi.z *= std::copysign(1.0f, wo.z);
+    return wi;
+  }
+  float eta(Vec3 wo) const { return wo.z > 0 ? ior_ : 1 / ior_; }
+
+  static BsdfKind kind_of(const Material& m) {
+    const bool lambert = m.metallic.texture.valid() || m.transmission.texture.valid() ||
+                         (m.metallic.value < 1 && m.transmission.value < 1);
+    const bool coat_has_density = !absent(m.clearcoat) && !absent(m.clearcoat_roughness);
+    const bool coat_is_delta = !absent(m.clearcoat) && absent(m.clearcoat_roughness);
+    const bool has_density = !is_smooth(m) || lambert || coat_has_density;
+    if (!has_density) return BsdfKind::kDelta;
+    return is_smooth(m) || coat_is_delta ? BsdfKind::kMixed : BsdfKind::kGlossy;
+  }
+
+  const GgxAlbedo& table_;
+  float ior_;
+  bool thin_, smooth_, smooth_coat_;
+  BsdfKind kind_;
+};
+
+}  // namespace
+
+std::unique_ptr<Bsdf> make_principled(const Material& material) {
+  return std::make_unique<Principled>(material);
+}
+
+}  // namespace qray

@@ -1,0 +1,52 @@
+#include "core/import/json_scene.h"
+
+namespace qray {
+namespace {
+
+constexpr float kRadians = kPi / 180;
+
+Vec3 direction(const JsonNode& node) {
+  const Vec3 v = node.vec3();
+  if (!(length(v) > 0)) node.fail("expected a direction, got one of no length");
+  return normalize(v);
+}
+
+void read_spot(const JsonNode& node, PunctualLight& light) {
+  light.direction = direction(node.get("direction"));
+  light.outer_rad = node.get("outer_deg").number(0.1f, 180) * kRadians;
+  if (const auto v = node.find("inner_deg")) light.inner_rad = v->number(0, 180) * kRadians;
+  if (const auto v = node.find("falloff")) {
+    if (v->string() == "linear_angle")
+      light.falloff = SpotFalloff::kLinearAngle;
+    else if (v->string() != "cosine_squared")
+      v->fail_expected("one of cosine_squared, linear_angle");
+  }
+}
+
+}  // namespace
+
+PunctualLight read_light(const JsonNode& node) {
+  PunctualLight light;
+  const JsonNode type = node.get("type");
+  if (type.string() == "directional") {
+    node.only({"type", "direction", "irradiance"});
+    light.kind = LightKind::kDirectional;
+    light.direction = direction(node.get("direction"));
+    light.intensity = node.get("irradiance").number_or_rgb();
+    return light;
+  }
+  if (type.string() == "spot") {
+    node.only({"type", "position", "intensity", "direction", "inner_deg", "outer_deg", "falloff"});
+    light.kind = LightKind::kSpot;
+    read_spot(node, light);
+  } else if (type.string() == "point") {
+    node.only({"type", "position", "intensity"});
+  } else {
+    type.fail_expected("one of point, spot, directional");
+  }
+  light.position = node.get("position").vec3();
+  light.intensity = node.get("intensity").number_or_rgb();
+  return light;
+}
+
+}  // namespace qray

@@ -1,0 +1,175 @@
+// Light from a picture of the sky: the density is the picture's, poles and seams included, and
+// surfaces are as bright as the integral over the picture says.
+#include <gtest/gtest.h>
+#include <malloc.h>
+
+#include <filesystem>
+
+#include "core/image/image_io.h"
+#include "tests/support/chi2.h"
+#include "tests/support/render.h"
+#include "tests/support/stats.h"
+#include "tests/support/test_scenes.h"
+
+namespace qray {
+namespace {
+
+Image noise(int width, int height, uint64_t seed) {
+  Image image(width, height, 3);
+  test::Random random(seed);
+  for (int y = 0; y < height; ++y)
+    for (int x = 0; x < width; ++x)
+      image.set_rgb(x, y, {random.next(), random.next(), 0.1f + random.next()});
+  return image;
+}
+
+Environment with_image(Image image) {
+  Environment environment;
+  environment.radiance = {1, 0.9f, 0.8f};
+  environment.image = std::move(image);
+  environment.to_world = Mat3{{Vec3{0.6f, 0, -0.8f}, Vec3{0.8f, 0, 0.6f}, Vec3{0, 1, 0}}};
+  return environment;
+}
+
+// Dark halves, a bright texel at either pole, at the seam, and one that outshines them.
+std::vector<Environment> environments() {
+  std::vector<Environment> all;
+  all.push_back(with_image(noise(16, 8, 1)));
+  Image half = noise(16, 8, 2);
+  for (int x = 0; x < 16; ++x)
+    for (int y = 4; y < 8; ++y) half.set_rgb(x, y, {});
+  half.set_rgb(3, 0, Rgb{50});
+  half.set_rgb(0, 2, Rgb{30});
+  all.push_back(with_image(half));
+  Image south(8, 4, 3);
+  south.set_rgb(5, 3, Rgb{1});
+  all.push_back(with_image(south));
+  all.push_back(with_image(noise(2, 1, 3)));
+  all.push_back(with_image({}));
+  return all;
+}
+
+TEST(EnvironmentLight, DirectionsFollowTheDensity) {
+  int i = 0;
+  for (const Environment& environment : environments()) {
+    const EnvironmentLight light(environment);
+    test::Chi2Options options;
+    options.tolerance = 1e-6;
+    const test::Chi2 result = test::chi2_sphere(
+        [&](test::Random& random) -> std::optional<Vec3> {
+          const EnvironmentLight::Sample s = light.sample(random.next_2d());
+          EXPECT_NEAR(s.pdf_w / light.pdf_w(s.wi), 1, 0.01) << i;
+          return s.wi;
+        },
+        [&](Vec3 wi) { return light.pdf_w(wi); }, options);
+    EXPECT_GT(result.p_value, test::significance(5)) << i << "\n" << result.table;
+    EXPECT_NEAR(result.integral, 1, 2e-3) << i;
+    ++i;
+  }
+}
+
+// No direction is so unlikely for its light that it becomes a firefly, and none is missed.
+TEST(EnvironmentLight, DensityIsProportionalToLuminance) {
+  for (const Environment& environment : environments()) {
+    const EnvironmentLight light(environment);
+    test::Random random(5);
+    for (int i = 0; i < 100'000; ++i) {
+      Vec3 wi = square_to_uniform_sphere(random.next_2d());
+      if (i % 2) {  // close to the poles
+        const float r = 1e-6f + 1e-4f * random.next();
+        const Vec3 local{r, i % 4 == 1 ? std::sqrt(1 - r * r) : -std::sqrt(1 - r * r), 0};
+        wi = environment.to_world * local;
+      }
+      const Rgb radiance = light.radiance(wi) / environment.radiance;
+      const double expected = 4 * double{kPi} * light.mean_luminance() /
+                              luminance(environment.radiance) * double{light.pdf_w(wi)};
+      ASSERT_LE(luminance(radiance), 3.01 * expected + 1e-6);
+      ASSERT_LE(expected, 1.6 * luminance(radiance) + 1e-6);
+    }
+  }
+}
+
+size_t allocated_bytes() {
+  const struct mallinfo2 info = mallinfo2();
+  return info.uordblks + info.hblkhd;
+}
+
+TEST(EnvironmentLight, ALargePictureCostsFourBytesATexelMore) {
+  constexpr int kWidth = 4096, kHeight = 2048;
+  const Environment environment = with_image(noise(kWidth, kHeight, 4));
+  const size_t before = allocated_bytes();
+  const EnvironmentLight light(environment);
+  EXPECT_LT(allocated_bytes() - before, size_t{kWidth} * kHeight * 4 + (1 << 20));
+  EXPECT_NEAR(light.mean_luminance(), 0.46, 0.01);  // of the noise times the colour
+}
+
+struct Faces {
+  std::array<Vec3, 6> normals{Vec3{1, 0, 0},  Vec3{-1, 0, 0}, Vec3{0, 1, 0},
+                              Vec3{0, -1, 0}, Vec3{0, 0, 1},  Vec3{0, 0, -1}};
+  std::array<double, 6> irradiance{};
+};
+
+// By the midpoint rule, exact for what is linear between texels' centres but for sine and cosine.
+Faces integrate(const Environment& environment) {
+  const EnvironmentLight light(environment);
+  const int w = 2 * environment.image.width(), h = 2 * environment.image.height();
+  Faces faces;
+  for (int y = 0; y < h; ++y) {
+    const double theta = M_PI * (y + 0.5) / h;
+    const double solid_angle = 2 * M_PI / w * M_PI / h * std::sin(theta);
+    for (int x = 0; x < w; ++x) {
+      const double phi = 2 * M_PI * ((x + 0.5) / w - 0.5);
+      const Vec3 d{static_cast<float>(std::sin(theta) * std::sin(phi)),
+                   static_cast<float>(std::cos(theta)),
+                   static_cast<float>(-std::sin(theta) * std::cos(phi))};
+      const Vec3 wi = environment.to_world * d;
+      const double flux = luminance(light.radiance(wi)) * solid_angle;
+      for (size_t i = 0; i < 6; ++i)
+        faces.irradiance[i] += flux * std::max(0.0f, dot(wi, faces.normals[i]));
+    }
+  }
+  return faces;
+}
+
+void expect_irradiance(const Environment& environment, const char* name) {
+  const Faces faces = integrate(environment);
+  for (size_t i = 0; i < 6; ++i) {
+    Scene scene;
+    scene.name = name;
+    test::add_box(scene, test::add_material(scene, Rgb{1}), {-1, -1, -1}, {1, 1, 1}, false);
+    scene.environment = environment;
+    scene.camera.position = faces.normals[i] * 3;
+    scene.camera.target = {0, 0, 0};
+    scene.camera.up = std::abs(faces.normals[i].y) > 0.5f ? Vec3{0, 0, 1} : Vec3{0, 1, 0};
+    scene.camera.vertical_fov_deg = 20;
+    const auto prepared = test::prepare(scene);
+    constexpr int kSide = 32;
+    const Image image =
+        test::render(*prepared, test::small_settings("none", kSide, 64, i + 1)).image;
+    test::Moments pixels;
+    for (int y = 0; y < kSide; ++y)
+      for (int x = 0; x < kSide; ++x) pixels.add(luminance(image.rgb(x, y)));
+    const double expected = faces.irradiance[i] / M_PI;
+    EXPECT_LT(std::abs(pixels.mean() - expected), 3 * pixels.standard_error() + 1e-4 * expected)
+        << name << ", face " << i << ": " << pixels.mean() << " +- " << pixels.standard_error()
+        << ", expected " << expected;
+    EXPECT_LT(pixels.standard_error(), 0.01 * expected) << name << ", face " << i;
+  }
+}
+
+TEST(EnvironmentLight, ABoxIsAsBrightAsTheIntegral) {
+  expect_irradiance(with_image(noise(64, 32, 9)), "noise");
+}
+
+TEST(EnvironmentLight, RealSkiesAreAsBrightAsTheIntegral) {
+  const std::filesystem::path folder = std::filesystem::path(QRAY_TESTDATA_DIR) / "hdri-dev";
+  if (!std::filesystem::is_directory(folder)) GTEST_SKIP() << folder << " is not there";
+  for (const char* name : {"qwantani_afternoon_puresky_1k.hdr", "st_peters_square_night_1k.hdr"}) {
+    Result<Image> image = read_image(folder / name, 1 << 24);
+    ASSERT_TRUE(image.ok()) << image.error().text();
+    expect_irradiance(with_image(std::move(image).value()), name);
+  }
+}
+
+}  // namespace
+}  // namespace qray
