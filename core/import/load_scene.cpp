@@ -80,7 +80,7 @@ std::string document_pointer(const std::string& pointer, const JsonScene& read) 
   return read.mesh_pointers[index] + rest;
 }
 
-JsonScene read_any(const std::filesystem::path& path, const SceneLimits& limits, bool strict) {
+JsonScene read_any(const std::filesystem::path& path, const SceneLimits& limits) {
   const std::string extension = path.extension();
   if (extension == ".json") {
     JsonScene read = read_json_scene(path, limits);
@@ -88,7 +88,7 @@ JsonScene read_any(const std::filesystem::path& path, const SceneLimits& limits,
     return read;
   }
   if (extension == ".xml") {
-    JsonScene read = read_mitsuba_scene(path, limits, strict);
+    JsonScene read = read_mitsuba_scene(path, limits);
     read.scene.name = std::filesystem::absolute(path).parent_path().filename();
     return read;
   }
@@ -109,7 +109,9 @@ JsonScene read_any(const std::filesystem::path& path, const SceneLimits& limits,
 Result<LoadedScene> load_scene(const std::filesystem::path& path, const SceneLimits& limits,
                                bool strict) {
   try {
-    JsonScene read = read_any(path, limits, strict);
+    JsonScene read = read_any(path, limits);
+    if (strict && !read.warnings.empty())
+      return Error{ErrorCode::kUnsupported, read.warnings.front(), ""};
     const std::string file = path.filename();
     const Result<ValidateReport> report = validate(read.scene, limits);
     if (!report.ok()) {

@@ -1,8 +1,6 @@
 // What the parts of the Mitsuba importer share. One import, one thread.
 #pragma once
 
-#include <set>
-
 #include "core/import/json_scene.h"
 #include "core/import/mitsuba_tree.h"
 #include "core/import/mitsuba_values.h"
@@ -13,13 +11,10 @@ namespace qray {
 struct MitsubaImport {
   const MitsubaDocument& document;
   const SceneLimits& limits;
-  bool strict;
   JsonScene out;
 
-  // Something is drawn otherwise than the file says: a warning, and with `strict` an error.
+  // Something is drawn otherwise than the file says.
   void warn(const MitsubaNode& node, const std::string& text);
-  // Nothing is lost, or nothing that is seen.
-  void note(const MitsubaNode& node, const std::string& text);
   // Parameters of a plugin beyond those named are drawn as if they were not there: warns of each.
   void expect_only(const MitsubaNode& plugin, std::initializer_list<std::string_view> known);
 };

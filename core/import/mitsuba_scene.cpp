@@ -12,6 +12,7 @@ namespace {
 
 constexpr int kMaxShapeDepth = 8;  // of groups in groups
 constexpr size_t kMaxInstances = 1'000'000;
+constexpr size_t kMaxWarnings = 1000;
 
 // What a <shape> consists of beside its geometry. Shapes of the same parts share a material.
 struct ShapeParts {
@@ -43,7 +44,7 @@ class Reader {
         read_integrator(node, import_);
       } else if (node.tag == "sensor") {
         if (sensor)
-          import_.note(node, "only the first sensor is used");
+          import_.warn(node, "only the first sensor is used");
         else
           read_sensor(*(sensor = &node), import_);
       } else if (node.tag != "bsdf" && node.tag != "texture" && node.tag != "medium" &&
@@ -185,13 +186,8 @@ class Reader {
 
 }  // namespace
 
-void MitsubaImport::note(const MitsubaNode& node, const std::string& text) {
-  out.warnings.push_back(node.where + ": " + text);
-}
-
 void MitsubaImport::warn(const MitsubaNode& node, const std::string& text) {
-  if (strict) node.fail(text, ErrorCode::kUnsupported);
-  note(node, text);
+  if (out.warnings.size() < kMaxWarnings) out.warnings.push_back(node.where + ": " + text);
 }
 
 void MitsubaImport::expect_only(const MitsubaNode& plugin,
@@ -205,10 +201,9 @@ void MitsubaImport::expect_only(const MitsubaNode& plugin,
   }
 }
 
-JsonScene read_mitsuba_scene(const std::filesystem::path& path, const SceneLimits& limits,
-                             bool strict) {
+JsonScene read_mitsuba_scene(const std::filesystem::path& path, const SceneLimits& limits) {
   const MitsubaDocument document = read_mitsuba_tree(path);
-  MitsubaImport import{document, limits, strict, {}};
+  MitsubaImport import{document, limits, {}};
   Reader(import).read();
   return std::move(import.out);
 }

@@ -6,8 +6,6 @@
 
 namespace qray {
 
-// `strict`: what is drawn otherwise than the file says is an error, not a warning.
-JsonScene read_mitsuba_scene(const std::filesystem::path& path, const SceneLimits& limits,
-                             bool strict);
+JsonScene read_mitsuba_scene(const std::filesystem::path& path, const SceneLimits& limits);
 
 }  // namespace qray

@@ -91,7 +91,7 @@ FloatParam MitsubaTextures::find_opacity(const MitsubaNode& plugin) {
   if (!image.ok()) find_parameter(plugin, "opacity")->fail(image.error().message);
   if (image.value().channels() == 4) {
     opacity.channel = 3;
-    import_.note(*find_parameter(plugin, "opacity"), "opacity is the picture's alpha");
+    import_.warn(*find_parameter(plugin, "opacity"), "opacity is the picture's alpha");
   }
   return opacity;
 }
