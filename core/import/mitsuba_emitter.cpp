@@ -5,6 +5,7 @@
 #include "core/image/image_io.h"
 #include "core/image/tonemap.h"
 #include "core/import/mitsuba_color.h"
+#include "core/import/sun_sky.h"
 
 namespace qray {
 namespace {
@@ -107,6 +108,68 @@ void add_environment_map(const MitsubaNode& emitter, MitsubaImport& import) {
   environment.to_world = sky_to_world(emitter, import);
 }
 
+SunTime read_time(const MitsubaNode& emitter) {
+  const auto number = [&](const char* name, double fallback, double lo, double hi) {
+    const double v = find_number(emitter, name).value_or(fallback);
+    if (!(v >= lo && v <= hi)) {
+      find_parameter(emitter, name)
+          ->fail("expected " + std::to_string(static_cast<int>(lo)) + ".." +
+                 std::to_string(static_cast<int>(hi)));
+    }
+    return v;
+  };
+  SunTime t;
+  t.year = static_cast<int>(number("year", t.year, 1900, 2100));
+  t.month = static_cast<int>(number("month", t.month, 1, 12));
+  t.day = static_cast<int>(number("day", t.day, 1, 31));
+  t.hour = number("hour", t.hour, 0, 24) + number("minute", 0, 0, 60) / 60 +
+           number("second", 0, 0, 60) / 3600;
+  t.timezone = number("timezone", t.timezone, -12, 14);
+  t.latitude = number("latitude", t.latitude, -90, 90);
+  t.longitude = number("longitude", t.longitude, -180, 180);
+  return t;
+}
+
+// Up is the emitter's +y, in Mitsuba 3 its +z.
+Mat3 sun_sky_to_world(const MitsubaNode& emitter, bool z_up) {
+  const Transform t = find_transform(emitter, "to_world").value_or(Transform{});
+  const Vec3 x = normalize(column(t, 0));
+  const Vec3 y = normalize(column(t, z_up ? 2 : 1));
+  const Vec3 z = normalize(column(t, z_up ? 1 : 2)) * (z_up ? -1.0f : 1.0f);
+  return {{Vec3{x.x, y.x, z.x}, Vec3{x.y, y.y, z.y}, Vec3{x.z, y.z, z.z}}};
+}
+
+void add_sun_sky(const MitsubaNode& emitter, MitsubaImport& import) {
+  if (!claim_sky(emitter, import)) return;
+  constexpr int kWidth = 1024;  // a third of a degree
+  import.expect_only(emitter,
+                     {"turbidity", "albedo", "year", "month", "day", "hour", "minute", "second",
+                      "timezone", "latitude", "longitude", "sun_direction", "resolution", "scale",
+                      "sky_scale", "sun_scale", "sun_radius_scale", "extend", "to_world"});
+  const auto scale = [&](const char* name) {
+    const double v = find_number(emitter, name).value_or(1);
+    if (!(v >= 0)) find_parameter(emitter, name)->fail("expected a scale from 0");
+    return v;
+  };
+  SunSky p;
+  p.turbidity = find_number(emitter, "turbidity").value_or(3);
+  if (!(p.turbidity >= 1 && p.turbidity <= 10))
+    find_parameter(emitter, "turbidity")->fail("expected 1..10");
+  p.sky_scale = emitter.type == "sun" ? 0 : scale("sky_scale") * scale("scale");
+  p.sun_scale = emitter.type == "sky" ? 0 : scale("sun_scale") * scale("scale");
+  p.sun_radius_scale = scale("sun_radius_scale");
+  Environment& environment = import.out.scene.environment;
+  environment.to_world = sun_sky_to_world(emitter, import.document.version >= 3);
+  if (const std::optional<Vec3> to_sun = find_point(emitter, "sun_direction")) {
+    if (!(length(*to_sun) > 0)) emitter.fail("expected a sunDirection with a length");
+    p.to_sun = environment.to_world.transposed() * normalize(*to_sun);
+  } else {
+    p.to_sun = sun_direction(read_time(emitter));
+  }
+  environment.radiance = Rgb{1.0f};
+  environment.image = draw_sun_sky(p, kWidth, kWidth / 2);
+}
+
 }  // namespace
 
 void read_emitter(const MitsubaNode& emitter, MitsubaImport& import) {
@@ -114,6 +177,8 @@ void read_emitter(const MitsubaNode& emitter, MitsubaImport& import) {
   if (emitter.type == "spot") return add_spot(emitter, import);
   if (emitter.type == "directional") return add_directional(emitter, import);
   if (emitter.type == "envmap") return add_environment_map(emitter, import);
+  if (emitter.type == "sunsky" || emitter.type == "sky" || emitter.type == "sun")
+    return add_sun_sky(emitter, import);
   if (emitter.type == "constant") {
     if (claim_sky(emitter, import))
       import.out.scene.environment.radiance = read_light(emitter, "radiance", import);
