@@ -9,6 +9,7 @@
 #include <cstddef>
 #include <cstring>
 #include <string>
+#include <vector>
 
 namespace qray {
 namespace {
@@ -39,12 +40,56 @@ RTCRay to_rtc(const Ray& ray) {
   return r;
 }
 
+Result<RTCGeometry> make_geometry(RTCDevice device, const Mesh& mesh) {
+  RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
+  // Embree pads the buffers it allocates, as its vector loads need; a std::vector has no padding.
+  void* vertices = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
+                                           sizeof(Vec3), mesh.positions.size());
+  void* indices = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
+                                          3 * sizeof(uint32_t), mesh.triangles.size());
+  if (!vertices || !indices) {
+    rtcReleaseGeometry(geometry);
+    return embree_error(device, "allocating a mesh");
+  }
+  std::memcpy(vertices, mesh.positions.data(), mesh.positions.size() * sizeof(Vec3));
+  std::memcpy(indices, mesh.triangles.data(), mesh.triangles.size() * 3 * sizeof(uint32_t));
+  rtcCommitGeometry(geometry);
+  return geometry;
+}
+
+RTCScene make_scene(RTCDevice device) {
+  RTCScene scene = rtcNewScene(device);
+  rtcSetSceneBuildQuality(scene, RTC_BUILD_QUALITY_MEDIUM);
+  return scene;
+}
+
+void attach(RTCScene scene, RTCGeometry geometry, size_t id) {
+  rtcAttachGeometryByID(scene, geometry, static_cast<unsigned>(id));
+  rtcReleaseGeometry(geometry);
+}
+
+void attach_instance(RTCDevice device, RTCScene scene, RTCScene mesh, const Transform& to_world,
+                     size_t id) {
+  RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_INSTANCE);
+  rtcSetGeometryInstancedScene(geometry, mesh);
+  float rows[12];
+  for (size_t i = 0; i < 12; ++i) rows[i] = static_cast<float>(to_world.rows[i / 4][i % 4]);
+  rtcSetGeometryTransform(geometry, 0, RTC_FORMAT_FLOAT3X4_ROW_MAJOR, rows);
+  rtcCommitGeometry(geometry);
+  attach(scene, geometry, id);
+}
+
 }  // namespace
 
 struct EmbreeScene::Impl {
   RTCDevice device = nullptr;
   RTCScene scene = nullptr;
+  std::vector<RTCScene> instanced;  // by MeshId; null: not instanced
+  size_t mesh_count = 0;
+  std::vector<Mat3> normals_to_world;  // by instance
   ~Impl() {
+    for (RTCScene mesh : instanced)
+      if (mesh) rtcReleaseScene(mesh);
     if (scene) rtcReleaseScene(scene);
     if (device) rtcReleaseDevice(device);
   }
@@ -59,26 +104,29 @@ Result<std::unique_ptr<EmbreeScene>> EmbreeScene::build(const Scene& scene, int 
   auto impl = std::make_unique<Impl>();
   impl->device = rtcNewDevice(device_config(build_threads).c_str());
   if (!impl->device) return embree_error(nullptr, "making a device");
-  impl->scene = rtcNewScene(impl->device);
-  rtcSetSceneBuildQuality(impl->scene, RTC_BUILD_QUALITY_MEDIUM);
+  impl->scene = make_scene(impl->device);
+  impl->mesh_count = scene.meshes.size();
+  impl->instanced.resize(scene.meshes.size());
+  for (const Instance& instance : scene.instances) {
+    RTCScene& mesh = impl->instanced[instance.mesh.value];
+    if (!mesh) mesh = make_scene(impl->device);
+  }
   for (size_t m = 0; m < scene.meshes.size(); ++m) {
-    const Mesh& mesh = scene.meshes[m];
-    if (mesh.triangles.empty()) continue;
-    RTCGeometry geometry = rtcNewGeometry(impl->device, RTC_GEOMETRY_TYPE_TRIANGLE);
-    // Embree pads the buffers it allocates, as its vector loads need; a std::vector has no padding.
-    void* vertices = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
-                                             sizeof(Vec3), mesh.positions.size());
-    void* indices = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
-                                            3 * sizeof(uint32_t), mesh.triangles.size());
-    if (!vertices || !indices) {
-      rtcReleaseGeometry(geometry);
-      return embree_error(impl->device, "allocating a mesh");
+    if (scene.meshes[m].triangles.empty()) continue;
+    Result<RTCGeometry> geometry = make_geometry(impl->device, scene.meshes[m]);
+    if (!geometry) return geometry.error();
+    if (RTCScene mesh = impl->instanced[m]) {
+      attach(mesh, geometry.value(), 0);
+      rtcCommitScene(mesh);
+    } else {
+      attach(impl->scene, geometry.value(), m);
     }
-    std::memcpy(vertices, mesh.positions.data(), mesh.positions.size() * sizeof(Vec3));
-    std::memcpy(indices, mesh.triangles.data(), mesh.triangles.size() * 3 * sizeof(uint32_t));
-    rtcCommitGeometry(geometry);
-    rtcAttachGeometryByID(impl->scene, geometry, static_cast<unsigned>(m));
-    rtcReleaseGeometry(geometry);
+  }
+  for (size_t i = 0; i < scene.instances.size(); ++i) {
+    const Instance& instance = scene.instances[i];
+    attach_instance(impl->device, impl->scene, impl->instanced[instance.mesh.value],
+                    instance.to_world, impl->mesh_count + i);
+    impl->normals_to_world.push_back(instance.to_world.normals());
   }
   rtcCommitScene(impl->scene);
   if (const RTCError code = rtcGetDeviceError(impl->device); code != RTC_ERROR_NONE) {
@@ -105,6 +153,10 @@ bool EmbreeScene::intersect(const Ray& ray, Hit& hit) const {
   hit.barycentric = {query.hit.u, query.hit.v};
   hit.ng = {query.hit.Ng_x, query.hit.Ng_y, query.hit.Ng_z};
   hit.mesh = MeshId(query.hit.geomID);
+  if (const unsigned instance = query.hit.instID[0]; instance != RTC_INVALID_GEOMETRY_ID) {
+    hit.mesh = MeshId(instance);
+    hit.ng = impl_->normals_to_world[instance - impl_->mesh_count] * hit.ng;
+  }
   hit.triangle = query.hit.primID;
   return true;
 }

@@ -12,8 +12,9 @@ namespace {
 
 size_t emitting_triangles(const Scene& scene) {
   size_t count = 0;
-  for (const Mesh& mesh : scene.meshes)
-    if (scene.materials[mesh.material.value].emits()) count += mesh.triangles.size();
+  for (const Placement& placed : scene.placements())
+    if (placed.mesh && scene.materials[placed.material.value].emits())
+      count += placed.mesh->triangles.size();
   return count;
 }
 
@@ -29,6 +30,9 @@ Status run(const std::string& name) {
               scene.max_depth);
   std::printf("meshes      %zu, %zu triangles (%zu without area left out)\n", scene.meshes.size(),
               scene.triangle_count(), loaded.value().dropped_triangles);
+  if (!scene.instances.empty())
+    std::printf("instances   %zu, %zu triangles in all\n", scene.instances.size(),
+                scene.placed_triangle_count());
   std::printf("materials   %zu, %zu textures\n", scene.materials.size(), scene.textures.size());
   std::printf("lights      %zu emitting triangles, %zu without an extent, %s\n",
               emitting_triangles(scene), scene.lights.size(),

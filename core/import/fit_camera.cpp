@@ -12,9 +12,12 @@ float coverage(const Scene& scene, const Bounds3& box, int axis, bool high) {
   const float side = high ? box.hi[axis] : box.lo[axis];
   const float tolerance = 0.05f * extent[axis];
   double area = 0;
-  for (const Mesh& mesh : scene.meshes) {
+  for (const Placement& placed : scene.placements()) {
+    if (!placed.mesh) continue;
+    const Mesh& mesh = *placed.mesh;
     for (const auto& tri : mesh.triangles) {
-      const Vec3 p[] = {mesh.positions[tri[0]], mesh.positions[tri[1]], mesh.positions[tri[2]]};
+      const Vec3 p[] = {placed.at(mesh.positions[tri[0]]), placed.at(mesh.positions[tri[1]]),
+                        placed.at(mesh.positions[tri[2]])};
       bool near = true;
       for (const Vec3 v : p) near = near && std::abs(v[axis] - side) <= tolerance;
       if (near) area += 0.5 * std::abs(cross(p[1] - p[0], p[2] - p[0])[axis]);

@@ -20,7 +20,7 @@ class Reader {
 
   JsonScene read(const JsonNode& root) {
     root.only({"name", "size", "max_depth", "camera", "textures", "materials", "environment",
-               "lights", "meshes"});
+               "lights", "meshes", "instances"});
     Scene& scene = out_.scene;
     if (const auto name = root.find("name")) scene.name = name->string();
     if (const auto size = root.find("size")) {
@@ -37,6 +37,7 @@ class Reader {
       for (size_t i = 0; i < lights->size(); ++i) scene.lights.push_back(read_light(lights->at(i)));
     }
     read_meshes(root.get("meshes"));
+    if (const auto instances = root.find("instances")) read_instances(*instances);
     return std::move(out_);
   }
 
@@ -130,6 +131,7 @@ class Reader {
       const JsonNode node = list.at(i);
       node.only({"name", "material", "positions", "triangles", "quads", "normals", "uvs", "file",
                  "quad", "box", "sphere", "cylinder", "disk", "transform", "flip"});
+      const size_t first = out_.scene.meshes.size();
       Mesh mesh = read_shape(node, limits_);
       if (const auto name = node.find("name")) mesh.name = name->string();
       const std::string pointer = "/meshes/" + std::to_string(i);
@@ -137,6 +139,34 @@ class Reader {
         read_file_mesh(node, *file, mesh.name, pointer);
       else
         add_mesh(std::move(mesh), material_id(node.get("material")), pointer, node);
+      if (const auto name = node.find("name")) {
+        MeshRange& named = named_meshes_[name->string()];
+        named = {first, out_.scene.meshes.size(), named.used + 1};
+      }
+    }
+  }
+
+  // A mesh of the document is several of the scene's where its file holds several.
+  void read_instances(const JsonNode& list) {
+    for (size_t i = 0; i < list.size(); ++i) {
+      const JsonNode node = list.at(i);
+      node.only({"mesh", "material", "transform"});
+      const JsonNode name = node.get("mesh");
+      const auto named = named_meshes_.find(name.string());
+      if (named == named_meshes_.end() || named->second.used != 1)
+        name.fail_expected("the name of one mesh");
+      Instance instance;
+      instance.to_world = read_placement(node);
+      if (const auto material = node.find("material")) instance.material = material_id(*material);
+      for (size_t m = named->second.begin; m < named->second.end; ++m) {
+        instance.mesh = MeshId(static_cast<uint32_t>(m));
+        out_.scene.instances.push_back(instance);
+        out_.instance_pointers.push_back("/instances/" + std::to_string(i));
+      }
+      if (out_.scene.instances.size() > limits_.max_instances) {
+        list.fail("expected at most " + std::to_string(limits_.max_instances) + " instances",
+                  ErrorCode::kTooLarge);
+      }
     }
   }
 
@@ -194,6 +224,11 @@ class Reader {
   JsonScene out_;
   Names<TextureId> textures_;
   Names<MaterialId> materials_;
+  struct MeshRange {
+    size_t begin = 0, end = 0;  // in scene.meshes
+    int used = 0;               // so many meshes have the name
+  };
+  std::map<std::string, MeshRange, std::less<>> named_meshes_;
   size_t triangle_count_ = 0;
 };
 

@@ -18,6 +18,7 @@ struct JsonScene {
   std::vector<std::string> warnings;
   // Where scene.meshes[i] was read from, as a pointer into the document: a file may hold several.
   std::vector<std::string> mesh_pointers;
+  std::vector<std::string> instance_pointers;  // of scene.instances[i]
 };
 
 JsonScene read_json_scene(const std::filesystem::path& path, const SceneLimits& limits);
@@ -29,5 +30,6 @@ PunctualLight read_light(const JsonNode& node);
 // One shape with its "transform" and "flip" applied, material unset; "file" is left to the caller.
 Mesh read_shape(const JsonNode& node, const SceneLimits& limits);
 void apply_placement(const JsonNode& node, Mesh& mesh);
+Transform read_placement(const JsonNode& node);  // its "transform", or none
 
 }  // namespace qray

@@ -176,14 +176,18 @@ Mesh read_shape(const JsonNode& node, const SceneLimits& limits) {
   return mesh;
 }
 
+Transform read_placement(const JsonNode& node) {
+  const auto placement = node.find("transform");
+  if (!placement) return {};
+  const Transform transform = read_transform(*placement);
+  const double determinant = transform.determinant();
+  if (!(std::abs(determinant) > 1e-20 && std::isfinite(determinant)))
+    placement->fail("expected a map that keeps volume, this one is flat or not finite");
+  return transform;
+}
+
 void apply_placement(const JsonNode& node, Mesh& mesh) {
-  if (const auto placement = node.find("transform")) {
-    const Transform transform = read_transform(*placement);
-    const double determinant = transform.determinant();
-    if (!(std::abs(determinant) > 1e-20 && std::isfinite(determinant)))
-      placement->fail("expected a map that keeps volume, this one is flat or not finite");
-    transform.apply(mesh);
-  }
+  if (node.has("transform")) read_placement(node).apply(mesh);
   if (const auto flip = node.find("flip"); flip && flip->boolean()) flip_winding(mesh);
 }
 

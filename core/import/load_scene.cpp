@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <cstring>
 
 #include "core/import/fit_camera.h"
 #include "core/import/json_scene.h"
@@ -34,13 +35,15 @@ JsonScene from_ply(const std::filesystem::path& path, const SceneLimits& limits)
 }
 
 bool has_light(const Scene& scene) {
-  return scene.environment.present() ||
-         std::any_of(scene.lights.begin(), scene.lights.end(),
-                     [](const PunctualLight& light) { return light.emits(); }) ||
-         std::any_of(scene.meshes.begin(), scene.meshes.end(), [&scene](const Mesh& mesh) {
-           return mesh.material.value < scene.materials.size() &&
-                  scene.materials[mesh.material.value].emits();
-         });
+  if (scene.environment.present()) return true;
+  for (const PunctualLight& light : scene.lights)
+    if (light.emits()) return true;
+  for (const Placement& placed : scene.placements()) {
+    if (placed.mesh && placed.material.value < scene.materials.size() &&
+        scene.materials[placed.material.value].emits())
+      return true;
+  }
+  return false;
 }
 
 // Rays start off their surface by kRayOffset of its distance from the origin: more than a
@@ -70,14 +73,17 @@ void complete(Scene& scene, const std::filesystem::path& path) {
   if (!has_light(scene)) scene.environment.radiance = Rgb{1.0f};
 }
 
-// "/meshes/4/positions/7" counts the scene's meshes; the document's may be fewer.
+// "/meshes/4/positions/7" counts the scene's meshes; the document's may be fewer. Instances alike.
 std::string document_pointer(const std::string& pointer, const JsonScene& read) {
-  const std::string prefix = "/meshes/";
-  if (read.mesh_pointers.empty() || !pointer.starts_with(prefix)) return pointer;
-  const size_t end = pointer.find('/', prefix.size());
-  const size_t index = std::stoul(pointer.substr(prefix.size(), end - prefix.size()));
-  const std::string rest = end == std::string::npos ? "" : pointer.substr(end);
-  return read.mesh_pointers[index] + rest;
+  for (const auto& [prefix, pointers] :
+       {std::pair{"/meshes/", &read.mesh_pointers}, {"/instances/", &read.instance_pointers}}) {
+    const size_t begin = std::strlen(prefix);
+    if (pointers->empty() || !pointer.starts_with(prefix)) continue;
+    const size_t end = pointer.find('/', begin);
+    const size_t index = std::stoul(pointer.substr(begin, end - begin));
+    return (*pointers)[index] + (end == std::string::npos ? "" : pointer.substr(end));
+  }
+  return pointer;
 }
 
 JsonScene read_any(const std::filesystem::path& path, const SceneLimits& limits) {

@@ -12,18 +12,20 @@ constexpr uint32_t kNoTriangle = ~0u;
 
 void LightPick::build(const Scene& scene, const Bounds3& bounds) {
   std::vector<float> powers;
-  first_of_mesh_.assign(scene.meshes.size(), kNoTriangle);
-  for (size_t m = 0; m < scene.meshes.size(); ++m) {
-    const Mesh& mesh = scene.meshes[m];
-    const Material& material = scene.materials[mesh.material.value];
-    if (!material.emits()) continue;
-    first_of_mesh_[m] = static_cast<uint32_t>(triangles_.size());
-    for (const auto& tri : mesh.triangles) {
+  const std::vector<Placement> placements = scene.placements();
+  first_of_mesh_.assign(placements.size(), kNoTriangle);
+  for (size_t i = 0; i < placements.size(); ++i) {
+    const Placement& placed = placements[i];
+    const Material& material = scene.materials[placed.material.value];
+    if (!placed.mesh || !material.emits()) continue;
+    first_of_mesh_[i] = static_cast<uint32_t>(triangles_.size());
+    const bool mirrored = placed.to_world && placed.to_world->determinant() < 0;
+    for (const auto& tri : placed.mesh->triangles) {
       EmittingTriangle t;
-      t.p0 = mesh.positions[tri[0]];
-      t.e1 = mesh.positions[tri[1]] - t.p0;
-      t.e2 = mesh.positions[tri[2]] - t.p0;
-      const Vec3 n = cross(t.e1, t.e2);
+      t.p0 = placed.at(placed.mesh->positions[tri[0]]);
+      t.e1 = placed.at(placed.mesh->positions[tri[1]]) - t.p0;
+      t.e2 = placed.at(placed.mesh->positions[tri[2]]) - t.p0;
+      const Vec3 n = mirrored ? cross(t.e2, t.e1) : cross(t.e1, t.e2);
       t.area = 0.5f * length(n);
       t.n = normalize(n);
       t.emission = material.emission.value;

@@ -77,7 +77,7 @@ class LightPick {
   bool sample_environment(Vec2 u, LightSample& out) const;
 
   std::vector<EmittingTriangle> triangles_;
-  std::vector<uint32_t> first_of_mesh_;  // by MeshId: index of its first triangle, or none
+  std::vector<uint32_t> first_of_mesh_;  // by Hit::mesh: index of its first triangle, or none
   std::vector<PunctualLight> punctual_;
   std::shared_ptr<const EnvironmentLight> environment_;  // null: none
   AliasTable picker_;  // triangles, punctual lights, then the environment; empty: no light at all

@@ -9,26 +9,46 @@ namespace qray {
 
 namespace {
 
-// A few units in the last place of the largest coordinate: what a hit on the largest triangle can
-// be off by.
-float ray_epsilon(const Bounds3& bounds) {
+float largest_coordinate(const Bounds3& box) {
   float largest = 0;
   for (int axis = 0; axis < 3; ++axis)
-    largest = std::max({largest, std::abs(bounds.lo[axis]), std::abs(bounds.hi[axis])});
+    largest = std::max({largest, std::abs(box.lo[axis]), std::abs(box.hi[axis])});
+  return largest;
+}
+
+// A few units in the last place of the largest coordinate: what a hit on the largest triangle can
+// be off by. An instance is hit in its mesh's space, whose coordinates may be larger.
+float ray_epsilon(const PreparedScene& prepared) {
+  float largest = largest_coordinate(prepared.bounds);
+  const Scene& scene = prepared.scene;
+  std::vector<float> of_mesh(scene.instances.empty() ? 0 : scene.meshes.size(), 0.0f);
+  for (size_t m = 0; m < of_mesh.size(); ++m) {
+    Bounds3 box;
+    for (const Vec3 p : scene.meshes[m].positions) box.add(p);
+    of_mesh[m] = largest_coordinate(box);
+  }
+  for (const Instance& instance : scene.instances) {
+    double stretch = 0;
+    for (const auto& row : instance.to_world.rows)
+      stretch = std::max(stretch, std::abs(row[0]) + std::abs(row[1]) + std::abs(row[2]));
+    largest = std::max(largest, of_mesh[instance.mesh.value] * static_cast<float>(stretch));
+  }
   return largest * 0x1p-21f;
 }
 
-MeshShading mesh_shading(const PreparedScene& prepared, const Mesh& mesh) {
-  const Material& material = prepared.scene.materials[mesh.material.value];
+MeshShading mesh_shading(const PreparedScene& prepared, const Placement& placed) {
   MeshShading m;
-  m.mesh = &mesh;
+  if (!placed.mesh) return m;
+  const Material& material = prepared.scene.materials[placed.material.value];
+  m.mesh = placed.mesh;
   m.material = &material;
-  m.bsdf = prepared.bsdfs[mesh.material.value].get();
+  m.bsdf = prepared.bsdfs[placed.material.value].get();
   m.constant = {material.reflectance.value, material.roughness.value};
   m.kind = m.bsdf->kind();
   m.emits = material.emits();
   m.textured = material.reflectance.texture.valid() || material.roughness.texture.valid();
-  m.interpolated = !mesh.normals.empty() || (m.textured && !mesh.uvs.empty());
+  m.interpolated = !placed.mesh->normals.empty() || (m.textured && !placed.mesh->uvs.empty());
+  if (placed.to_world) m.normals_to_world = placed.to_world->normals();
   return m;
 }
 
@@ -43,7 +63,7 @@ Result<std::shared_ptr<PreparedScene>> prepare(LoadedScene loaded, int build_thr
   }
   const Scene& scene = prepared->scene;
   prepared->bounds = scene.bounds();
-  prepared->ray_epsilon = ray_epsilon(prepared->bounds);
+  prepared->ray_epsilon = ray_epsilon(*prepared);
   Result<std::unique_ptr<EmbreeScene>> accel = EmbreeScene::build(scene, build_threads);
   if (!accel.ok()) return accel.error();
   prepared->accel = std::move(accel).value();
@@ -53,7 +73,8 @@ Result<std::shared_ptr<PreparedScene>> prepare(LoadedScene loaded, int build_thr
     if (!handle.ok()) return handle.error();
     prepared->texture_handles.push_back(handle.value());
   }
-  for (const Mesh& mesh : scene.meshes) prepared->meshes.push_back(mesh_shading(*prepared, mesh));
+  for (const Placement& placed : scene.placements())
+    prepared->meshes.push_back(mesh_shading(*prepared, placed));
   prepared->lights.build(scene, prepared->bounds);
   return prepared;
 }

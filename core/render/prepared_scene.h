@@ -4,6 +4,7 @@
 
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "core/accel/embree_scene.h"
@@ -15,14 +16,15 @@
 
 namespace qray {
 
-// What a hit needs to know of its mesh, side by side in memory.
+// What a hit needs to know of its mesh or instance, side by side in memory.
 struct MeshShading {
-  const Mesh* mesh = nullptr;
+  const Mesh* mesh = nullptr;  // null: seen by its instances alone
   const Material* material = nullptr;
   const Bsdf* bsdf = nullptr;
   ShadingPoint constant;  // the material's parameters where no texture changes them
   BsdfKind kind = BsdfKind::kDiffuse;
   bool emits = false, textured = false, interpolated = false;
+  std::optional<Mat3> normals_to_world;  // an instance's
 };
 
 struct PreparedScene {
@@ -38,13 +40,16 @@ struct PreparedScene {
   std::vector<int> texture_handles;  // by TextureId
   LightPick lights;
 
-  std::vector<MeshShading> meshes;  // by MeshId
+  std::vector<MeshShading> meshes;  // by Hit::mesh
 
   SurfacePoint surface_at(const Ray& ray, const Hit& hit) const {
     const Vec3 ng = normalize(hit.ng);
     SurfacePoint surface{ray.o + ray.d * hit.t, ng, ng, {}};
     const MeshShading& m = meshes[hit.mesh.value];
-    if (m.interpolated) interpolate_vertices(*m.mesh, hit.triangle, hit.barycentric, surface);
+    if (m.interpolated) {
+      interpolate_vertices(*m.mesh, m.normals_to_world ? &*m.normals_to_world : nullptr,
+                           hit.triangle, hit.barycentric, surface);
+    }
     return surface;
   }
   GuideSetup guide_setup(const RenderSettings& settings) const;

@@ -22,9 +22,7 @@ constexpr double kLookupNs = 110;  // of the guide, a vertex
 
 // About, of one ray: measured from 36 triangles to 333,000 (design, section 4).
 double ray_ns(const PreparedScene& scene) {
-  double triangles = 0;
-  for (const Mesh& mesh : scene.scene.meshes)
-    triangles += static_cast<double>(mesh.triangles.size());
+  const auto triangles = static_cast<double>(scene.scene.placed_triangle_count());
   return 75 + 17 * std::max(0.0, std::log2(triangles / 36));
 }
 

@@ -32,7 +32,7 @@ struct Mesh {
   MaterialId material;
 };
 
-// One more placement of a mesh. A mesh that instances name is seen by these alone, any other where
+// A mesh placed once more. A mesh that instances name is seen by these alone, any other where
 // its positions are. A mirroring map keeps fronts in front.
 struct Instance {
   MeshId mesh;
@@ -40,10 +40,18 @@ struct Instance {
   MaterialId material;  // instead of the mesh's; none: the mesh's
 };
 
+// A mesh in the scene's space.
+struct Placement {
+  const Mesh* mesh;           // null: the mesh is seen by its instances alone
+  const Transform* to_world;  // null: as it is
+  MaterialId material;
+
+  Vec3 at(Vec3 p) const { return to_world ? to_world->point(p) : p; }
+};
+
 struct Texture {
-  std::filesystem::path
-      path;          // absolute once loaded; with `bytes`: a name of its own, for messages
-  bool srgb = true;  // display-encoded, as 8-bit colour pictures are
+  std::filesystem::path path;  // absolute once loaded; with `bytes`: a name for messages
+  bool srgb = true;            // display-encoded, as 8-bit colour pictures are
   TextureWrap wrap_u = TextureWrap::kRepeat, wrap_v = TextureWrap::kRepeat;
   bool nearest = false;                // texels are squares, not interpolated
   UvTransform uv_transform;            // from the mesh's uv to the picture's, v = 0 at its bottom
@@ -80,18 +88,11 @@ struct Scene {
   int width = 512, height = 512;  // the scene's customary picture size, pixels
   int max_depth = 16;             // surfaces on a path, at most
 
-  size_t triangle_count() const {
-    size_t count = 0;
-    for (const Mesh& mesh : meshes) count += mesh.triangles.size();
-    return count;
-  }
-  Bounds3 bounds() const {
-    Bounds3 box;
-    for (const Mesh& mesh : meshes)
-      for (const auto& tri : mesh.triangles)
-        for (uint32_t v : tri) box.add(mesh.positions[v]);
-    return box;
-  }
+  // By the index that hits tell: the meshes, then the instances.
+  std::vector<Placement> placements() const;
+  size_t triangle_count() const;         // as stored
+  size_t placed_triangle_count() const;  // as seen
+  Bounds3 bounds() const;                // an instance's: of its mesh's box
 };
 
 }  // namespace qray

@@ -29,6 +29,10 @@ class HashWriter {
     chunk_.f32(v == 0 ? 0.0f : v);  // -0 and 0 are the same scene
     flush_if_full();
   }
+  void f64(double v) {
+    chunk_.f64(v == 0 ? 0.0 : v);
+    flush_if_full();
+  }
   void rgb(Rgb v) {
     for (int i = 0; i < 3; ++i) f32(v[i]);
   }
@@ -53,7 +57,7 @@ class HashWriter {
 };
 
 Digest hash_geometry(const Scene& scene) {
-  HashWriter out("qray geometry 1");
+  HashWriter out("qray geometry 2");
   out.u64(scene.meshes.size());
   for (const Mesh& mesh : scene.meshes) {
     out.u32(mesh.material.value);
@@ -70,6 +74,13 @@ Digest hash_geometry(const Scene& scene) {
     for (const auto& tri : mesh.triangles)
       for (const uint32_t v : tri) out.u32(v);
   }
+  out.u64(scene.instances.size());
+  for (const Instance& instance : scene.instances) {
+    out.u32(instance.mesh.value);
+    out.u32(instance.material.value);
+    for (const auto& row : instance.to_world.rows)
+      for (const double v : row) out.f64(v);
+  }
   return out.finish();
 }
 
@@ -77,20 +88,27 @@ Digest hash_geometry(const Scene& scene) {
 Result<std::vector<Digest>> hash_textures(const Scene& scene) {
   std::vector<Digest> digests;
   for (const Texture& texture : scene.textures) {
-    const Result<Bytes> bytes = read_file(texture.path, kMaxTextureBytes);
-    if (!bytes.ok()) return bytes.error();
-    HashWriter out("qray texture 1");
-    out.digest(sha256(bytes.value()));
+    HashWriter out("qray texture 2");
+    if (texture.bytes) {
+      out.digest(sha256(*texture.bytes));
+    } else {
+      const Result<Bytes> bytes = read_file(texture.path, kMaxTextureBytes);
+      if (!bytes.ok()) return bytes.error();
+      out.digest(sha256(bytes.value()));
+    }
     out.u8(texture.srgb ? 1 : 0);
     out.u8(static_cast<uint8_t>(texture.wrap_u));
     out.u8(static_cast<uint8_t>(texture.wrap_v));
+    out.u8(texture.nearest ? 1 : 0);
+    for (const auto& row : {texture.uv_transform.u, texture.uv_transform.v})
+      for (const float v : row) out.f32(v);
     digests.push_back(out.finish());
   }
   return digests;
 }
 
 Digest hash_materials(const Scene& scene, const std::vector<Digest>& textures) {
-  HashWriter out("qray materials 1");
+  HashWriter out("qray materials 2");
   const auto texture = [&](TextureId id) {
     out.u8(id.valid() ? 1 : 0);
     if (id.valid()) out.digest(textures[id.value]);
@@ -106,6 +124,12 @@ Digest hash_materials(const Scene& scene, const std::vector<Digest>& textures) {
     out.rgb(m.k);
     out.f32(m.ior);
     out.rgb(m.specular.value);
+  }
+  for (size_t m = 0; m < scene.meshes.size(); ++m) {
+    if (scene.meshes[m].colors.empty()) continue;
+    out.u64(m);
+    out.u64(scene.meshes[m].colors.size());
+    for (const Rgb color : scene.meshes[m].colors) out.rgb(color);
   }
   return out.finish();
 }

@@ -1,7 +1,8 @@
 // SHA-256 of what a table depends on. The camera, the picture size and all names are left out.
-// Geometry: positions, normals, uvs, triangles and which material index each mesh has. Materials:
-// all parameters but emission, with the bytes of the texture files. Lights: emissions,
-// lights without an extent, and the environment with its image's values.
+// Geometry: positions, normals, uvs, triangles and which material index each mesh has, and
+// instances. Materials: all parameters but emission, with the bytes of the texture files, and
+// vertex colours. Lights: emissions, lights without an extent, and the environment with its image's
+// values.
 #pragma once
 
 #include "core/base/result.h"

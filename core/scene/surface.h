@@ -17,15 +17,19 @@ struct SurfacePoint {
 };
 
 // Replaces ns and uv by the vertices' values, interpolated, where the mesh has them. `barycentric`:
-// the weights of the triangle's second and third vertex.
-inline void interpolate_vertices(const Mesh& mesh, uint32_t triangle, Vec2 barycentric,
-                                 SurfacePoint& surface) {
+// the weights of the triangle's second and third vertex. `normals_to_world`: an instance's, or
+// null.
+inline void interpolate_vertices(const Mesh& mesh, const Mat3* normals_to_world, uint32_t triangle,
+                                 Vec2 barycentric, SurfacePoint& surface) {
   const auto& tri = mesh.triangles[triangle];
   const float b1 = barycentric.x, b2 = barycentric.y, b0 = 1 - b1 - b2;
   if (!mesh.normals.empty()) {
-    const Vec3 sum =
-        mesh.normals[tri[0]] * b0 + mesh.normals[tri[1]] * b1 + mesh.normals[tri[2]] * b2;
-    const float sum_length = length(sum);
+    Vec3 sum = mesh.normals[tri[0]] * b0 + mesh.normals[tri[1]] * b1 + mesh.normals[tri[2]] * b2;
+    float sum_length = length(sum);
+    if (normals_to_world && sum_length > 1e-6f) {
+      sum = *normals_to_world * (sum / sum_length);
+      sum_length = length(sum);
+    }
     if (sum_length > 1e-6f) surface.ns = sum / sum_length;
     if (dot(surface.ns, surface.ng) < 0) surface.ns = -surface.ns;
   }

@@ -47,28 +47,37 @@ double Transform::determinant() const {
          a[0][2] * (a[1][0] * a[2][1] - a[1][1] * a[2][0]);
 }
 
-void Transform::apply(Mesh& mesh) const {
-  for (Vec3& p : mesh.positions) {
-    const Vec3 q = p;
-    for (int r = 0; r < 3; ++r)
-      p[r] =
-          static_cast<float>(rows[r][0] * q.x + rows[r][1] * q.y + rows[r][2] * q.z + rows[r][3]);
-  }
-  // Normals go by the inverse transpose: the cofactors, with the determinant's sign.
+Vec3 Transform::point(Vec3 p) const {
+  Vec3 out;
+  for (int r = 0; r < 3; ++r)
+    out[r] =
+        static_cast<float>(rows[r][0] * p.x + rows[r][1] * p.y + rows[r][2] * p.z + rows[r][3]);
+  return out;
+}
+
+Mat3 Transform::normals() const {
+  // The cofactors, with the determinant's sign.
   const auto& a = rows;
-  const double sign = determinant() < 0 ? -1 : 1;
-  const auto cofactor = [&](int r, int c) {
-    const int r1 = (r + 1) % 3, r2 = (r + 2) % 3, c1 = (c + 1) % 3, c2 = (c + 2) % 3;
-    return sign * (a[r1][c1] * a[r2][c2] - a[r1][c2] * a[r2][c1]);
-  };
-  for (Vec3& n : mesh.normals) {
-    double m[3];
-    for (int r = 0; r < 3; ++r)
-      m[r] = cofactor(r, 0) * n.x + cofactor(r, 1) * n.y + cofactor(r, 2) * n.z;
-    const double norm = std::hypot(m[0], m[1], m[2]);
-    for (int r = 0; r < 3; ++r) n[r] = static_cast<float>(m[r] / norm);
+  double m[3][3], largest = 0;
+  for (int r = 0; r < 3; ++r) {
+    for (int c = 0; c < 3; ++c) {
+      const int r1 = (r + 1) % 3, r2 = (r + 2) % 3, c1 = (c + 1) % 3, c2 = (c + 2) % 3;
+      m[r][c] = a[r1][c1] * a[r2][c2] - a[r1][c2] * a[r2][c1];
+      largest = std::max(largest, std::abs(m[r][c]));
+    }
   }
-  if (sign < 0)
+  const double scale = (determinant() < 0 ? -1 : 1) / largest;  // floats hold no squares of squares
+  Mat3 out;
+  for (size_t r = 0; r < 3; ++r)
+    for (int c = 0; c < 3; ++c) out.rows[r][c] = static_cast<float>(m[r][c] * scale);
+  return out;
+}
+
+void Transform::apply(Mesh& mesh) const {
+  for (Vec3& p : mesh.positions) p = point(p);
+  const Mat3 to_world = normals();
+  for (Vec3& n : mesh.normals) n = normalize(to_world * n);
+  if (determinant() < 0)
     for (auto& tri : mesh.triangles) std::swap(tri[1], tri[2]);
 }
 

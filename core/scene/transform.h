@@ -4,7 +4,7 @@
 
 #include <array>
 
-#include "core/math/vec.h"
+#include "core/math/mat3.h"
 
 namespace qray {
 
@@ -20,8 +20,12 @@ struct Transform {
   static Transform translation(Vec3 offset);
   Transform after(const Transform& first) const;  // the map: first, then this
 
-  double determinant() const;    // of A
-  void apply(Mesh& mesh) const;  // pre: determinant() != 0
+  double determinant() const;  // of A
+  Vec3 point(Vec3 p) const;
+  // Of normals, which are to be made unit: the inverse transpose but for a factor, turned with the
+  // winding. pre: determinant() != 0.
+  Mat3 normals() const;
+  void apply(Mesh& mesh) const;  // pre: the same
 };
 
 void flip_winding(Mesh& mesh);  // normals too

@@ -50,7 +50,8 @@ Status check_material(const Material& m, const std::string& at, size_t texture_c
         check_range(at + "/roughness", m.roughness.value, 0, 1),
         check_texture(at + "/roughness", m.roughness.texture, texture_count),
         check_range(at + "/eta", m.eta, 0, kMaxIndex), check_range(at + "/k", m.k, 0, kMaxIndex),
-        check_range(at + "/ior", m.ior, 1, 4), check_range(at + "/specular", m.specular.value, 0, 1),
+        check_range(at + "/ior", m.ior, 1, 4),
+        check_range(at + "/specular", m.specular.value, 0, 1),
         check_range(at + "/emission", m.emission.value, 0, kMaxRadiance)}) {
     if (!status.ok()) return status;
   }
@@ -70,7 +71,8 @@ Status check_mesh(const Mesh& mesh, const std::string& at, size_t material_count
   }
   const size_t vertex_count = mesh.positions.size();
   for (const Status& status : {check_count(at + "/normals", mesh.normals.size(), vertex_count),
-                               check_count(at + "/uvs", mesh.uvs.size(), vertex_count)}) {
+                               check_count(at + "/uvs", mesh.uvs.size(), vertex_count),
+                               check_count(at + "/colors", mesh.colors.size(), vertex_count)}) {
     if (!status.ok()) return status;
   }
   const auto item = [&at](const char* list, size_t i) {
@@ -88,6 +90,10 @@ Status check_mesh(const Mesh& mesh, const std::string& at, size_t material_count
   for (size_t i = 0; i < mesh.uvs.size(); ++i) {
     const Vec3 uv{mesh.uvs[i].x, mesh.uvs[i].y, 0};
     if (!is_coordinate(uv)) return wrong(item("uvs", i), "numbers within 1e6", show(uv));
+  }
+  for (size_t i = 0; i < mesh.colors.size(); ++i) {
+    if (!in_range(mesh.colors[i], 0, 1))
+      return wrong(item("colors", i), "0..1", show(mesh.colors[i]));
   }
   for (size_t i = 0; i < mesh.triangles.size(); ++i) {
     for (const uint32_t v : mesh.triangles[i]) {
@@ -145,6 +151,42 @@ Status check_light(const PunctualLight& light, const std::string& at) {
   return {};
 }
 
+Status check_instance(const Instance& instance, const std::string& at, const Scene& scene,
+                      const std::vector<Bounds3>& boxes) {
+  if (instance.mesh.value >= scene.meshes.size()) {
+    return wrong(at + "/mesh", "a mesh below " + std::to_string(scene.meshes.size()),
+                 instance.mesh.valid() ? std::to_string(instance.mesh.value) : "none");
+  }
+  if (instance.material.valid() && instance.material.value >= scene.materials.size()) {
+    return wrong(at + "/material", "a material below " + std::to_string(scene.materials.size()),
+                 std::to_string(instance.material.value));
+  }
+  const double determinant = instance.to_world.determinant();
+  if (!(std::abs(determinant) > 1e-20 && std::isfinite(determinant)))
+    return wrong(at + "/transform", "a map that keeps volume", "one that is flat or not finite");
+  const Bounds3& box = boxes[instance.mesh.value];
+  for (int i = 0; i < 8 && !box.empty(); ++i) {
+    const Vec3 corner = instance.to_world.point(
+        {i & 1 ? box.hi.x : box.lo.x, i & 2 ? box.hi.y : box.lo.y, i & 4 ? box.hi.z : box.lo.z});
+    if (!is_coordinate(corner))
+      return wrong(at + "/transform", "a place within 1e6 m", show(corner));
+  }
+  return {};
+}
+
+Status check_instances(const Scene& scene) {
+  if (scene.instances.empty()) return {};
+  std::vector<Bounds3> boxes(scene.meshes.size());
+  for (size_t m = 0; m < scene.meshes.size(); ++m)
+    for (const Vec3 p : scene.meshes[m].positions) boxes[m].add(p);
+  for (size_t i = 0; i < scene.instances.size(); ++i) {
+    const Status status =
+        check_instance(scene.instances[i], "/instances/" + std::to_string(i), scene, boxes);
+    if (!status.ok()) return status;
+  }
+  return {};
+}
+
 Status check_size(const Scene& scene, const SceneLimits& limits) {
   const int sides[] = {scene.width, scene.height};
   for (int i = 0; i < 2; ++i) {
@@ -173,6 +215,10 @@ Status check_counts(const Scene& scene, const SceneLimits& limits) {
     return wrong("/lights", "at most " + std::to_string(limits.max_lights),
                  std::to_string(scene.lights.size()), ErrorCode::kTooLarge);
   }
+  if (scene.instances.size() > limits.max_instances) {
+    return wrong("/instances", "at most " + std::to_string(limits.max_instances),
+                 std::to_string(scene.instances.size()), ErrorCode::kTooLarge);
+  }
   const size_t triangles = scene.triangle_count();
   if (triangles > limits.max_triangles) {
     return wrong("/meshes", "at most " + std::to_string(limits.max_triangles) + " triangles",
@@ -190,6 +236,17 @@ size_t drop_degenerate(Mesh& mesh) {
     const Vec3 n = cross(mesh.positions[tri[1]] - p, mesh.positions[tri[2]] - p);
     return !(length(n) > kMinDoubleArea);
   });
+}
+
+// Their instances too.
+void drop_empty_meshes(Scene& scene) {
+  std::vector<MeshId> kept(scene.meshes.size());
+  uint32_t count = 0;
+  for (size_t m = 0; m < scene.meshes.size(); ++m)
+    if (!scene.meshes[m].triangles.empty()) kept[m] = MeshId(count++);
+  for (Instance& instance : scene.instances) instance.mesh = kept[instance.mesh.value];
+  std::erase_if(scene.instances, [](const Instance& instance) { return !instance.mesh.valid(); });
+  std::erase_if(scene.meshes, [](const Mesh& mesh) { return mesh.triangles.empty(); });
 }
 
 }  // namespace
@@ -231,6 +288,15 @@ Result<ValidateReport> validate(Scene& scene, const SceneLimits& limits) {
                                          scene.textures.size());
     if (!status.ok()) return status.error();
   }
+  for (size_t i = 0; i < scene.textures.size(); ++i) {
+    const UvTransform& t = scene.textures[i].uv_transform;
+    for (const float v : {t.u[0], t.u[1], t.u[2], t.v[0], t.v[1], t.v[2]}) {
+      if (!in_range(v, -kMaxCoordinate, kMaxCoordinate)) {
+        return wrong("/textures/" + std::to_string(i) + "/uv_transform", "numbers within 1e6",
+                     show(v));
+      }
+    }
+  }
   for (size_t i = 0; i < scene.lights.size(); ++i) {
     const Status status = check_light(scene.lights[i], "/lights/" + std::to_string(i));
     if (!status.ok()) return status.error();
@@ -240,9 +306,10 @@ Result<ValidateReport> validate(Scene& scene, const SceneLimits& limits) {
         check_mesh(scene.meshes[i], "/meshes/" + std::to_string(i), scene.materials.size());
     if (!status.ok()) return status.error();
   }
+  if (const Status status = check_instances(scene); !status.ok()) return status.error();
   ValidateReport report;
   for (Mesh& mesh : scene.meshes) report.dropped_triangles += drop_degenerate(mesh);
-  std::erase_if(scene.meshes, [](const Mesh& mesh) { return mesh.triangles.empty(); });
+  drop_empty_meshes(scene);
   if (scene.meshes.empty())
     return Error{ErrorCode::kInvalid, "expected at least one triangle with an area", "/meshes"};
   return report;

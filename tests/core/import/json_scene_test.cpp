@@ -102,6 +102,43 @@ TEST(JsonScene, ReadsEveryFieldWhereItBelongs) {
   EXPECT_EQ(s.meshes[0].uvs[2], (Vec2{1, 1}));
 }
 
+TEST(JsonScene, InstancesPlaceAllMeshesOfAName) {
+  const test::SceneFolder folder;
+  folder.write("two.obj", "o a\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\no b\nf 1 2 3\n");
+  const auto read = [&](const std::string& instances) {
+    return folder.load("scene.json",
+                       document(kCamera, R"("materials": [{"name": "a", "type": "diffuse"},
+                                                          {"name": "b", "type": "diffuse"}])",
+                                R"("meshes": [{"name": "chair", "material": "a", "file": "two.obj"},
+                                   {"name": "x", "material": "a", "disk": {"center": [0,0,0],
+                                    "normal": [0,1,0], "radius": 1}},
+                                   {"name": "x", "material": "a", "disk": {"center": [0,0,0],
+                                    "normal": [0,1,0], "radius": 1}}], "instances": )" +
+                                    instances));
+  };
+  const auto loaded = read(R"([{"mesh": "chair"},
+                               {"mesh": "chair", "material": "b", "transform": {"translate": [0, 2, 0]}}])");
+  ASSERT_TRUE(loaded.ok()) << loaded.error().text();
+  const Scene& s = loaded.value().scene;
+  const size_t parts = s.meshes.size() - 2;
+  ASSERT_EQ(s.instances.size(), 2 * parts);
+  EXPECT_FALSE(s.instances[0].material.valid());
+  EXPECT_EQ(s.instances.back().material, MaterialId(1));
+  EXPECT_EQ(s.instances.back().mesh.value, parts - 1);
+  EXPECT_EQ(s.instances.back().to_world.point({1, 0, 0}), (Vec3{1, 2, 0}));
+  EXPECT_EQ(s.bounds().hi.y, 3);
+  EXPECT_EQ(s.placements()[0].mesh, nullptr);
+  const auto twice = read(R"([{"mesh": "x"}])");
+  ASSERT_FALSE(twice.ok());
+  EXPECT_EQ(twice.error().text(),
+            "scene.json:/instances/0/mesh: expected the name of one mesh, got \"x\"");
+  const auto far = read(R"([{"mesh": "chair"}, {"mesh": "chair",
+                            "transform": {"scale": 1e6, "translate": [1e6, 0, 0]}}])");
+  ASSERT_FALSE(far.ok());
+  EXPECT_TRUE(far.error().text().starts_with("scene.json:/instances/1/transform: expected a place"))
+      << far.error().text();
+}
+
 TEST(JsonScene, NamesThePlaceOfEveryFault) {
   const struct {
     std::string text;
@@ -142,6 +179,10 @@ TEST(JsonScene, NamesThePlaceOfEveryFault) {
        "scene.json:/environment/image: no such file"},
       {with(R"("environment": {"image": "sky.png"})"),
        "scene.json:/environment/image: expected an .exr or .hdr file, got \"sky.png\""},
+      {with(R"("instances": [{"mesh": "m"}])"),
+       "scene.json:/instances/0/mesh: expected the name of one mesh, got \"m\""},
+      {with(R"("instances": [{"mesh": "m", "flip": true}])"),
+       "scene.json:/instances/0/flip: unknown field"},
       {with(R"("lights": [{"type": "laser"}])"),
        "scene.json:/lights/0/type: expected one of point, spot, directional, got \"laser\""},
       {with(

@@ -55,6 +55,11 @@ TEST(SceneHash, EachChangeShowsInItsPartAlone) {
        [](Scene& s) { std::swap(s.meshes[0].triangles[0][0], s.meshes[0].triangles[0][1]); }},
       {"mesh material", kGeometry, [](Scene& s) { s.meshes[0].material = MaterialId(0); }},
       {"another mesh", kGeometry, [](Scene& s) { s.meshes.push_back(s.meshes[0]); }},
+      {"instance", kGeometry,
+       [](Scene& s) {
+         s.instances.push_back({MeshId(0), Transform::translation({1, 0, 0}), {}});
+       }},
+      {"vertex colours", kMaterials, [](Scene& s) { s.meshes[0].colors.resize(3); }},
       {"kind", kMaterials, [](Scene& s) { s.materials[1].kind = MaterialKind::kPlastic; }},
       {"reflectance", kMaterials, [](Scene& s) { s.materials[1].reflectance.value.g = 0.1f; }},
       {"roughness", kMaterials, [](Scene& s) { s.materials[1].roughness.value = 0.1f; }},
@@ -90,6 +95,17 @@ TEST(SceneHash, EachChangeShowsInItsPartAlone) {
   }
 }
 
+TEST(SceneHash, AnInstancesPlaceAndMaterialCount) {
+  Scene scene = some_scene();
+  scene.instances.push_back({MeshId(0), {}, {}});
+  const SceneHash before = hash_scene(scene).value();
+  scene.instances[0].material = MaterialId(0);
+  const SceneHash painted = hash_scene(scene).value();
+  scene.instances[0].to_world.rows[1][3] = 2;
+  EXPECT_EQ(changed_parts(before, painted), kGeometry);
+  EXPECT_EQ(changed_parts(painted, hash_scene(scene).value()), kGeometry);
+}
+
 TEST(SceneHash, TexturesCountByContentAndMeaning) {
   const test::ScratchFolder folder;
   const auto write = [&folder](const char* name, uint8_t byte) {
@@ -102,19 +118,40 @@ TEST(SceneHash, TexturesCountByContentAndMeaning) {
     scene.materials[1].reflectance.texture = TextureId(0);
     return hash_scene(scene).value();
   };
-  const SceneHash before = hash({write("a.png", 1), true, TextureWrap::kRepeat});
-  EXPECT_EQ(before, hash({write("b.png", 1), true, TextureWrap::kRepeat}));
-  EXPECT_EQ(changed_parts(before, hash({write("c.png", 2), true, TextureWrap::kRepeat})),
-            kMaterials);
-  EXPECT_EQ(changed_parts(before, hash({folder / "a.png", false, TextureWrap::kRepeat})),
-            kMaterials);
-  EXPECT_EQ(changed_parts(before, hash({folder / "a.png", true, TextureWrap::kClamp})), kMaterials);
+  write("a.png", 1);
+  Texture plain;
+  plain.path = folder / "a.png";
+  const SceneHash before = hash(plain);
+  Texture same = plain;
+  same.path = write("b.png", 1);
+  EXPECT_EQ(before, hash(same));
+  same.path = "in memory";
+  same.bytes = std::make_shared<Bytes>(100, uint8_t{1});
+  EXPECT_EQ(before, hash(same));
+  const struct {
+    const char* what;
+    std::function<void(Texture&)> change;
+  } cases[] = {
+      {"content", [&](Texture& t) { t.path = write("c.png", 2); }},
+      {"content in memory", [](Texture& t) { t.bytes = std::make_shared<Bytes>(100, uint8_t{2}); }},
+      {"srgb", [](Texture& t) { t.srgb = false; }},
+      {"wrap_u", [](Texture& t) { t.wrap_u = TextureWrap::kClamp; }},
+      {"wrap_v", [](Texture& t) { t.wrap_v = TextureWrap::kMirror; }},
+      {"nearest", [](Texture& t) { t.nearest = true; }},
+      {"uv transform", [](Texture& t) { t.uv_transform.v[2] = 0.5f; }},
+  };
+  for (const auto& c : cases) {
+    Texture changed = plain;
+    c.change(changed);
+    EXPECT_EQ(changed_parts(before, hash(changed)), kMaterials) << c.what;
+  }
 }
 
 TEST(SceneHash, FailsWhenATextureIsNotThere) {
   const test::ScratchFolder folder;
   Scene scene = some_scene();
-  scene.textures = {{folder / "gone.png", true, TextureWrap::kRepeat}};
+  scene.textures.resize(1);
+  scene.textures[0].path = folder / "gone.png";
   const auto hash = hash_scene(scene);
   ASSERT_FALSE(hash.ok());
   EXPECT_EQ(hash.error().code, ErrorCode::kNotFound);
@@ -130,7 +167,7 @@ TEST(SceneHash, ValuesStayTheSame) {
   scene.meshes[0].normals.clear();
   scene.meshes[0].uvs.clear();
   EXPECT_EQ(hash_scene(scene).value().whole().hex(),
-            "14d70b590f5c6f6c5b92c7371f38d9de8a94f5e92f8171480c18a8a278ecc379");
+            "5e16f26b753efccbb2b0c775f50b914c42f5b4e383fa1850bdfd887a42c24319");
 }
 
 }  // namespace

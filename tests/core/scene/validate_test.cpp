@@ -15,6 +15,7 @@ Scene good_scene() {
   Scene scene;
   scene.materials.resize(2);
   scene.textures.resize(1);
+  scene.instances.push_back({MeshId(1), {}, {}});
   scene.lights.resize(3);
   scene.lights[1].kind = LightKind::kSpot;
   scene.lights[2].kind = LightKind::kDirectional;
@@ -61,6 +62,19 @@ TEST(Validate, NamesThePlaceOfEveryFault) {
       {"/environment/radiance", [](Scene& s) { s.environment.radiance.g = -1; }},
       {"/environment/to_world", [](Scene& s) { s.environment.to_world.rows[1].y = kNan; }},
       {"/environment/to_world", [](Scene& s) { s.environment.to_world.rows[2].z = 1.1f; }},
+      {"/meshes/1/colors", [](Scene& s) { s.meshes[1].colors.resize(2); }},
+      {"/meshes/1/colors/2",
+       [](Scene& s) {
+         s.meshes[1].colors = {Rgb{1}, Rgb{}, Rgb{1.1f}};
+       }},
+      {"/textures/0/uv_transform", [](Scene& s) { s.textures[0].uv_transform.u[2] = kNan; }},
+      {"/instances/0/mesh", [](Scene& s) { s.instances[0].mesh = MeshId(2); }},
+      {"/instances/0/mesh", [](Scene& s) { s.instances[0].mesh = {}; }},
+      {"/instances/0/material", [](Scene& s) { s.instances[0].material = MaterialId(2); }},
+      {"/instances/0/transform", [](Scene& s) { s.instances[0].to_world.rows[0] = {}; }},
+      {"/instances/0/transform",
+       [](Scene& s) { s.instances[0].to_world.rows[0][1] = double{kNan}; }},
+      {"/instances/0/transform", [](Scene& s) { s.instances[0].to_world.rows[0][3] = 2e6; }},
       {"/lights/0/intensity", [](Scene& s) { s.lights[0].intensity.g = -1; }},
       {"/lights/0/position", [](Scene& s) { s.lights[0].position.y = kNan; }},
       {"/lights/1/direction",
@@ -104,7 +118,11 @@ TEST(Validate, NamesThePlaceOfEveryFault) {
        }},
       {"/meshes/0/uvs/0", [](Scene& s) { s.meshes[0].uvs[0].y = kInf; }},
       {"/meshes/1/triangles/0", [](Scene& s) { s.meshes[1].triangles[0][1] = 3; }},
-      {"/meshes", [](Scene& s) { s.meshes.clear(); }},
+      {"/meshes",
+       [](Scene& s) {
+         s.meshes.clear();
+         s.instances.clear();
+       }},
   };
   for (const auto& c : cases) {
     Scene scene = good_scene();
@@ -125,11 +143,9 @@ TEST(Validate, RefusesWhatIsOverItsLimits) {
   const struct {
     const char* where;
     SceneLimits limits;
-  } cases[] = {{"/meshes", {.max_triangles = 1}},
-               {"/materials", {.max_materials = 1}},
-               {"/lights", {.max_lights = 2}},
-               {"/size/0", {.max_dimension_px = 511}},
-               {"/size", {.max_pixels = 512 * 512 - 1}}};
+  } cases[] = {{"/meshes", {.max_triangles = 1}},      {"/materials", {.max_materials = 1}},
+               {"/lights", {.max_lights = 2}},         {"/instances", {.max_instances = 0}},
+               {"/size/0", {.max_dimension_px = 511}}, {"/size", {.max_pixels = 512 * 512 - 1}}};
   for (const auto& c : cases) {
     Scene scene = good_scene();
     const auto report = validate(scene, c.limits);
@@ -147,6 +163,13 @@ TEST(Validate, DropsTrianglesWithoutAreaAndEmptyMeshes) {
   EXPECT_EQ(report.value().dropped_triangles, 3u);
   ASSERT_EQ(scene.meshes.size(), 1u);
   EXPECT_EQ(scene.meshes[0].triangles, (std::vector<std::array<uint32_t, 3>>{{0, 1, 2}}));
+  EXPECT_TRUE(scene.instances.empty());  // it was of the mesh that went
+
+  scene = good_scene();
+  scene.meshes[0].triangles.clear();
+  ASSERT_TRUE(validate(scene).ok());
+  ASSERT_EQ(scene.instances.size(), 1u);
+  EXPECT_EQ(scene.instances[0].mesh, MeshId(0));  // where the second mesh is now
 }
 
 }  // namespace
