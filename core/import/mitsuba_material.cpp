@@ -10,11 +10,6 @@ namespace qray {
 namespace {
 
 constexpr int kMaxDepth = 32;  // of BSDFs in BSDFs
-// Microfacets of Beckmann's distribution are drawn as GGX of the same alpha, whose highlight is as
-// bright in its middle and has a fifth of its light in wider tails. A lobe of less than this is
-// about a degree wide, and so are its tails.
-constexpr float kSeenAlpha = 0.02f;
-
 // Reflects all light, at every angle.
 void make_mirror(Material& m) {
   m.kind = MaterialKind::kConductor;
@@ -341,10 +336,11 @@ void MitsubaMaterials::read_roughness(const MitsubaNode& bsdf, Material& materia
   material.roughness = textures_.find_roughness(bsdf, 0.1f);
   const std::string* distribution = find_text(bsdf, "distribution");
   const std::string name = distribution ? *distribution : "beckmann";
-  const float alpha = material.roughness.value * material.roughness.value;
-  if (name != "ggx" && alpha >= kSeenAlpha) {
-    import_.warn(distribution ? *find_parameter(bsdf, "distribution") : bsdf,
-                 "the distribution \"" + name + "\" is drawn as ggx");
+  if (name == "ggx") return;
+  material.microfacets = Microfacets::kBeckmann;
+  if (name != "beckmann") {
+    import_.warn(*find_parameter(bsdf, "distribution"),
+                 "the distribution \"" + name + "\" is drawn as beckmann");
   }
 }
 

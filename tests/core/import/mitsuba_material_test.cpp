@@ -71,11 +71,11 @@ TEST_F(MitsubaMaterial, AlphaIsRoughnessSquared) {
       of("<bsdf type=\"roughconductor\"><float name=\"alpha\" value=\"0.25\"/>"
          "<string name=\"distribution\" value=\"ggx\"/></bsdf>");
   EXPECT_EQ(m.roughness.value, 0.5f);
+  EXPECT_EQ(m.microfacets, Microfacets::kGgx);
+  EXPECT_EQ(of("<bsdf type=\"roughplastic\"/>").microfacets, Microfacets::kBeckmann);
   EXPECT_FALSE(warned());
-  of("<bsdf type=\"roughconductor\"><float name=\"alpha\" value=\"0.25\"/></bsdf>");
-  EXPECT_TRUE(warned());  // Beckmann's, by default
-  of("<bsdf type=\"roughdielectric\"><float name=\"alpha\" value=\"0.005\"/></bsdf>");
-  EXPECT_FALSE(warned());  // a hundredth of a degree
+  of("<bsdf type=\"roughdielectric\"><string name=\"distribution\" value=\"phong\"/></bsdf>");
+  EXPECT_TRUE(warned());
   const Material two =
       of("<bsdf type=\"roughconductor\"><float name=\"alphaU\" value=\"0.1\"/>"
          "<float name=\"alphaV\" value=\"0.4\"/></bsdf>");
