@@ -40,7 +40,32 @@ RTCRay to_rtc(const Ray& ray) {
   return r;
 }
 
-Result<RTCGeometry> make_geometry(RTCDevice device, const Mesh& mesh) {
+// Embree asks of one ray or of a few at once.
+void filter_hits(const RTCFilterFunctionNArguments* args) {
+  const HitFilter& filter = *static_cast<const HitFilter*>(args->geometryUserPtr);
+  const unsigned n = args->N;
+  for (unsigned i = 0; i < n; ++i) {
+    if (args->valid[i] != -1) continue;
+    const Ray ray{{RTCRayN_org_x(args->ray, n, i), RTCRayN_org_y(args->ray, n, i),
+                   RTCRayN_org_z(args->ray, n, i)},
+                  {RTCRayN_dir_x(args->ray, n, i), RTCRayN_dir_y(args->ray, n, i),
+                   RTCRayN_dir_z(args->ray, n, i)}};
+    Hit hit;
+    hit.t = RTCRayN_tfar(args->ray, n, i);
+    hit.barycentric = {RTCHitN_u(args->hit, n, i), RTCHitN_v(args->hit, n, i)};
+    hit.ng = {RTCHitN_Ng_x(args->hit, n, i), RTCHitN_Ng_y(args->hit, n, i),
+              RTCHitN_Ng_z(args->hit, n, i)};
+    hit.mesh = MeshId(RTCHitN_geomID(args->hit, n, i));
+    if (const unsigned instance = RTCHitN_instID(args->hit, n, i, 0);
+        instance != RTC_INVALID_GEOMETRY_ID)
+      hit.mesh = MeshId(instance);
+    hit.triangle = RTCHitN_primID(args->hit, n, i);
+    if (filter.passes(ray, hit)) args->valid[i] = 0;
+  }
+}
+
+// `filter`: null, or of all meshes.
+Result<RTCGeometry> make_geometry(RTCDevice device, const Mesh& mesh, HitFilter* filter) {
   RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
   // Embree pads the buffers it allocates, as its vector loads need; a std::vector has no padding.
   void* vertices = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
@@ -53,6 +78,11 @@ Result<RTCGeometry> make_geometry(RTCDevice device, const Mesh& mesh) {
   }
   std::memcpy(vertices, mesh.positions.data(), mesh.positions.size() * sizeof(Vec3));
   std::memcpy(indices, mesh.triangles.data(), mesh.triangles.size() * 3 * sizeof(uint32_t));
+  if (filter) {
+    rtcSetGeometryUserData(geometry, filter);
+    rtcSetGeometryIntersectFilterFunction(geometry, filter_hits);
+    rtcSetGeometryOccludedFilterFunction(geometry, filter_hits);
+  }
   rtcCommitGeometry(geometry);
   return geometry;
 }
@@ -84,6 +114,7 @@ void attach_instance(RTCDevice device, RTCScene scene, RTCScene mesh, const Tran
 struct EmbreeScene::Impl {
   RTCDevice device = nullptr;
   RTCScene scene = nullptr;
+  HitFilter filter;
   std::vector<RTCScene> instanced;  // by MeshId; null: not instanced
   size_t mesh_count = 0;
   std::vector<Mat3> normals_to_world;  // by instance
@@ -100,20 +131,26 @@ EmbreeScene::EmbreeScene(std::unique_ptr<Impl> impl)
 
 EmbreeScene::~EmbreeScene() = default;
 
-Result<std::unique_ptr<EmbreeScene>> EmbreeScene::build(const Scene& scene, int build_threads) {
+Result<std::unique_ptr<EmbreeScene>> EmbreeScene::build(const Scene& scene, int build_threads,
+                                                        HitFilter filter) {
   auto impl = std::make_unique<Impl>();
+  impl->filter = std::move(filter);
   impl->device = rtcNewDevice(device_config(build_threads).c_str());
   if (!impl->device) return embree_error(nullptr, "making a device");
   impl->scene = make_scene(impl->device);
   impl->mesh_count = scene.meshes.size();
   impl->instanced.resize(scene.meshes.size());
-  for (const Instance& instance : scene.instances) {
-    RTCScene& mesh = impl->instanced[instance.mesh.value];
-    if (!mesh) mesh = make_scene(impl->device);
+  std::vector<bool> filtered = impl->filter.meshes;
+  filtered.resize(scene.meshes.size() + scene.instances.size());
+  for (size_t i = 0; i < scene.instances.size(); ++i) {
+    const uint32_t m = scene.instances[i].mesh.value;
+    if (!impl->instanced[m]) impl->instanced[m] = make_scene(impl->device);
+    if (filtered[scene.meshes.size() + i]) filtered[m] = true;
   }
   for (size_t m = 0; m < scene.meshes.size(); ++m) {
     if (scene.meshes[m].triangles.empty()) continue;
-    Result<RTCGeometry> geometry = make_geometry(impl->device, scene.meshes[m]);
+    Result<RTCGeometry> geometry =
+        make_geometry(impl->device, scene.meshes[m], filtered[m] ? &impl->filter : nullptr);
     if (!geometry) return geometry.error();
     if (RTCScene mesh = impl->instanced[m]) {
       attach(mesh, geometry.value(), 0);

@@ -2,6 +2,7 @@
 // includes rtcore.h is embree_scene.cpp. Built once; queries: any thread.
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <span>
 
@@ -33,10 +34,19 @@ struct alignas(16) OcclusionRay {
   uint32_t mask = ~0u, id = 0, flags = 0;
 };
 
+// Hits that do not count. `passes` is asked of every hit on the meshes named and on others that
+// share their triangles, in no order, by any thread; it must answer the same whenever it is asked.
+// On an instance the ray and the normal are in the mesh's space.
+struct HitFilter {
+  std::vector<bool> meshes;  // by Hit::mesh
+  std::function<bool(const Ray& ray, const Hit& hit)> passes;
+};
+
 class EmbreeScene {
  public:
   // Copies the scene's triangles. `build_threads` build the tree; fails when memory runs out.
-  static Result<std::unique_ptr<EmbreeScene>> build(const Scene& scene, int build_threads);
+  static Result<std::unique_ptr<EmbreeScene>> build(const Scene& scene, int build_threads,
+                                                    HitFilter filter = {});
   ~EmbreeScene();
   EmbreeScene(const EmbreeScene&) = delete;
   EmbreeScene& operator=(const EmbreeScene&) = delete;

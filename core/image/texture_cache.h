@@ -36,6 +36,9 @@ class TextureCache {
   // v = 0 is the bottom edge. Black where the file can no longer be read or uv is beyond 2^24 or
   // NaN.
   Rgb lookup(int handle, Vec2 uv) const;
+  // The same of the alpha channel as it is stored; 1 where the file has none.
+  float lookup_alpha(int handle, Vec2 uv) const;
+  Vec2 texel(int handle) const;  // its size in uv
 
  private:
   struct Impl;

@@ -29,11 +29,20 @@ ColorParam read_color(const JsonNode& node, const TextureNames& textures) {
   return {scale ? scale->number_or_rgb() : Rgb{1.0f}, texture_id(node.get("texture"), textures)};
 }
 
+int read_channel(const JsonNode& node) {
+  constexpr std::string_view kChannels = "rgba";
+  const std::string& name = node.string();
+  const size_t at = name.size() == 1 ? kChannels.find(name[0]) : std::string_view::npos;
+  if (at == std::string_view::npos) node.fail_expected("one of r, g, b, a");
+  return static_cast<int>(at);
+}
+
 FloatParam read_float(const JsonNode& node, const TextureNames& textures) {
   if (node.is_number()) return {node.number(), {}};
-  node.only({"texture", "scale"});
-  const std::optional<JsonNode> scale = node.find("scale");
-  return {scale ? scale->number() : 1.0f, texture_id(node.get("texture"), textures)};
+  node.only({"texture", "scale", "channel"});
+  const std::optional<JsonNode> scale = node.find("scale"), channel = node.find("channel");
+  return {scale ? scale->number() : 1.0f, texture_id(node.get("texture"), textures),
+          channel ? read_channel(*channel) : 0};
 }
 
 void read_metal(const JsonNode& node, Material& material) {
@@ -57,43 +66,98 @@ void read_metal(const JsonNode& node, Material& material) {
   preset->fail_expected("one of " + known);
 }
 
-MaterialKind read_kind(const JsonNode& node) {
+struct Kind {
+  const char* type;
+  MaterialKind kind;
+  std::vector<std::string_view> fields;  // beside those of any kind
+};
+
+const Kind& read_kind(const JsonNode& node) {
+  static const std::vector<Kind> kinds = {
+      {"diffuse", MaterialKind::kDiffuse, {"reflectance"}},
+      {"conductor", MaterialKind::kConductor, {"metal", "eta", "k", "roughness", "specular"}},
+      {"dielectric", MaterialKind::kDielectric, {"ior", "roughness", "specular", "absorption"}},
+      {"thin_dielectric", MaterialKind::kThinDielectric, {"ior", "specular"}},
+      {"plastic",
+       MaterialKind::kPlastic,
+       {"reflectance", "ior", "roughness", "specular", "nonlinear"}},
+      {"principled",
+       MaterialKind::kPrincipled,
+       {"reflectance", "ior", "roughness", "specular", "specular_weight", "metallic",
+        "transmission", "thin", "absorption", "clearcoat", "clearcoat_roughness"}},
+      {"blend", MaterialKind::kBlend, {"first", "second", "weight"}},
+  };
   const JsonNode type = node.get("type");
-  if (type.string() == "diffuse") {
-    node.only({"name", "type", "emission", "emission_two_sided", "reflectance"});
-    return MaterialKind::kDiffuse;
+  std::string known;
+  for (const Kind& kind : kinds) {
+    if (type.string() == kind.type) return kind;
+    known += (known.empty() ? "" : ", ") + std::string(kind.type);
   }
-  if (type.string() == "conductor") {
-    node.only({"name", "type", "emission", "emission_two_sided", "metal", "eta", "k", "roughness",
-               "specular"});
-    return MaterialKind::kConductor;
+  type.fail_expected("one of " + known);
+}
+
+void read_any_kind(const JsonNode& node, const TextureNames& textures, Material& material) {
+  if (const auto v = node.find("emission")) material.emission = read_color(*v, textures);
+  if (const auto v = node.find("emission_two_sided")) material.emission_two_sided = v->boolean();
+  if (const auto v = node.find("opacity")) material.opacity = read_float(*v, textures);
+  if (const auto v = node.find("alpha_cutoff")) material.alpha_cutoff = v->number();
+  if (const auto v = node.find("two_sided")) material.two_sided = v->boolean();
+  if (const auto v = node.find("normal_map")) {
+    v->only({"texture", "scale"});
+    material.normal_map = texture_id(v->get("texture"), textures);
+    if (const auto scale = v->find("scale")) material.normal_scale = scale->number();
   }
-  if (type.string() == "dielectric") {
-    node.only({"name", "type", "emission", "emission_two_sided", "ior", "roughness", "specular"});
-    return MaterialKind::kDielectric;
+  if (const auto v = node.find("bump_map")) {
+    if (v->is_number()) v->fail_expected("an object with \"texture\"");
+    material.bump_map = read_float(*v, textures);
   }
-  if (type.string() == "plastic") {
-    node.only({"name", "type", "emission", "emission_two_sided", "reflectance", "ior", "roughness",
-               "specular"});
-    return MaterialKind::kPlastic;
-  }
-  type.fail_expected("one of diffuse, conductor, dielectric, plastic");
+}
+
+void read_blend(const JsonNode& node, const TextureNames& textures, const MaterialNames& earlier,
+                Material& material) {
+  const auto part = [&](const char* key) {
+    const JsonNode name = node.get(key);
+    const auto it = earlier.find(name.string());
+    if (it == earlier.end()) name.fail_expected("the name of a material before this one");
+    return it->second;
+  };
+  material.first = part("first");
+  material.second = part("second");
+  if (const auto v = node.find("weight")) material.blend_weight = read_float(*v, textures);
 }
 
 }  // namespace
 
-Material read_material(const JsonNode& node, const TextureNames& textures) {
-  Material material;
-  material.name = node.get("name").string();
-  material.kind = read_kind(node);
-  if (const auto v = node.find("reflectance")) material.reflectance = read_color(*v, textures);
-  if (const auto v = node.find("roughness")) material.roughness = read_float(*v, textures);
-  if (const auto v = node.find("ior")) material.ior = v->number();
-  if (const auto v = node.find("specular")) material.specular.value = v->number_or_rgb();
-  if (const auto v = node.find("emission")) material.emission.value = v->number_or_rgb();
-  if (const auto v = node.find("emission_two_sided")) material.emission_two_sided = v->boolean();
-  if (material.kind == MaterialKind::kConductor) read_metal(node, material);
-  return material;
+Material read_material(const JsonNode& node, const TextureNames& textures,
+                       const MaterialNames& earlier) {
+  const Kind& kind = read_kind(node);
+  std::vector<std::string_view> fields = {"name",         "type",      "emission",
+                                          "opacity",      "two_sided", "emission_two_sided",
+                                          "alpha_cutoff", "bump_map",  "normal_map"};
+  fields.insert(fields.end(), kind.fields.begin(), kind.fields.end());
+  node.only(fields);
+
+  Material m;
+  m.name = node.get("name").string();
+  m.kind = kind.kind;
+  read_any_kind(node, textures, m);
+  if (const auto v = node.find("reflectance")) m.reflectance = read_color(*v, textures);
+  if (const auto v = node.find("specular")) m.specular = read_color(*v, textures);
+  const struct {
+    const char* key;
+    FloatParam& param;
+  } numbers[] = {{"roughness", m.roughness}, {"specular_weight", m.specular_weight},
+                 {"metallic", m.metallic},   {"transmission", m.transmission},
+                 {"clearcoat", m.clearcoat}, {"clearcoat_roughness", m.clearcoat_roughness}};
+  for (const auto& [key, param] : numbers)
+    if (const auto v = node.find(key)) param = read_float(*v, textures);
+  if (const auto v = node.find("ior")) m.ior = v->number();
+  if (const auto v = node.find("absorption")) m.absorption = v->number_or_rgb();
+  if (const auto v = node.find("thin")) m.thin = v->boolean();
+  if (const auto v = node.find("nonlinear")) m.nonlinear = v->boolean();
+  if (m.kind == MaterialKind::kConductor) read_metal(node, m);
+  if (m.kind == MaterialKind::kBlend) read_blend(node, textures, earlier, m);
+  return m;
 }
 
 }  // namespace qray

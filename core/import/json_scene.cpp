@@ -94,8 +94,8 @@ class Reader {
   void read_materials(const JsonNode& list) {
     for (size_t i = 0; i < list.size(); ++i) {
       const JsonNode node = list.at(i);
+      out_.scene.materials.push_back(read_material(node, textures_, materials_));
       add_name(node.get("name"), materials_, i);
-      out_.scene.materials.push_back(read_material(node, textures_));
     }
   }
 

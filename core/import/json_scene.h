@@ -25,7 +25,9 @@ JsonScene read_json_scene(const std::filesystem::path& path, const SceneLimits& 
 
 // The parts, one file each.
 using TextureNames = std::map<std::string, TextureId, std::less<>>;
-Material read_material(const JsonNode& node, const TextureNames& textures);
+using MaterialNames = std::map<std::string, MaterialId, std::less<>>;
+Material read_material(const JsonNode& node, const TextureNames& textures,
+                       const MaterialNames& earlier);
 PunctualLight read_light(const JsonNode& node);
 // One shape with its "transform" and "flip" applied, material unset; "file" is left to the caller.
 Mesh read_shape(const JsonNode& node, const SceneLimits& limits);

@@ -226,7 +226,7 @@ const JsonValue::Object& JsonNode::object() const {
   return *v;
 }
 
-void JsonNode::only(std::initializer_list<std::string_view> keys) const {
+void JsonNode::only(const std::vector<std::string_view>& keys) const {
   for (const JsonMember& member : object()) {
     if (std::find(keys.begin(), keys.end(), member.key) != keys.end()) continue;
     std::string known;

@@ -61,7 +61,7 @@ class JsonNode {
   Rgb number_or_rgb() const;
 
   // Members of an object; all fail when this is none.
-  void only(std::initializer_list<std::string_view> keys) const;
+  void only(const std::vector<std::string_view>& keys) const;
   bool has(std::string_view key) const { return find(key).has_value(); }
   std::optional<JsonNode> find(std::string_view key) const;
   JsonNode get(std::string_view key) const;

@@ -33,10 +33,11 @@ Rgb value_at(const PreparedScene& scene, DebugView view, const Guide* guide, boo
   const std::optional<SeenSurface> seen = surface_seen(scene, ray);
   if (!seen) return {};
   if (shows_guide(view)) return guide_color(view, *guide, learned, *seen);
-  const MeshShading& mesh = *seen->mesh;
-  if (view == DebugView::kAlbedo)
-    return mesh.bsdf->albedo(scene.shading_point(mesh, seen->point.uv),
-                             Frame(seen->point.ns).to_local(-ray.d));
+  if (view == DebugView::kAlbedo) {
+    const MaterialShading& material = scene.resolve(*seen->mesh, seen->point.uv, 0.5f);
+    return material.bsdf->albedo(scene.shading_point(material, seen->point.uv),
+                                 Frame(seen->point.ns).to_local(-ray.d));
+  }
   const Vec3 n = seen->point.ns * 0.5f;
   return {n.x + 0.5f, n.y + 0.5f, n.z + 0.5f};
 }

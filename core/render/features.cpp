@@ -12,11 +12,11 @@ constexpr float kFar = 2, kNoSurface = 2;
 // Far enough apart that a kernel tells them: kinds differ by their squares.
 constexpr float kGlossyKind = 0.25f, kMixedKind = 0.5f, kEmitting = 1, kBehindMirror = 0.75f;
 
-float kind_of(const MeshShading& mesh, bool mirrored) {
+float kind_of(BsdfKind bsdf, bool emits, bool mirrored) {
   float kind = 0;
-  if (mesh.kind == BsdfKind::kGlossy) kind = kGlossyKind;
-  if (mesh.kind == BsdfKind::kMixed) kind = kMixedKind;
-  if (mesh.emits) kind = kEmitting;
+  if (bsdf == BsdfKind::kGlossy) kind = kGlossyKind;
+  if (bsdf == BsdfKind::kMixed) kind = kMixedKind;
+  if (emits) kind = kEmitting;
   return mirrored ? kind + kBehindMirror : kind;
 }
 
@@ -30,13 +30,14 @@ Features features_along(const PreparedScene& scene, Ray ray, float diagonal) {
     if (!scene.accel->intersect(ray, hit)) break;
     const SurfacePoint at = scene.surface_at(ray, hit);
     const MeshShading& mesh = scene.meshes[hit.mesh.value];
-    const ShadingPoint sp = scene.shading_point(mesh, at.uv);
+    const MaterialShading& material = scene.resolve(mesh, at.uv, 0.5f);
+    const ShadingPoint sp = scene.shading_point(material, at.uv);
     const Frame frame(at.ns);
     const Vec3 wo = frame.to_local(-ray.d);
     length += hit.t;
-    if (mesh.kind == BsdfKind::kDelta && !mesh.emits && mirrors < kMostMirrors) {
+    if (material.kind == BsdfKind::kDelta && !mesh.emits && mirrors < kMostMirrors) {
       // The likelier of what is reflected and what shines through.
-      const std::optional<BsdfSample> s = mesh.bsdf->sample(sp, wo, 0.5f, {0.5f, 0.5f});
+      const std::optional<BsdfSample> s = material.bsdf->sample(sp, wo, 0.5f, {0.5f, 0.5f});
       if (!s) break;
       tint = tint * s->weight;
       const Vec3 wi = frame.to_world(s->wi);
@@ -44,10 +45,10 @@ Features features_along(const PreparedScene& scene, Ray ray, float diagonal) {
       ray = Ray{at.p + at.ng * (side * scene.ray_epsilon), wi};
       continue;
     }
-    const Rgb albedo = tint * mesh.bsdf->albedo(sp, wo);
+    const Rgb albedo = tint * material.bsdf->albedo(sp, wo);
     const Vec3 n = wo.z < 0 ? -at.ns : at.ns;
     return {albedo.r, albedo.g, albedo.b,          n.x,
-            n.y,      n.z,      length / diagonal, kind_of(mesh, mirrors > 0)};
+            n.y,      n.z,      length / diagonal, kind_of(material.kind, mesh.emits, mirrors > 0)};
   }
   return {tint.r, tint.g, tint.b, 0, 0, 0, kFar, kNoSurface};
 }

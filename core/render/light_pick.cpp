@@ -3,14 +3,35 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/math/warp.h"
+#include "core/scene/surface.h"
+
 namespace qray {
 namespace {
 
 constexpr uint32_t kNoTriangle = ~0u;
 
+// What a triangle's images leave of its emission, about; never so little that it is not picked.
+float brightness_share(const Mesh& mesh, const Material& material, uint32_t triangle,
+                       const MaterialTextures& textures) {
+  constexpr int kSteps = 4;  // squared: lookups
+  constexpr float kLeast = 0.05f;
+  const float whole = luminance(material.emission.value);
+  float sum = 0;
+  for (int i = 0; i < kSteps * kSteps; ++i) {
+    const Vec2 b = square_to_triangle({(static_cast<float>(i / kSteps) + 0.5f) / kSteps,
+                                       (static_cast<float>(i % kSteps) + 0.5f) / kSteps});
+    SurfacePoint surface;
+    interpolate_vertices(mesh, nullptr, triangle, b, surface);
+    sum += luminance(textures.color(material.emission, surface.uv)) *
+           textures.opacity(material, surface.uv);
+  }
+  return std::max(kLeast, sum / (kSteps * kSteps) / whole);
+}
+
 }  // namespace
 
-void LightPick::build(const Scene& scene, const Bounds3& bounds) {
+void LightPick::build(const Scene& scene, const Bounds3& bounds, const MaterialTextures& textures) {
   std::vector<float> powers;
   const std::vector<Placement> placements = scene.placements();
   first_of_mesh_.assign(placements.size(), kNoTriangle);
@@ -30,7 +51,13 @@ void LightPick::build(const Scene& scene, const Bounds3& bounds) {
       t.n = normalize(n);
       t.emission = material.emission.value;
       t.two_sided = material.emission_two_sided;
-      powers.push_back(kPi * t.area * luminance(t.emission) * (t.two_sided ? 2.0f : 1.0f));
+      t.mesh = MeshId(static_cast<uint32_t>(i));
+      t.index = static_cast<uint32_t>(&tri - placed.mesh->triangles.data());
+      t.varies = material.emission.texture.valid() || material.opacity.texture.valid() ||
+                 material.opacity.value < 1;
+      float radiance = luminance(t.emission);
+      if (t.varies) radiance *= brightness_share(*placed.mesh, material, t.index, textures);
+      powers.push_back(kPi * t.area * radiance * (t.two_sided ? 2.0f : 1.0f));
       triangles_.push_back(t);
     }
   }

@@ -8,6 +8,7 @@
 #include "core/math/distribution.h"
 #include "core/math/warp.h"
 #include "core/render/environment_light.h"
+#include "core/render/material_textures.h"
 #include "core/scene/scene.h"
 
 namespace qray {
@@ -18,11 +19,16 @@ struct LightSample {
   Rgb radiance;     // that arrives if nothing is in the way; punctual: irradiance facing the light
   float pdf_w = 0;  // per steradian, the choice of light counted; punctual: of that choice alone
   bool punctual = false;  // no other sampling finds it
+  bool varies = false;    // over the triangle: `radiance` is to be looked up at the point
+  MeshId mesh;
+  uint32_t triangle = 0;
+  Vec2 barycentric;
 };
 
 class LightPick {
  public:
-  void build(const Scene& scene, const Bounds3& bounds);  // `scene` outlives this
+  // `scene` outlives this.
+  void build(const Scene& scene, const Bounds3& bounds, const MaterialTextures& textures);
   // The same lights, each picked as often as any other.
   LightPick uniform() const;
   bool picks_uniformly() const;  // are all picked alike, by their power or by uniform()?
@@ -57,7 +63,9 @@ class LightPick {
     Vec3 n;           // unit, front
     float area = 0;
     Rgb emission;
-    bool two_sided = false;
+    bool two_sided = false, varies = false;
+    MeshId mesh;
+    uint32_t index = 0;  // in its mesh
     float pick_probability = 0;
   };
   static bool sample_triangle(const EmittingTriangle& t, Vec3 p, Vec2 u, LightSample& out) {
@@ -69,6 +77,7 @@ class LightPick {
     const float cos_light = -dot(out.wi, t.n);
     if (!(t.two_sided ? cos_light != 0 : cos_light > 0) || !(distance2 > 0)) return false;
     out.radiance = t.emission;
+    if (t.varies) out.varies = true, out.mesh = t.mesh, out.triangle = t.index, out.barycentric = b;
     out.pdf_w = t.pick_probability * distance2 / (std::abs(cos_light) * t.area);
     return true;
   }

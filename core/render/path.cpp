@@ -34,6 +34,12 @@ class CycleScope {
   uint64_t start_ = 0;
 };
 
+// Beer and Lambert's law.
+Rgb transmittance(Rgb absorption, float distance) {
+  return {std::exp(-absorption.r * distance), std::exp(-absorption.g * distance),
+          std::exp(-absorption.b * distance)};
+}
+
 float power_heuristic(float pdf, float other_pdf) {
   const float ratio = other_pdf / pdf;  // of densities, so that their squares cannot overflow
   return 1 / (1 + ratio * ratio);
@@ -50,6 +56,8 @@ struct PathTracer::Vertex {
   BsdfKind kind;
   ShadingPoint sp;
   float ray_offset;  // metres off the surface where rays may start
+  const MaterialShading& material;
+  const Rgb* inside;  // absorption where the path comes from; null: none
   GuidePoint at;
   float guide_fraction;
 
@@ -63,6 +71,15 @@ struct PathTracer::Vertex {
   }
   // Both normals must agree on which side a direction lies, or light leaks through the surface.
   bool sides_agree(Vec3 wi, Vec3 wi_local) const { return dot(wi, surface.ng) * wi_local.z > 0; }
+  // What a ray that leaves along wi passes through: beyond a solid's boundary its inside or, coming
+  // from there, the open (solids within solids are not kept apart).
+  const Rgb* inside_along(Vec3 wi) const {
+    const bool inward = dot(wi, surface.ng) < 0;
+    if (!material.bounds_solid || inward == (dot(frame.to_world(wo), surface.ng) < 0))
+      return inside;
+    return inward && !material.material->absorption.is_black() ? &material.material->absorption
+                                                               : nullptr;
+  }
   Vec3 ray_origin(Vec3 wi) const {
     return surface.p + surface.ng * std::copysign(ray_offset, dot(surface.ng, wi));
   }
@@ -158,6 +175,10 @@ inline PathTracer::Connection PathTracer::connect(const Vertex& v, Vec2 u, float
   if (!v.sides_agree(light.wi, wi_local)) return {};
   const BsdfEval eval = v.eval(wi_local);
   if (eval.f_cos.is_black()) return {};
+  if (light.varies)
+    light.radiance = scene_.emission_at(light.mesh, light.triangle, light.barycentric);
+  if (const Rgb* inside = v.inside_along(light.wi); inside && std::isfinite(light.distance))
+    light.radiance *= transmittance(*inside, light.distance);
   const float ratio = light.punctual ? 0 : mixture_pdf_w(v, light.wi, eval.pdf_w) / light.pdf_w;
   const float mis_over_pdf = 1 / (light.pdf_w * (1 + ratio * ratio));  // the power heuristic
   // The ray starts off the surface, perhaps nearer to the light, and must end before it.
@@ -231,7 +252,8 @@ inline bool PathTracer::scatter(const Vertex& v, float u_lobe, Vec2 u) {
 Rgb PathTracer::walk(Ray ray, Sampler& sampler, float pixel_deviation, Rgb& pixel) {
   if (lights_.empty()) return {};  // black, whatever the path
   Rgb radiance, throughput{1.0f};
-  delta_ = true;  // nee cannot make the camera's ray
+  const Rgb* inside = nullptr;  // absorption along the ray; null: none
+  delta_ = true;                // nee cannot make the camera's ray
   for (int depth = 1;; ++depth) {
     // Drawn before the ray is traced: the processor then does both at once.
     const Sampler::Pairs u = sampler.next_pairs();
@@ -249,13 +271,21 @@ Rgb PathTracer::walk(Ray ray, Sampler& sampler, float pixel_deviation, Rgb& pixe
       return radiance;
     }
     const MeshShading& mesh = scene_.meshes[hit.mesh.value];
-    const SurfacePoint surface = scene_.surface_at(ray, hit);
+    SurfacePoint surface = scene_.surface_at(ray, hit);
     const Vec3 wo = -ray.d;
     const float cos_geometric = dot(wo, surface.ng);
 
+    if (inside) {
+      const Rgb kept = transmittance(*inside, hit.t);
+      throughput *= kept;
+      learner_.attenuated(kept);
+    }
+
     // 1b. Light that the surface emits.
     if (mesh.emits && (cos_geometric > 0 || mesh.material->emission_two_sided)) {
-      const Rgb emitted = mesh.material->emission.value;
+      const Rgb emitted = mesh.emission_textured()
+                              ? scene_.textures.color(mesh.material->emission, surface.uv)
+                              : mesh.material->emission.value;
       float mis = 1;
       if (!delta_ && settings_.nee) {
         mis = power_heuristic(
@@ -267,15 +297,23 @@ Rgb PathTracer::walk(Ray ray, Sampler& sampler, float pixel_deviation, Rgb& pixe
     if (depth >= settings_.max_depth) return radiance;
 
     // 2. What the surface is made of, and what the guide knows about it.
+    const MaterialShading* material = &mesh;
+    if (mesh.blends) {
+      material = &scene_.resolve(mesh, surface.uv, u.d.y);
+      if (material->bends) scene_.bend(*material, hit, wo, surface);
+    }
+    if (material->one_sided && cos_geometric < 0) return radiance;
     const bool shading_normal_usable = dot(wo, surface.ns) * cos_geometric > 0;
     const Frame frame(shading_normal_usable ? surface.ns : surface.ng);
     Vertex v{surface,
              frame,
              frame.to_local(wo),
-             *mesh.bsdf,
-             mesh.kind,
-             scene_.shading_point(mesh, surface.uv),
+             *material->bsdf,
+             material->kind,
+             scene_.shading_point(*material, surface.uv),
              ray_offset(surface.p, hit.t),
+             *material,
+             inside,
              {},
              0};
     if (guide_ && guiding_ != Guiding::kOff && v.kind != BsdfKind::kDelta) {
@@ -322,6 +360,7 @@ Rgb PathTracer::walk(Ray ray, Sampler& sampler, float pixel_deviation, Rgb& pixe
     }
     if (!scattered) return radiance;
     throughput *= weight_;
+    inside = v.inside_along(wi_);
     ray = {v.ray_origin(wi_), wi_};
   }
 }

@@ -27,6 +27,10 @@ class PathLearner {
   }
   // Light emitted toward the last vertex; `mis`: its weight against nee.
   void emitted(Rgb radiance, float mis);
+  // What the ray went through kept this share of what comes along it.
+  void attenuated(Rgb share) {
+    if (has_vertex()) notes_.back().between *= share;
+  }
   // What the guide expects the current vertex to scatter on, of radiance that arrives.
   void expected(Rgb scattered) {
     notes_.back().expected = scattered, notes_.back().credible = true;
@@ -48,7 +52,7 @@ class PathLearner {
  private:
   struct Note {
     Rgb emitted;        // toward the vertex, weighted, in its direction
-    Rgb between{1.0f};  // factor of the mirrors between it and the next vertex
+    Rgb between{1.0f};  // factor of the mirrors and glass between it and the next vertex
     Rgb direct;         // that it scatters on
     Rgb as_emitted;     // the share of `direct` that punctual lights have
     Rgb weight;         // of what arrives in the direction taken

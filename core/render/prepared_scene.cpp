@@ -1,9 +1,11 @@
 #include "core/render/prepared_scene.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 
 #include "core/base/clock.h"
+#include "core/math/hash.h"
 
 namespace qray {
 
@@ -37,17 +39,11 @@ float ray_epsilon(const PreparedScene& prepared) {
 }
 
 MeshShading mesh_shading(const PreparedScene& prepared, const Placement& placed) {
-  MeshShading m;
-  if (!placed.mesh) return m;
-  const Material& material = prepared.scene.materials[placed.material.value];
-  m.mesh = placed.mesh;
-  m.material = &material;
-  m.bsdf = prepared.bsdfs[placed.material.value].get();
-  m.constant = {material.reflectance.value, material.roughness.value};
-  m.kind = m.bsdf->kind();
-  m.emits = material.emits();
-  m.textured = material.reflectance.texture.valid() || material.roughness.texture.valid();
-  m.interpolated = !placed.mesh->normals.empty() || (m.textured && !placed.mesh->uvs.empty());
+  if (!placed.mesh) return {};
+  const Mesh& mesh = *placed.mesh;
+  MeshShading m{prepared.materials[placed.material.value], &mesh, placed.to_world, {}, false};
+  m.bends = m.bends && !mesh.uvs.empty();
+  m.interpolated = !mesh.normals.empty() || (m.needs_uv() && !mesh.uvs.empty());
   if (placed.to_world) m.normals_to_world = placed.to_world->normals();
   return m;
 }
@@ -64,31 +60,83 @@ Result<std::shared_ptr<PreparedScene>> prepare(LoadedScene loaded, int build_thr
   const Scene& scene = prepared->scene;
   prepared->bounds = scene.bounds();
   prepared->ray_epsilon = ray_epsilon(*prepared);
-  Result<std::unique_ptr<EmbreeScene>> accel = EmbreeScene::build(scene, build_threads);
-  if (!accel.ok()) return accel.error();
-  prepared->accel = std::move(accel).value();
-  for (const Material& material : scene.materials) prepared->bsdfs.push_back(make_bsdf(material));
-  for (const Texture& texture : scene.textures) {
-    Result<int> handle = prepared->textures.open(texture.path, texture.srgb, texture.wrap_u);
-    if (!handle.ok()) return handle.error();
-    prepared->texture_handles.push_back(handle.value());
+  for (const Material& material : scene.materials) {
+    prepared->bsdfs.push_back(make_bsdf(material));
+    prepared->materials.push_back(
+        material_shading(material, prepared->bsdfs.back().get(), prepared->materials));
   }
+  if (Status s = prepared->textures.open(scene.textures); !s.ok()) return s.error();
   for (const Placement& placed : scene.placements())
     prepared->meshes.push_back(mesh_shading(*prepared, placed));
-  prepared->lights.build(scene, prepared->bounds);
+  HitFilter filter;
+  filter.passes = [p = prepared.get()](const Ray& ray, const Hit& hit) {
+    return p->passes(ray, hit);
+  };
+  for (const MeshShading& mesh : prepared->meshes) filter.meshes.push_back(mesh.masked);
+  Result<std::unique_ptr<EmbreeScene>> accel = EmbreeScene::build(scene, build_threads, filter);
+  if (!accel.ok()) return accel.error();
+  prepared->accel = std::move(accel).value();
+  prepared->lights.build(scene, prepared->bounds, prepared->textures);
   return prepared;
 }
 
 }  // namespace
 
-ShadingPoint PreparedScene::textured_point(const MeshShading& mesh, Vec2 uv) const {
-  ShadingPoint sp = mesh.constant;
-  const auto lookup = [&](TextureId id) { return textures.lookup(texture_handles[id.value], uv); };
-  const TextureId reflectance = mesh.material->reflectance.texture;
-  const TextureId roughness = mesh.material->roughness.texture;
-  if (reflectance.valid()) sp.reflectance *= lookup(reflectance);
-  if (roughness.valid()) sp.roughness *= lookup(roughness).r;
-  return sp;
+void PreparedScene::bend(const MaterialShading& material, const Hit& hit, Vec3 wo,
+                         SurfacePoint& surface) const {
+  const MeshShading& m = meshes[hit.mesh.value];
+  if (m.mesh->uvs.empty()) return;
+  const TriangleEdges edges = triangle_edges(*m.mesh, m.to_world, hit.triangle);
+  surface.ns = bent_normal(textures, *material.material, edges, surface, wo);
+}
+
+float PreparedScene::opacity(const MaterialShading& material, Vec2 uv) const {
+  if (!material.masked) return 1;
+  const Material& m = *material.material;
+  const float own = textures.opacity(m, uv);
+  if (!material.blends) return own;
+  return own * lerp(std::clamp(textures.number(m.blend_weight, uv), 0.0f, 1.0f),
+                    opacity(materials[m.first.value], uv), opacity(materials[m.second.value], uv));
+}
+
+const MaterialShading& PreparedScene::resolve(const MaterialShading& material, Vec2 uv,
+                                              float u) const {
+  const MaterialShading* at = &material;
+  while (at->blends) {
+    const Material& m = *at->material;
+    const MaterialShading& first = materials[m.first.value];
+    const MaterialShading& second = materials[m.second.value];
+    float weight = std::clamp(textures.number(m.blend_weight, uv), 0.0f, 1.0f);
+    if (at->masked) {  // what lets more rays pass is met less often
+      const float b = weight * opacity(second, uv), a = (1 - weight) * opacity(first, uv);
+      weight = a + b > 0 ? b / (a + b) : weight;
+    }
+    const bool takes_second = u < weight;
+    u = takes_second ? u / weight : (u - weight) / (1 - weight);
+    at = takes_second ? &second : &first;
+  }
+  return *at;
+}
+
+Rgb PreparedScene::emission_at(MeshId mesh, uint32_t triangle, Vec2 barycentric) const {
+  const MeshShading& m = meshes[mesh.value];
+  SurfacePoint surface;
+  if (m.interpolated) interpolate_vertices(*m.mesh, nullptr, triangle, barycentric, surface);
+  return textures.color(m.material->emission, surface.uv) * opacity(m, surface.uv);
+}
+
+bool PreparedScene::passes(const Ray& ray, const Hit& hit) const {
+  const MeshShading& m = meshes[hit.mesh.value];
+  SurfacePoint surface;
+  if (m.interpolated)
+    interpolate_vertices(*m.mesh, nullptr, hit.triangle, hit.barycentric, surface);
+  const float opacity = this->opacity(m, surface.uv);
+  if (opacity <= 0 || opacity >= 1) return opacity <= 0;
+  uint64_t key = static_cast<uint64_t>(hit.mesh.value) << 32 | hit.triangle;
+  for (int i = 0; i < 3; ++i)
+    key = hash_combine(key, static_cast<uint64_t>(std::bit_cast<uint32_t>(ray.o[i])) << 32 |
+                                std::bit_cast<uint32_t>(ray.d[i]));
+  return to_unit_float(static_cast<uint32_t>(key >> 32)) >= opacity;
 }
 
 GuideSetup PreparedScene::guide_setup(const RenderSettings& settings) const {

@@ -8,23 +8,22 @@
 #include <vector>
 
 #include "core/accel/embree_scene.h"
-#include "core/bsdf/bsdf.h"
 #include "core/import/load_scene.h"
+#include "core/render/bent_normal.h"
 #include "core/render/light_pick.h"
+#include "core/render/material_shading.h"
+#include "core/render/material_textures.h"
 #include "core/render/settings.h"
 #include "core/scene/surface.h"
 
 namespace qray {
 
 // What a hit needs to know of its mesh or instance, side by side in memory.
-struct MeshShading {
-  const Mesh* mesh = nullptr;  // null: seen by its instances alone
-  const Material* material = nullptr;
-  const Bsdf* bsdf = nullptr;
-  ShadingPoint constant;  // the material's parameters where no texture changes them
-  BsdfKind kind = BsdfKind::kDiffuse;
-  bool emits = false, textured = false, interpolated = false;
-  std::optional<Mat3> normals_to_world;  // an instance's
+struct MeshShading : MaterialShading {
+  const Mesh* mesh = nullptr;           // null: seen by its instances alone
+  const Transform* to_world = nullptr;  // an instance's
+  std::optional<Mat3> normals_to_world;
+  bool interpolated = false;
 };
 
 struct PreparedScene {
@@ -36,11 +35,11 @@ struct PreparedScene {
   std::vector<std::string> warnings;
   std::unique_ptr<EmbreeScene> accel;
   std::vector<std::unique_ptr<Bsdf>> bsdfs;  // by MaterialId
-  TextureCache textures;
-  std::vector<int> texture_handles;  // by TextureId
+  MaterialTextures textures;
   LightPick lights;
 
-  std::vector<MeshShading> meshes;  // by Hit::mesh
+  std::vector<MaterialShading> materials;  // by MaterialId
+  std::vector<MeshShading> meshes;         // by Hit::mesh
 
   SurfacePoint surface_at(const Ray& ray, const Hit& hit) const {
     const Vec3 ng = normalize(hit.ng);
@@ -50,16 +49,24 @@ struct PreparedScene {
       interpolate_vertices(*m.mesh, m.normals_to_world ? &*m.normals_to_world : nullptr,
                            hit.triangle, hit.barycentric, surface);
     }
+    if (m.bends) bend(m, hit, -ray.d, surface);
     return surface;
   }
+  // Turns the shading normal by the material's images, as seen from wo.
+  void bend(const MaterialShading& material, const Hit& hit, Vec3 wo, SurfacePoint& surface) const;
+  // The material itself, or the part of a blend that u in [0, 1) picks.
+  const MaterialShading& resolve(const MaterialShading& material, Vec2 uv, float u) const;
+  // Radiance that a triangle's front emits; less where it is not opaque.
+  Rgb emission_at(MeshId mesh, uint32_t triangle, Vec2 barycentric) const;
   GuideSetup guide_setup(const RenderSettings& settings) const;
   // The material's parameters at uv, textures looked up.
-  ShadingPoint shading_point(const MeshShading& mesh, Vec2 uv) const {
-    return mesh.textured ? textured_point(mesh, uv) : mesh.constant;
+  ShadingPoint shading_point(const MaterialShading& material, Vec2 uv) const {
+    return material.textured ? textures.point(*material.material, uv) : material.constant;
   }
-
- private:
-  ShadingPoint textured_point(const MeshShading& mesh, Vec2 uv) const;
+  // How much of what arrives there the surface stops, in [0, 1]; of a blend its parts counted.
+  float opacity(const MaterialShading& material, Vec2 uv) const;
+  // Whether a ray passes a hit on a masked mesh: drawn by its bits, the same at every call.
+  bool passes(const Ray& ray, const Hit& hit) const;
 };
 
 Result<std::shared_ptr<const PreparedScene>> prepare_scene(LoadedScene loaded, int build_threads);

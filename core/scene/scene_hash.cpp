@@ -107,23 +107,53 @@ Result<std::vector<Digest>> hash_textures(const Scene& scene) {
   return digests;
 }
 
+// Parameters of materials; textures by what they show.
+class MaterialHash {
+ public:
+  MaterialHash(HashWriter& out, const std::vector<Digest>& textures)
+      : out_(out), textures_(textures) {}
+
+  void texture(TextureId id) {
+    out_.u8(id.valid() ? 1 : 0);
+    if (id.valid()) out_.digest(textures_[id.value]);
+  }
+  void color(const ColorParam& param) {
+    out_.rgb(param.value);
+    texture(param.texture);
+  }
+  void number(const FloatParam& param) {
+    out_.f32(param.value);
+    texture(param.texture);
+    out_.u8(static_cast<uint8_t>(param.channel));
+  }
+
+ private:
+  HashWriter& out_;
+  const std::vector<Digest>& textures_;
+};
+
 Digest hash_materials(const Scene& scene, const std::vector<Digest>& textures) {
   HashWriter out("qray materials 2");
-  const auto texture = [&](TextureId id) {
-    out.u8(id.valid() ? 1 : 0);
-    if (id.valid()) out.digest(textures[id.value]);
-  };
+  MaterialHash add(out, textures);
   out.u64(scene.materials.size());
   for (const Material& m : scene.materials) {
     out.u8(static_cast<uint8_t>(m.kind));
-    out.rgb(m.reflectance.value);
-    texture(m.reflectance.texture);
-    out.f32(m.roughness.value);
-    texture(m.roughness.texture);
+    add.color(m.reflectance);
+    add.number(m.roughness);
     out.rgb(m.eta);
     out.rgb(m.k);
     out.f32(m.ior);
-    out.rgb(m.specular.value);
+    add.color(m.specular);
+    out.rgb(m.absorption);
+    for (const FloatParam& param : {m.metallic, m.transmission, m.clearcoat, m.clearcoat_roughness,
+                                    m.specular_weight, m.blend_weight, m.opacity, m.bump_map})
+      add.number(param);
+    out.u32(m.first.value);
+    out.u32(m.second.value);
+    out.f32(m.alpha_cutoff);
+    add.texture(m.normal_map);
+    out.f32(m.normal_scale);
+    for (const bool flag : {m.nonlinear, m.thin, m.two_sided}) out.u8(flag ? 1 : 0);
   }
   for (size_t m = 0; m < scene.meshes.size(); ++m) {
     if (scene.meshes[m].colors.empty()) continue;
@@ -134,11 +164,12 @@ Digest hash_materials(const Scene& scene, const std::vector<Digest>& textures) {
   return out.finish();
 }
 
-Digest hash_lights(const Scene& scene) {
+Digest hash_lights(const Scene& scene, const std::vector<Digest>& textures) {
   HashWriter out("qray lights 2");
+  MaterialHash add(out, textures);
   out.u64(scene.materials.size());
   for (const Material& m : scene.materials) {
-    out.rgb(m.emission.value);
+    add.color(m.emission);
     out.u8(m.emission_two_sided ? 1 : 0);
   }
   const Environment& environment = scene.environment;
@@ -172,7 +203,7 @@ Result<SceneHash> hash_scene(const Scene& scene) {
   const Result<std::vector<Digest>> textures = hash_textures(scene);
   if (!textures.ok()) return textures.error();
   return SceneHash{hash_geometry(scene), hash_materials(scene, textures.value()),
-                   hash_lights(scene)};
+                   hash_lights(scene, textures.value())};
 }
 
 }  // namespace qray

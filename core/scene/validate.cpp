@@ -7,6 +7,9 @@ namespace {
 
 constexpr float kMaxCoordinate = 1e6f;  // metres: a float still resolves 6 cm there
 constexpr float kMaxRadiance = 1e12f;   // the sun's disk: about 2e7; squares stay below 1e38
+constexpr float kMaxAbsorption = 1e6f;  // 1/m
+constexpr float kMaxSpecular = 1000;    // principled: what brings the least F0 to 1
+constexpr float kMaxSlope = 1000;       // of normal and bump maps
 constexpr float kMaxIndex = 20;         // of eta and k, real metals stay below 12
 constexpr int kMaxDepth = 128;
 
@@ -43,16 +46,57 @@ Status check_texture(const std::string& place, TextureId id, size_t count) {
   return wrong(place, "a texture below " + std::to_string(count), std::to_string(id.value));
 }
 
-Status check_material(const Material& m, const std::string& at, size_t texture_count) {
+Status check_param(const std::string& place, const ColorParam& param, float hi, size_t textures) {
+  const Status status = check_range(place, param.value, 0, hi);
+  return status.ok() ? check_texture(place, param.texture, textures) : status;
+}
+Status check_param(const std::string& place, const FloatParam& param, size_t textures, float lo = 0,
+                   float hi = 1) {
+  if (param.channel < 0 || param.channel > 3)
+    return wrong(place, "a channel of 0..3", std::to_string(param.channel));
+  const Status status = check_range(place, param.value, lo, hi);
+  return status.ok() ? check_texture(place, param.texture, textures) : status;
+}
+
+// A blend's parts come before it, so that no blend is part of itself.
+Status check_blend(const Material& m, const std::string& at, size_t index) {
+  if (m.kind != MaterialKind::kBlend) return {};
+  const struct {
+    const char* name;
+    MaterialId id;
+  } parts[] = {{"/first", m.first}, {"/second", m.second}};
+  for (const auto& part : parts) {
+    if (part.id.value < index) continue;
+    return wrong(at + part.name, "a material before this one",
+                 part.id.valid() ? std::to_string(part.id.value) : "none");
+  }
+  return {};
+}
+
+Status check_material(const Material& m, size_t index, size_t textures) {
+  const std::string at = "/materials/" + std::to_string(index);
+  const float specular = m.kind == MaterialKind::kPrincipled ? kMaxSpecular : 1;
   for (const Status& status :
-       {check_range(at + "/reflectance", m.reflectance.value, 0, 1),
-        check_texture(at + "/reflectance", m.reflectance.texture, texture_count),
-        check_range(at + "/roughness", m.roughness.value, 0, 1),
-        check_texture(at + "/roughness", m.roughness.texture, texture_count),
-        check_range(at + "/eta", m.eta, 0, kMaxIndex), check_range(at + "/k", m.k, 0, kMaxIndex),
+       {check_param(at + "/reflectance", m.reflectance, 1, textures),
+        check_param(at + "/roughness", m.roughness, textures),
+        check_range(at + "/eta", m.eta, 0, kMaxIndex),
+        check_range(at + "/k", m.k, 0, kMaxIndex),
         check_range(at + "/ior", m.ior, 1, 4),
-        check_range(at + "/specular", m.specular.value, 0, 1),
-        check_range(at + "/emission", m.emission.value, 0, kMaxRadiance)}) {
+        check_param(at + "/specular", m.specular, specular, textures),
+        check_range(at + "/absorption", m.absorption, 0, kMaxAbsorption),
+        check_param(at + "/metallic", m.metallic, textures),
+        check_param(at + "/transmission", m.transmission, textures),
+        check_param(at + "/clearcoat", m.clearcoat, textures),
+        check_param(at + "/clearcoat_roughness", m.clearcoat_roughness, textures),
+        check_param(at + "/specular_weight", m.specular_weight, textures),
+        check_blend(m, at, index),
+        check_param(at + "/weight", m.blend_weight, textures),
+        check_param(at + "/opacity", m.opacity, textures),
+        check_range(at + "/alpha_cutoff", m.alpha_cutoff, 0, 1),
+        check_texture(at + "/normal_map", m.normal_map, textures),
+        check_range(at + "/normal_map/scale", m.normal_scale, -kMaxSlope, kMaxSlope),
+        check_param(at + "/bump_map", m.bump_map, textures, -kMaxSlope, kMaxSlope),
+        check_param(at + "/emission", m.emission, kMaxRadiance, textures)}) {
     if (!status.ok()) return status;
   }
   return {};
@@ -284,8 +328,7 @@ Result<ValidateReport> validate(Scene& scene, const SceneLimits& limits) {
     if (!status.ok()) return status.error();
   }
   for (size_t i = 0; i < scene.materials.size(); ++i) {
-    const Status status = check_material(scene.materials[i], "/materials/" + std::to_string(i),
-                                         scene.textures.size());
+    const Status status = check_material(scene.materials[i], i, scene.textures.size());
     if (!status.ok()) return status.error();
   }
   for (size_t i = 0; i < scene.textures.size(); ++i) {

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/base/file.h"
+#include "core/base/task_pool.h"
 #include "core/image/image_io.h"
 #include "core/image/tonemap.h"
 #include "tests/support/scratch.h"
@@ -39,6 +40,41 @@ TEST(TextureCache, VZeroIsTheBottomRow) {
       EXPECT_NEAR(c.g, static_cast<float>(y), 1e-4) << x << " " << y;
       EXPECT_NEAR(c.b, 0.5, 1e-4);
     }
+}
+
+TEST(TextureCache, AlphaIsOneWhereThereIsNone) {
+  const test::ScratchFolder folder;
+  Image with_alpha(4, 2, 4);
+  for (int y = 0; y < 2; ++y)
+    for (int x = 0; x < 4; ++x) with_alpha.at(x, y, 3) = 0.25f * static_cast<float>(x);
+  ASSERT_TRUE(write_image(folder / "a.exr", with_alpha).ok());
+  ASSERT_TRUE(write_image(folder / "t.exr", board()).ok());
+  TextureCache cache;
+  const int with = cache.open(folder / "a.exr", /*srgb=*/true, TextureWrap::kRepeat).value();
+  const int without = cache.open(folder / "t.exr", true, TextureWrap::kRepeat).value();
+  for (int x = 0; x < 4; ++x) {
+    EXPECT_NEAR(cache.lookup_alpha(with, middle(x, 1)), 0.25f * static_cast<float>(x), 1e-4);
+    EXPECT_EQ(cache.lookup_alpha(without, middle(x, 1)), 1.0f);
+  }
+  EXPECT_EQ(cache.texel(with).x, 0.25f);
+  EXPECT_EQ(cache.texel(with).y, 0.5f);
+  EXPECT_EQ(cache.lookup_alpha(with, {1e30f, 0}), 0.0f);
+}
+
+TEST(TextureCache, AThreadThatGoesOnSeesEachCachesOwnPicture) {
+  // Caches come and go, often at the same address, while the threads of a pool stay.
+  const test::ScratchFolder folder;
+  TaskPool pool(2);
+  for (int i = 0; i < 40; ++i) {
+    const float value = static_cast<float>(i);
+    Image image(4, 4, 3);
+    for (int k = 0; k < 16; ++k) image.set_rgb(k % 4, k / 4, Rgb{value});
+    const std::filesystem::path path = folder / (std::to_string(i) + ".exr");
+    ASSERT_TRUE(write_image(path, image).ok());
+    TextureCache cache;
+    const int handle = cache.open(path, /*srgb=*/false, TextureWrap::kRepeat).value();
+    pool.run(64, [&](size_t, int) { EXPECT_EQ(cache.lookup(handle, {0.4f, 0.6f}).g, value); });
+  }
 }
 
 TEST(TextureCache, InterpolatesAndWraps) {

@@ -102,6 +102,55 @@ TEST(JsonScene, ReadsEveryFieldWhereItBelongs) {
   EXPECT_EQ(s.meshes[0].uvs[2], (Vec2{1, 1}));
 }
 
+TEST(JsonScene, ReadsEveryKindOfMaterial) {
+  const test::SceneFolder folder;
+  folder.write("t.png", "not opened here");
+  const auto loaded = folder.load("scene.json", document(kCamera, R"(
+      "textures": [{"name": "t", "path": "t.png", "srgb": false}],
+      "materials": [
+        {"name": "a", "type": "thin_dielectric", "ior": 1.3, "specular": {"texture": "t"}},
+        {"name": "g", "type": "dielectric", "absorption": [1, 2, 3], "two_sided": false},
+        {"name": "m", "type": "plastic", "nonlinear": false},
+        {"name": "p", "type": "principled", "reflectance": 0.9, "ior": 1.4, "roughness": 0.3,
+         "metallic": {"texture": "t", "scale": 0.5, "channel": "b"}, "transmission": 0.25,
+         "thin": true, "specular": 20, "specular_weight": 0.75, "clearcoat": 0.125,
+         "clearcoat_roughness": 0.0625, "absorption": 4},
+        {"name": "b", "type": "blend", "first": "p", "second": "g",
+         "weight": {"texture": "t", "channel": "a"}, "opacity": 0.5, "alpha_cutoff": 0.25,
+         "normal_map": {"texture": "t", "scale": 2}, "bump_map": {"texture": "t", "scale": 0.01},
+         "emission": {"texture": "t", "scale": [1, 2, 3]}}])",
+                                                         kMeshes));
+  ASSERT_TRUE(loaded.ok()) << loaded.error().text();
+  const std::vector<Material>& m = loaded.value().scene.materials;
+  ASSERT_EQ(m.size(), 5u);
+  const TextureId t(0);
+  EXPECT_EQ(m[0].kind, MaterialKind::kThinDielectric);
+  EXPECT_EQ(m[0].specular, (ColorParam{Rgb{1}, t}));
+  EXPECT_EQ(m[1].absorption, (Rgb{1, 2, 3}));
+  EXPECT_FALSE(m[1].two_sided);
+  EXPECT_FALSE(m[2].nonlinear);
+  EXPECT_TRUE(m[1].nonlinear);
+  EXPECT_EQ(m[3].kind, MaterialKind::kPrincipled);
+  EXPECT_EQ(m[3].metallic, (FloatParam{0.5f, t, 2}));
+  EXPECT_EQ(m[3].transmission.value, 0.25f);
+  EXPECT_TRUE(m[3].thin);
+  EXPECT_EQ(m[3].specular.value, Rgb{20});
+  EXPECT_EQ(m[3].specular_weight.value, 0.75f);
+  EXPECT_EQ(m[3].clearcoat.value, 0.125f);
+  EXPECT_EQ(m[3].clearcoat_roughness.value, 0.0625f);
+  EXPECT_EQ(m[3].absorption, Rgb{4});
+  EXPECT_EQ(m[4].kind, MaterialKind::kBlend);
+  EXPECT_EQ(m[4].first, MaterialId(3));
+  EXPECT_EQ(m[4].second, MaterialId(1));
+  EXPECT_EQ(m[4].blend_weight, (FloatParam{1, t, 3}));
+  EXPECT_EQ(m[4].opacity.value, 0.5f);
+  EXPECT_EQ(m[4].alpha_cutoff, 0.25f);
+  EXPECT_EQ(m[4].normal_map, t);
+  EXPECT_EQ(m[4].normal_scale, 2.0f);
+  EXPECT_EQ(m[4].bump_map, (FloatParam{0.01f, t}));
+  EXPECT_EQ(m[4].emission, (ColorParam{Rgb{1, 2, 3}, t}));
+}
+
 TEST(JsonScene, InstancesPlaceAllMeshesOfAName) {
   const test::SceneFolder folder;
   folder.write("two.obj", "o a\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\no b\nf 1 2 3\n");
@@ -159,8 +208,12 @@ TEST(JsonScene, NamesThePlaceOfEveryFault) {
       {with_materials(R"({"name": "a", "type": "diffuse"}, {"name": "a", "type": "diffuse"})"),
        "scene.json:/materials/1/name: \"a\" is taken"},
       {with_materials(R"({"name": "a", "type": "velvet"})"),
-       "scene.json:/materials/0/type: expected one of diffuse, conductor, dielectric, plastic, got "
-       "\"velvet\""},
+       "scene.json:/materials/0/type: expected one of diffuse, conductor, dielectric, "
+       "thin_dielectric, plastic, principled, blend, got \"velvet\""},
+      {with_materials(R"({"name": "a", "type": "diffuse"},
+                         {"name": "b", "type": "blend", "first": "a", "second": "b"})"),
+       "scene.json:/materials/1/second: expected the name of a material before this one, got "
+       "\"b\""},
       {with_materials(R"({"name": "a", "type": "diffuse"}, {"name": "b", "type": "dielectric",
                          "ior": 0})"),
        "scene.json:/materials/1/ior: expected 1..4, got 0"},

@@ -67,6 +67,23 @@ TEST(SceneHash, EachChangeShowsInItsPartAlone) {
       {"k", kMaterials, [](Scene& s) { s.materials[1].k.g = 0.1f; }},
       {"ior", kMaterials, [](Scene& s) { s.materials[1].ior = 1.1f; }},
       {"specular", kMaterials, [](Scene& s) { s.materials[1].specular.value.g = 0.1f; }},
+      {"metallic", kMaterials, [](Scene& s) { s.materials[1].metallic.value = 1; }},
+      {"channel", kMaterials, [](Scene& s) { s.materials[1].roughness.channel = 1; }},
+      {"transmission", kMaterials, [](Scene& s) { s.materials[1].transmission.value = 1; }},
+      {"clearcoat", kMaterials, [](Scene& s) { s.materials[1].clearcoat.value = 1; }},
+      {"coat's roughness", kMaterials,
+       [](Scene& s) { s.materials[1].clearcoat_roughness.value = 1; }},
+      {"specular weight", kMaterials, [](Scene& s) { s.materials[1].specular_weight.value = 0; }},
+      {"absorption", kMaterials, [](Scene& s) { s.materials[1].absorption.b = 1; }},
+      {"nonlinear", kMaterials, [](Scene& s) { s.materials[1].nonlinear = false; }},
+      {"thin", kMaterials, [](Scene& s) { s.materials[1].thin = true; }},
+      {"one-sided", kMaterials, [](Scene& s) { s.materials[1].two_sided = false; }},
+      {"opacity", kMaterials, [](Scene& s) { s.materials[1].opacity.value = 0.5f; }},
+      {"cutoff", kMaterials, [](Scene& s) { s.materials[1].alpha_cutoff = 0.5f; }},
+      {"normal scale", kMaterials, [](Scene& s) { s.materials[1].normal_scale = 2; }},
+      {"bump scale", kMaterials, [](Scene& s) { s.materials[1].bump_map.value = 2; }},
+      {"blend", kMaterials, [](Scene& s) { s.materials[1].second = MaterialId(0); }},
+      {"blend weight", kMaterials, [](Scene& s) { s.materials[1].blend_weight.value = 0; }},
       {"emission", kLights, [](Scene& s) { s.materials[0].emission.value.g = 0.1f; }},
       {"two-sided", kLights, [](Scene& s) { s.materials[0].emission_two_sided = true; }},
       {"sky", kLights, [](Scene& s) { s.environment.radiance.g = 0.1f; }},
@@ -167,7 +184,7 @@ TEST(SceneHash, ValuesStayTheSame) {
   scene.meshes[0].normals.clear();
   scene.meshes[0].uvs.clear();
   EXPECT_EQ(hash_scene(scene).value().whole().hex(),
-            "5e16f26b753efccbb2b0c775f50b914c42f5b4e383fa1850bdfd887a42c24319");
+            "214661afe1639b910164d8ea8a7cd17a18e256f59645df6a3bcd9da89401a18f");
 }
 
 }  // namespace

@@ -102,6 +102,24 @@ TEST(Validate, NamesThePlaceOfEveryFault) {
       {"/materials/0/ior", [](Scene& s) { s.materials[0].ior = 0; }},
       {"/materials/0/specular", [](Scene& s) { s.materials[0].specular.value.r = 2; }},
       {"/materials/0/emission", [](Scene& s) { s.materials[0].emission.value.r = kInf; }},
+      {"/materials/1/metallic", [](Scene& s) { s.materials[1].metallic.value = 1.5f; }},
+      {"/materials/1/transmission", [](Scene& s) { s.materials[1].transmission.value = kNan; }},
+      {"/materials/1/clearcoat", [](Scene& s) { s.materials[1].clearcoat.channel = 4; }},
+      {"/materials/1/opacity", [](Scene& s) { s.materials[1].opacity.value = -1; }},
+      {"/materials/1/opacity", [](Scene& s) { s.materials[1].opacity.channel = -1; }},
+      {"/materials/1/alpha_cutoff", [](Scene& s) { s.materials[1].alpha_cutoff = 2; }},
+      {"/materials/1/absorption", [](Scene& s) { s.materials[1].absorption.b = kInf; }},
+      {"/materials/1/normal_map", [](Scene& s) { s.materials[1].normal_map = TextureId(9); }},
+      {"/materials/1/normal_map/scale", [](Scene& s) { s.materials[1].normal_scale = kNan; }},
+      {"/materials/1/bump_map", [](Scene& s) { s.materials[1].bump_map.value = 1e9f; }},
+      {"/materials/0/emission", [](Scene& s) { s.materials[0].emission.texture.value = 3; }},
+      {"/materials/1/second",
+       [](Scene& s) {
+         s.materials[1].kind = MaterialKind::kBlend;
+         s.materials[1].first = MaterialId(0);
+         s.materials[1].second = MaterialId(1);
+       }},
+      {"/materials/1/first", [](Scene& s) { s.materials[1].kind = MaterialKind::kBlend; }},
       {"/meshes/1/material", [](Scene& s) { s.meshes[1].material = MaterialId(2); }},
       {"/meshes/1/material", [](Scene& s) { s.meshes[1].material = {}; }},
       {"/meshes/1/normals", [](Scene& s) { s.meshes[1].normals.pop_back(); }},

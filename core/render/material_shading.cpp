@@ -1,0 +1,33 @@
+#include "core/render/material_shading.h"
+
+namespace qray {
+
+MaterialShading material_shading(const Material& m, const Bsdf* bsdf,
+                                 std::span<const MaterialShading> parts) {
+  MaterialShading s;
+  s.material = &m;
+  s.bsdf = bsdf;
+  s.constant = constant_point(m);
+  s.emits = m.emits();
+  for (const TextureId id : {m.reflectance.texture, m.roughness.texture, m.specular.texture,
+                             m.metallic.texture, m.transmission.texture, m.clearcoat.texture,
+                             m.clearcoat_roughness.texture, m.specular_weight.texture})
+    s.textured = s.textured || id.valid();
+  s.bends = m.normal_map.valid() || m.bump_map.texture.valid();
+  s.masked = m.opacity.texture.valid() || m.opacity.value < 1;
+  if (m.kind == MaterialKind::kBlend) {
+    s.blends = true;
+    const MaterialShading &first = parts[m.first.value], &second = parts[m.second.value];
+    s.masked = s.masked || first.masked || second.masked;
+    s.kind = first.kind == second.kind ? first.kind : BsdfKind::kGlossy;
+    return s;
+  }
+  s.kind = bsdf->kind();
+  const bool passes = m.kind == MaterialKind::kPrincipled && m.transmission.value > 0;
+  s.bounds_solid = m.kind == MaterialKind::kDielectric || (passes && !m.thin);
+  s.one_sided =
+      !m.two_sided && !s.bounds_solid && !passes && m.kind != MaterialKind::kThinDielectric;
+  return s;
+}
+
+}  // namespace qray

@@ -1,0 +1,33 @@
+// What a hit needs to know of its material, side by side in memory: flags say what may be skipped,
+// so that a surface pays only for what it has.
+#pragma once
+
+#include <span>
+
+#include "core/bsdf/bsdf.h"
+
+namespace qray {
+
+struct MaterialShading {
+  const Material* material = nullptr;
+  const Bsdf* bsdf = nullptr;  // null: a blend
+  ShadingPoint constant;       // the material's parameters where no texture changes them
+  BsdfKind kind = BsdfKind::kDiffuse;
+  bool emits = false;
+  bool textured = false;      // a texture changes `constant`
+  bool bends = false;         // a normal or bump map turns the shading normal
+  bool masked = false;        // rays may pass; for a blend its parts counted
+  bool blends = false;        // resolved to one of two others at every hit
+  bool one_sided = false;     // black from behind
+  bool bounds_solid = false;  // what passes it is inside or outside from then on
+
+  // Whether the place on the surface matters.
+  bool needs_uv() const { return textured || bends || masked || blends || emission_textured(); }
+  bool emission_textured() const { return emits && material->emission.texture.valid(); }
+};
+
+// `parts`: of the materials before this one, by MaterialId.
+MaterialShading material_shading(const Material& material, const Bsdf* bsdf,
+                                 std::span<const MaterialShading> parts);
+
+}  // namespace qray

@@ -1,0 +1,40 @@
+#include "core/render/material_textures.h"
+
+namespace qray {
+
+Status MaterialTextures::open(const std::vector<Texture>& textures) {
+  for (const Texture& texture : textures) {
+    Result<int> handle = cache_.open(texture.path, texture.srgb, texture.wrap_u);
+    if (!handle.ok()) return handle.error();
+    handles_.push_back(handle.value());
+  }
+  return {};
+}
+
+float MaterialTextures::number(const FloatParam& param, Vec2 uv) const {
+  if (!param.texture.valid()) return param.value;
+  const int at = handle(param.texture);
+  return param.value *
+         (param.channel == 3 ? cache_.lookup_alpha(at, uv) : cache_.lookup(at, uv)[param.channel]);
+}
+
+ShadingPoint MaterialTextures::point(const Material& m, Vec2 uv) const {
+  ShadingPoint sp;
+  sp.reflectance = color(m.reflectance, uv);
+  sp.roughness = number(m.roughness, uv);
+  sp.specular = color(m.specular, uv);
+  sp.metallic = number(m.metallic, uv);
+  sp.transmission = number(m.transmission, uv);
+  sp.clearcoat = number(m.clearcoat, uv);
+  sp.clearcoat_roughness = number(m.clearcoat_roughness, uv);
+  sp.specular_weight = number(m.specular_weight, uv);
+  return sp;
+}
+
+float MaterialTextures::opacity(const Material& material, Vec2 uv) const {
+  const float opacity = number(material.opacity, uv);
+  if (material.alpha_cutoff > 0) return opacity >= material.alpha_cutoff ? 1.0f : 0.0f;
+  return std::clamp(opacity, 0.0f, 1.0f);
+}
+
+}  // namespace qray
