@@ -131,7 +131,7 @@ MitsubaMaterials::Converted MitsubaMaterials::wrapper(const MitsubaNode& bsdf, b
       const float scale = static_cast<float>(find_number(bsdf, "scale").value_or(1));
       m.bump_map = {luminance(map.value) * scale, map.texture, 0};
     } else {
-      m.normal_map = map.texture;
+      m.normal_map = textures_.as_numbers(map.texture);
     }
     return out;
   }

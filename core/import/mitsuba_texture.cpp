@@ -206,6 +206,13 @@ ColorParam MitsubaTextures::read_scale(const MitsubaNode& node) {
   node.fail("expected a texture to scale");
 }
 
+TextureId MitsubaTextures::as_numbers(TextureId id) {
+  Texture texture = import_.out.scene.textures[id.value];
+  if (!texture.srgb) return id;
+  texture.srgb = false;
+  return add(std::move(texture));
+}
+
 TextureId MitsubaTextures::add(Texture texture) {
   std::vector<Texture>& textures = import_.out.scene.textures;
   textures.push_back(std::move(texture));

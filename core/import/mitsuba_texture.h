@@ -20,6 +20,8 @@ class MitsubaTextures {
   FloatParam find_roughness(const MitsubaNode& plugin, float fallback);
   // pre: node.tag == "texture".
   ColorParam read(const MitsubaNode& node);
+  // The same picture, not decoded: normals are numbers, whatever the file says.
+  TextureId as_numbers(TextureId id);
 
  private:
   ColorParam read_bitmap(const MitsubaNode& node);

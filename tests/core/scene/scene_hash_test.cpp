@@ -75,6 +75,8 @@ TEST(SceneHash, EachChangeShowsInItsPartAlone) {
        [](Scene& s) { s.materials[1].clearcoat_roughness.value = 1; }},
       {"specular weight", kMaterials, [](Scene& s) { s.materials[1].specular_weight.value = 0; }},
       {"absorption", kMaterials, [](Scene& s) { s.materials[1].absorption.b = 1; }},
+      {"microfacets", kMaterials,
+       [](Scene& s) { s.materials[1].microfacets = Microfacets::kBeckmann; }},
       {"nonlinear", kMaterials, [](Scene& s) { s.materials[1].nonlinear = false; }},
       {"thin", kMaterials, [](Scene& s) { s.materials[1].thin = true; }},
       {"one-sided", kMaterials, [](Scene& s) { s.materials[1].two_sided = false; }},
