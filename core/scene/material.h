@@ -40,7 +40,7 @@ struct Material {
   MaterialKind kind = MaterialKind::kDiffuse;
   // Diffuse: albedo; plastic: albedo of the base; principled: base colour.
   ColorParam reflectance{Rgb{0.5f}};
-  FloatParam roughness{};      // 0 = smooth, 1 = roughest; alpha = roughness^2
+  FloatParam roughness{};  // 0 = smooth, 1 = roughest; alpha = roughness^2
   Microfacets microfacets = Microfacets::kGgx;
   Rgb eta{0.2f, 0.92f, 1.1f};  // conductor: complex index of refraction eta + i k
   Rgb k{3.9f, 2.45f, 2.14f};
