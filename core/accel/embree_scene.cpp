@@ -55,16 +55,14 @@ void filter_hits(const RTCFilterFunctionNArguments* args) {
     hit.barycentric = {RTCHitN_u(args->hit, n, i), RTCHitN_v(args->hit, n, i)};
     hit.ng = {RTCHitN_Ng_x(args->hit, n, i), RTCHitN_Ng_y(args->hit, n, i),
               RTCHitN_Ng_z(args->hit, n, i)};
-    hit.mesh = MeshId(RTCHitN_geomID(args->hit, n, i));
-    if (const unsigned instance = RTCHitN_instID(args->hit, n, i, 0);
-        instance != RTC_INVALID_GEOMETRY_ID)
-      hit.mesh = MeshId(instance);
+    const unsigned instance = RTCHitN_instID(args->hit, n, i, 0);
+    hit.mesh =
+        MeshId(instance == RTC_INVALID_GEOMETRY_ID ? RTCHitN_geomID(args->hit, n, i) : instance);
     hit.triangle = RTCHitN_primID(args->hit, n, i);
     if (filter.passes(ray, hit)) args->valid[i] = 0;
   }
 }
 
-// `filter`: null, or of all meshes.
 Result<RTCGeometry> make_geometry(RTCDevice device, const Mesh& mesh, HitFilter* filter) {
   RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
   // Embree pads the buffers it allocates, as its vector loads need; a std::vector has no padding.
@@ -114,10 +112,10 @@ void attach_instance(RTCDevice device, RTCScene scene, RTCScene mesh, const Tran
 struct EmbreeScene::Impl {
   RTCDevice device = nullptr;
   RTCScene scene = nullptr;
-  HitFilter filter;
   std::vector<RTCScene> instanced;  // by MeshId; null: not instanced
   size_t mesh_count = 0;
   std::vector<Mat3> normals_to_world;  // by instance
+  HitFilter filter;
   ~Impl() {
     for (RTCScene mesh : instanced)
       if (mesh) rtcReleaseScene(mesh);
@@ -144,8 +142,8 @@ Result<std::unique_ptr<EmbreeScene>> EmbreeScene::build(const Scene& scene, int 
   filtered.resize(scene.meshes.size() + scene.instances.size());
   for (size_t i = 0; i < scene.instances.size(); ++i) {
     const uint32_t m = scene.instances[i].mesh.value;
-    if (!impl->instanced[m]) impl->instanced[m] = make_scene(impl->device);
     if (filtered[scene.meshes.size() + i]) filtered[m] = true;
+    if (!impl->instanced[m]) impl->instanced[m] = make_scene(impl->device);
   }
   for (size_t m = 0; m < scene.meshes.size(); ++m) {
     if (scene.meshes[m].triangles.empty()) continue;

@@ -34,9 +34,9 @@ struct alignas(16) OcclusionRay {
   uint32_t mask = ~0u, id = 0, flags = 0;
 };
 
-// Hits that do not count. `passes` is asked of every hit on the meshes named and on others that
-// share their triangles, in no order, by any thread; it must answer the same whenever it is asked.
-// On an instance the ray and the normal are in the mesh's space.
+// Hits that do not count. `passes` is asked of every hit on the meshes named (with an instance that
+// is, on all instances of its mesh, the ray in the mesh's space), in no order, by any thread; it
+// must answer the same whenever it is asked.
 struct HitFilter {
   std::vector<bool> meshes;  // by Hit::mesh
   std::function<bool(const Ray& ray, const Hit& hit)> passes;

@@ -1,34 +1,18 @@
 #include "core/image/texture_cache.h"
 
-#include <OpenImageIO/texture.h>
-
+#include <algorithm>
 #include <atomic>
-#include <exception>
-#include <map>
+#include <cmath>
+#include <limits>
 #include <mutex>
-#include <thread>
-#include <vector>
 
+#include "core/image/picture_reader.h"
 #include "core/image/tonemap.h"
 
 namespace qray {
 namespace {
 
-OIIO::TextureOpt::Wrap oiio_wrap(TextureWrap wrap) {
-  switch (wrap) {
-    case TextureWrap::kClamp:
-      return OIIO::TextureOpt::WrapClamp;
-    case TextureWrap::kMirror:
-      return OIIO::TextureOpt::WrapMirror;
-    case TextureWrap::kRepeat:
-      break;
-  }
-  return OIIO::TextureOpt::WrapPeriodic;
-}
-
-struct DestroySystem {
-  void operator()(OIIO::TextureSystem* system) const { OIIO::TextureSystem::destroy(system, true); }
-};
+constexpr size_t kMaxLevels = 32;
 
 // No fraction is left beyond; also stops NaN.
 bool is_near(Vec2 uv) {
@@ -36,121 +20,288 @@ bool is_near(Vec2 uv) {
   return std::abs(uv.x) < kFarthest && std::abs(uv.y) < kFarthest;
 }
 
-struct Entry {
-  OIIO::TextureSystem::TextureHandle* file;
-  OIIO::TextureOpt options;
-  bool srgb;
-  int alpha_channel;  // -1: none
-  Vec2 texel;
-};
+// Into [0, 1], with the texels beyond either end as the wrap has them.
+float wrap(float u, TextureWrap mode) {
+  if (mode == TextureWrap::kRepeat) return u - std::floor(u);
+  if (mode == TextureWrap::kClamp) return std::clamp(u, 0.0f, 1.0f);
+  const float m = u - 2 * std::floor(0.5f * u);
+  return m > 1 ? 2 - m : m;
+}
+int wrap(int i, int count, TextureWrap mode) {
+  if (mode == TextureWrap::kRepeat) return i < 0 ? count - 1 : i >= count ? 0 : i;
+  return std::clamp(i, 0, count - 1);
+}
+
+// Stored 8-bit values as linear light.
+const std::array<float, 256>& linear_of_srgb() {
+  static const std::array<float, 256> table = [] {
+    std::array<float, 256> t{};
+    for (size_t i = 0; i < 256; ++i) t[i] = srgb_to_linear(static_cast<float>(i) / 255);
+    return t;
+  }();
+  return table;
+}
 
 }  // namespace
 
-struct TextureCache::Impl {
-  std::unique_ptr<OIIO::TextureSystem, DestroySystem> system{
-      OIIO::TextureSystem::create(/*shared=*/false)};
-  std::vector<Entry> entries;
-  const uint64_t id = ++last_id;
-
-  ~Impl() {
-    for (const auto& [thread, info] : thread_infos) system->destroy_thread_info(info);
+class TextureCache::Picture {
+ public:
+  Picture(const Texture& texture, const PictureInfo& info) : texture_(texture), info_(info) {
+    while (level_count_ < kMaxLevels &&
+           (width(level_count_ - 1) > 1 || height(level_count_ - 1) > 1))
+      ++level_count_;
+    // A step of one in the mesh's u, or v, in texels.
+    const auto& u = texture.uv_transform.u;
+    const auto& v = texture.uv_transform.v;
+    const auto w = static_cast<float>(info.width), h = static_cast<float>(info.height);
+    texels_per_uv_ = {std::hypot(u[0] * w, v[0] * h), std::hypot(u[1] * w, v[1] * h)};
   }
 
-  // The calling thread's. The system's own would outlive it in threads that go on, and a later
-  // system at the same address would read the pictures of this one.
-  OIIO::TextureSystem::Perthread* thread_info() const {
-    thread_local uint64_t owner = 0;
-    thread_local OIIO::TextureSystem::Perthread* info = nullptr;
-    if (owner != id) {
-      const std::lock_guard lock(mutex);
-      OIIO::TextureSystem::Perthread*& known = thread_infos[std::this_thread::get_id()];
-      if (!known) known = system->create_thread_info();
-      info = known;
-      owner = id;
-    }
-    return info;
+  Vec2 texel() const {
+    constexpr float kLeast = 1e-6f;
+    return {1 / std::max(texels_per_uv_.x, kLeast), 1 / std::max(texels_per_uv_.y, kLeast)};
+  }
+  bool has_alpha() const { return info_.alpha_channel >= 0; }
+
+  // Bytes of this level and all above.
+  size_t bytes_from(size_t level) const {
+    size_t sum = 0;
+    for (size_t l = level; l < level_count_; ++l)
+      sum += value_count(l) * (info_.is_8_bit ? 1 : sizeof(float));
+    return sum;
+  }
+  size_t finest() const { return finest_; }
+  bool can_lose_finest() const { return finest_ + 1 < level_count_; }
+  void lose_finest() { ++finest_; }
+  size_t size_bytes() const {
+    size_t sum = 0;
+    for (const auto& level : levels_)
+      if (const Level* l = level.load()) sum += l->bytes.size() + l->floats.size() * sizeof(float);
+    return sum;
   }
 
-  // Clears the error of the system on failure.
-  bool read(const Entry& entry, Vec2 uv, float* rgb) const {
-    OIIO::TextureOpt options = entry.options;  // the system writes to it
-    return system->texture(entry.file, thread_info(), options, uv.x, uv.y, 0, 0, 0, 0, 3, rgb);
+  struct Value {
+    float channel[4] = {0, 0, 0, 0};
+  };
+  Value lookup(TexturePoint at) const;
+  Rgb color(const Value& v) const {
+    const int colors = info_.channels - (has_alpha() ? 1 : 0);
+    return colors == 1 ? Rgb{v.channel[0]} : Rgb{v.channel[0], v.channel[1], v.channel[2]};
   }
+  float alpha(const Value& v) const { return v.channel[info_.alpha_channel]; }
 
  private:
-  static inline std::atomic<uint64_t> last_id = 0;
-  mutable std::mutex mutex;
-  mutable std::map<std::thread::id, OIIO::TextureSystem::Perthread*> thread_infos;
+  struct Level {
+    int width, height;
+    std::vector<uint8_t> bytes;  // as stored: of 8-bit pictures
+    std::vector<float> floats;   // linear: of others
+  };
+  int width(size_t level) const { return shrunk(info_.width, level); }
+  int height(size_t level) const { return shrunk(info_.height, level); }
+  static int shrunk(int size, size_t level) {
+    return static_cast<int>((static_cast<int64_t>(size) + (int64_t{1} << level) - 1) >> level);
+  }
+  size_t value_count(size_t level) const {
+    return static_cast<size_t>(width(level)) * static_cast<size_t>(height(level)) *
+           static_cast<size_t>(info_.channels);
+  }
+  bool is_encoded(int channel) const { return texture_.srgb && channel != info_.alpha_channel; }
+  size_t level_for(float width) const;
+  const Level& level(size_t index) const;
+  void read(size_t index) const;
+  void add_row(std::vector<std::unique_ptr<Level>>& out, std::vector<std::vector<float>>& waiting,
+               size_t level, size_t row, std::vector<float> values) const;
+  void store(Level& level, size_t row, std::span<const float> values) const;
+  void keep_bytes(Level& level, size_t row, std::span<const float> stored) const;
+  void fetch(const Level& level, int x, int y, float weight, Value& out) const;
+
+  const Texture texture_;
+  const PictureInfo info_;
+  size_t level_count_ = 1, finest_ = 0;
+  Vec2 texels_per_uv_;
+  mutable std::mutex reading_;
+  mutable std::array<std::atomic<const Level*>, kMaxLevels> levels_{};
+  mutable std::vector<std::unique_ptr<Level>> owned_;
 };
 
-TextureCache::TextureCache(int max_memory_mb) : impl_(std::make_unique<Impl>()) {
-  OIIO::TextureSystem& system = *impl_->system;
-  system.attribute("max_memory_MB", static_cast<float>(max_memory_mb));
-  system.attribute("autotile", 64);  // so that a scanline file is not kept whole
-  system.attribute("automip", 0);
-  system.attribute("gray_to_rgb", 1);
-  system.attribute("unassociatedalpha", 1);
-  system.attribute("flip_t", 1);
+// Texels of at most a third of the width: they then add at most a third to the variance of a
+// pixel's own box.
+size_t TextureCache::Picture::level_for(float width) const {
+  const float texels = width * std::min(texels_per_uv_.x, texels_per_uv_.y);
+  if (!(texels >= 6) || texture_.nearest) return finest_;
+  return std::clamp(static_cast<size_t>(std::ilogb(texels / 3)), finest_, level_count_ - 1);
 }
 
+const TextureCache::Picture::Level& TextureCache::Picture::level(size_t index) const {
+  if (const Level* there = levels_[index].load(std::memory_order_acquire)) return *there;
+  const std::lock_guard guard(reading_);
+  if (!levels_[index].load(std::memory_order_relaxed)) read(index);
+  return *levels_[index].load(std::memory_order_relaxed);
+}
+
+// Every level is averaged from the file's texels on, whichever was asked for: the bits are the
+// same.
+void TextureCache::Picture::read(size_t index) const {
+  std::vector<std::unique_ptr<Level>> made(level_count_);
+  for (size_t l = index; l < level_count_ && !levels_[l].load(); ++l) {
+    made[l] = std::make_unique<Level>(Level{width(l), height(l), {}, {}});
+    if (info_.is_8_bit)
+      made[l]->bytes.resize(value_count(l));
+    else
+      made[l]->floats.resize(value_count(l));
+  }
+  std::vector<std::vector<float>> waiting(level_count_);
+  size_t row = 0;
+  const size_t channels = static_cast<size_t>(info_.channels);
+  // A file that breaks off leaves the rest black.
+  (void)read_picture_rows(
+      texture_.path, texture_.bytes.get(), info_.height, [&](std::span<const float> stored) {
+        if (made[0] && info_.is_8_bit) keep_bytes(*made[0], row, stored);
+        std::vector<float> linear(stored.begin(), stored.end());
+        linear.resize(static_cast<size_t>(info_.width) * channels);  // if the file changed
+        for (size_t i = 0; i < linear.size(); ++i) {
+          const bool encoded = is_encoded(static_cast<int>(i % channels));
+          if (info_.is_8_bit)
+            linear[i] = encoded ? linear_of_srgb()[static_cast<size_t>(linear[i] + 0.5f) & 255]
+                                : linear[i] / 255;
+          else if (encoded)
+            linear[i] = srgb_to_linear(linear[i]);
+        }
+        add_row(made, waiting, 0, row++, std::move(linear));
+      });
+  for (size_t l = level_count_; l-- > 0;) {
+    if (!made[l]) continue;
+    levels_[l].store(made[l].get(), std::memory_order_release);
+    owned_.push_back(std::move(made[l]));
+  }
+}
+
+// Keeps a row of linear values, and hands its mean with the one before it to the next level.
+void TextureCache::Picture::add_row(std::vector<std::unique_ptr<Level>>& out,
+                                    std::vector<std::vector<float>>& waiting, size_t level,
+                                    size_t row, std::vector<float> values) const {
+  if (row >= static_cast<size_t>(height(level))) return;
+  if (out[level] && !(level == 0 && info_.is_8_bit)) store(*out[level], row, values);
+  if (level + 1 == level_count_) return;
+  const bool last = row + 1 == static_cast<size_t>(height(level));
+  if (row % 2 == 0 && !last) {
+    waiting[level] = std::move(values);
+    return;
+  }
+  const std::vector<float>& other = row % 2 ? waiting[level] : values;
+  const size_t channels = static_cast<size_t>(info_.channels);
+  const size_t count = static_cast<size_t>(width(level)), half = (count + 1) / 2;
+  std::vector<float> mean(half * channels);
+  for (size_t x = 0; x < half; ++x) {
+    const size_t a = 2 * x * channels, b = std::min(2 * x + 1, count - 1) * channels;
+    for (size_t c = 0; c < channels; ++c)
+      mean[x * channels + c] =
+          0.25f * (values[a + c] + values[b + c] + other[a + c] + other[b + c]);
+  }
+  add_row(out, waiting, level + 1, row / 2, std::move(mean));
+}
+
+void TextureCache::Picture::keep_bytes(Level& level, size_t row,
+                                       std::span<const float> stored) const {
+  const size_t begin = row * static_cast<size_t>(level.width * info_.channels);
+  for (size_t i = 0; i < stored.size() && begin + i < level.bytes.size(); ++i)
+    level.bytes[begin + i] = static_cast<uint8_t>(stored[i] + 0.5f);
+}
+
+void TextureCache::Picture::store(Level& level, size_t row, std::span<const float> values) const {
+  const size_t begin = row * values.size();
+  if (!info_.is_8_bit) {
+    std::copy(values.begin(), values.end(), level.floats.begin() + static_cast<ptrdiff_t>(begin));
+    return;
+  }
+  for (size_t i = 0; i < values.size(); ++i) {
+    const int channel = static_cast<int>(i % static_cast<size_t>(info_.channels));
+    const float v = is_encoded(channel) ? linear_to_srgb(values[i]) : values[i];
+    level.bytes[begin + i] = static_cast<uint8_t>(std::clamp(v, 0.0f, 1.0f) * 255 + 0.5f);
+  }
+}
+
+void TextureCache::Picture::fetch(const Level& level, int x, int y, float weight,
+                                  Value& out) const {
+  const size_t at =
+      (static_cast<size_t>(y) * static_cast<size_t>(level.width) + static_cast<size_t>(x)) *
+      static_cast<size_t>(info_.channels);
+  for (int c = 0; c < info_.channels; ++c) {
+    const size_t i = at + static_cast<size_t>(c);
+    const float v = !info_.is_8_bit ? level.floats[i]
+                    : is_encoded(c) ? linear_of_srgb()[level.bytes[i]]
+                                    : static_cast<float>(level.bytes[i]) * (1 / 255.0f);
+    out.channel[c] += weight * v;
+  }
+}
+
+TextureCache::Picture::Value TextureCache::Picture::lookup(TexturePoint at) const {
+  Value out;
+  const Vec2 uv = texture_.uv_transform(at.uv);
+  if (!is_near(uv)) return out;
+  const size_t index = level_for(at.width);
+  const Level& l = level(index);
+  const float scale = std::ldexp(1.0f, -static_cast<int>(index));
+  const float x = wrap(uv.x, texture_.wrap_u) * static_cast<float>(info_.width) * scale;
+  const float y = wrap(1 - uv.y, texture_.wrap_v) * static_cast<float>(info_.height) * scale;
+  const auto column = [&](int i) { return wrap(i, l.width, texture_.wrap_u); };
+  const auto row = [&](int i) { return wrap(i, l.height, texture_.wrap_v); };
+  if (texture_.nearest) {
+    fetch(l, column(std::min(static_cast<int>(x), l.width - 1)),
+          row(std::min(static_cast<int>(y), l.height - 1)), 1, out);
+    return out;
+  }
+  const float left = std::floor(x - 0.5f), top = std::floor(y - 0.5f);
+  const float fx = x - 0.5f - left, fy = y - 0.5f - top;
+  const int x0 = static_cast<int>(left), y0 = static_cast<int>(top);
+  fetch(l, column(x0), row(y0), (1 - fx) * (1 - fy), out);
+  fetch(l, column(x0 + 1), row(y0), fx * (1 - fy), out);
+  fetch(l, column(x0), row(y0 + 1), (1 - fx) * fy, out);
+  fetch(l, column(x0 + 1), row(y0 + 1), fx * fy, out);
+  return out;
+}
+
+TextureCache::TextureCache(size_t max_bytes) : max_bytes_(max_bytes) {}
 TextureCache::~TextureCache() = default;
 
-Result<int> TextureCache::open(const std::filesystem::path& path, bool srgb, TextureWrap wrap) {
-  std::error_code ec;
-  if (!std::filesystem::is_regular_file(path, ec)) {
-    return Error{ErrorCode::kNotFound, "no such texture file", path.string()};
-  }
-  Entry entry{nullptr, {}, srgb, -1, {}};
-  entry.options.swrap = entry.options.twrap = oiio_wrap(wrap);
-  entry.options.mipmode = OIIO::TextureOpt::MipModeNoMIP;
-  entry.options.interpmode = OIIO::TextureOpt::InterpBilinear;
-  try {
-    entry.file = impl_->system->get_texture_handle(OIIO::ustring(path.string()));
-    float rgb[3];
-    if (entry.file == nullptr || !impl_->system->good(entry.file) ||
-        !impl_->read(entry, {0.5f, 0.5f}, rgb)) {
-      return Error{ErrorCode::kInvalid, "expected a picture: " + impl_->system->geterror(),
-                   path.string()};
+Result<int> TextureCache::open(const Texture& texture) {
+  const Result<PictureInfo> info = read_picture_info(texture.path, texture.bytes.get());
+  if (!info) return info.error();
+  const Status first_row = read_picture_rows(texture.path, texture.bytes.get(), 1, [](auto) {});
+  if (!first_row.ok()) return first_row.error();
+  pictures_.push_back(std::make_unique<Picture>(texture, info.value()));
+  for (;;) {
+    size_t total = 0, most = 0;
+    Picture* largest = nullptr;
+    for (const auto& picture : pictures_) {
+      const size_t bytes = picture->bytes_from(picture->finest());
+      total += bytes;
+      if (bytes > most && picture->can_lose_finest()) most = bytes, largest = picture.get();
     }
-    if (const OIIO::ImageSpec* spec = impl_->system->imagespec(entry.file)) {
-      entry.alpha_channel = spec->alpha_channel;
-      entry.texel = {1 / static_cast<float>(spec->width), 1 / static_cast<float>(spec->height)};
-    }
-  } catch (const std::exception& e) {
-    return Error{ErrorCode::kInvalid, std::string("expected a picture: ") + e.what(),
-                 path.string()};
+    if (total <= max_bytes_ || !largest) break;
+    largest->lose_finest();
   }
-  impl_->entries.push_back(entry);
-  return static_cast<int>(impl_->entries.size()) - 1;
+  return static_cast<int>(pictures_.size()) - 1;
 }
 
-Rgb TextureCache::lookup(int handle, Vec2 uv) const {
-  const Entry& entry = impl_->entries[static_cast<size_t>(handle)];
-  if (!is_near(uv)) return {};
-  float rgb[3] = {0, 0, 0};
-  if (!impl_->read(entry, uv, rgb)) {
-    impl_->system->geterror();  // or the messages of a lost file pile up
-    return {};
-  }
-  const Rgb value{rgb[0], rgb[1], rgb[2]};
-  return entry.srgb ? srgb_to_linear(value) : value;
+Rgb TextureCache::lookup(int handle, TexturePoint at) const {
+  const Picture& picture = *pictures_[static_cast<size_t>(handle)];
+  return picture.color(picture.lookup(at));
 }
 
-float TextureCache::lookup_alpha(int handle, Vec2 uv) const {
-  const Entry& entry = impl_->entries[static_cast<size_t>(handle)];
-  if (entry.alpha_channel < 0) return 1;
-  if (!is_near(uv)) return 0;
-  OIIO::TextureOpt options = entry.options;
-  options.firstchannel = entry.alpha_channel;
-  float alpha = 0;
-  if (!impl_->system->texture(entry.file, impl_->thread_info(), options, uv.x, uv.y, 0, 0, 0, 0, 1,
-                              &alpha))
-    impl_->system->geterror();
-  return alpha;
+float TextureCache::lookup_alpha(int handle, TexturePoint at) const {
+  const Picture& picture = *pictures_[static_cast<size_t>(handle)];
+  return picture.has_alpha() ? picture.alpha(picture.lookup(at)) : 1;
 }
 
 Vec2 TextureCache::texel(int handle) const {
-  return impl_->entries[static_cast<size_t>(handle)].texel;
+  return pictures_[static_cast<size_t>(handle)]->texel();
+}
+
+size_t TextureCache::size_bytes() const {
+  size_t sum = 0;
+  for (const auto& picture : pictures_) sum += picture->size_bytes();
+  return sum;
 }
 
 }  // namespace qray

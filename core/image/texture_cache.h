@@ -1,13 +1,16 @@
-// Image textures through OpenImageIO's texture system: tiles are read on demand and kept within a
-// memory limit. Bilinear lookups at full resolution. Values are what the file stores, or linear
-// light where `srgb` says the file is display-encoded (decoded after the filter). Lookups: any
-// thread, but not while one opens.
+// Image textures, each as fine as lookups ask for: a picture's levels, every one half the size of
+// the one below, are made of the file when a lookup first needs one, with the coarser ones on the
+// way; finer ones cost nothing until then. Averages are of linear light. OpenImageIO reads the
+// files. Lookups: any thread, but not while one opens; what they give does not depend on their
+// order.
 #pragma once
 
 #include <array>
 #include <filesystem>
 #include <memory>
+#include <vector>
 
+#include "core/base/byte_io.h"
 #include "core/base/result.h"
 #include "core/math/vec.h"
 
@@ -24,25 +27,48 @@ struct UvTransform {
   bool operator==(const UvTransform&) const = default;
 };
 
+struct Texture {
+  std::filesystem::path path;  // absolute once loaded; with `bytes`: a name for messages
+  bool srgb = true;            // display-encoded, as 8-bit colour pictures are
+  TextureWrap wrap_u = TextureWrap::kRepeat, wrap_v = TextureWrap::kRepeat;
+  bool nearest = false;                // texels are squares, not interpolated
+  UvTransform uv_transform;            // from the mesh's uv to the picture's, v = 0 at its bottom
+  std::shared_ptr<const Bytes> bytes;  // the picture's file, where it is not one on disk
+};
+
+// Where to look a texture up.
+struct TexturePoint {
+  TexturePoint() = default;
+  TexturePoint(Vec2 uv_, float width_ = 0) : uv(uv_), width(width_) {}
+  Vec2 uv;  // the mesh's
+  float width =
+      0;  // in uv, of the surface that the sample stands for: detail below it may be averaged
+};
+
 class TextureCache {
  public:
-  explicit TextureCache(int max_memory_mb = 256);
+  // Textures that would take more than `max_bytes` in all lose their finest levels, the largest
+  // first.
+  explicit TextureCache(size_t max_bytes = size_t{1} << 30);
   ~TextureCache();
   TextureCache(const TextureCache&) = delete;
   TextureCache& operator=(const TextureCache&) = delete;
 
   // A handle for `lookup`; an error when the file is missing or no picture.
-  Result<int> open(const std::filesystem::path& path, bool srgb, TextureWrap wrap);
-  // v = 0 is the bottom edge. Black where the file can no longer be read or uv is beyond 2^24 or
-  // NaN.
-  Rgb lookup(int handle, Vec2 uv) const;
-  // The same of the alpha channel as it is stored; 1 where the file has none.
-  float lookup_alpha(int handle, Vec2 uv) const;
-  Vec2 texel(int handle) const;  // its size in uv
+  Result<int> open(const Texture& texture);
+  // v = 0 is the bottom edge. Linear where the texture is display-encoded, else what the file
+  // stores. Texels are at most a third as wide as the point's width, or the finest. Black where the
+  // file can no longer be read or uv is beyond 2^24 or NaN.
+  Rgb lookup(int handle, TexturePoint at) const;
+  // The same of the alpha channel; 1 where the file has none.
+  float lookup_alpha(int handle, TexturePoint at) const;
+  Vec2 texel(int handle) const;  // its size in the mesh's uv
+  size_t size_bytes() const;     // of the levels that are there
 
  private:
-  struct Impl;
-  std::unique_ptr<Impl> impl_;
+  class Picture;
+  size_t max_bytes_;
+  std::vector<std::unique_ptr<Picture>> pictures_;
 };
 
 }  // namespace qray

@@ -70,22 +70,35 @@ class Reader {
       node.fail("\"" + node.string() + "\" is taken, expected a name of its own");
   }
 
+  static TextureWrap wrap(const JsonNode& node) {
+    if (node.is_string()) {
+      const std::string& name = node.string();
+      if (name == "repeat") return TextureWrap::kRepeat;
+      if (name == "clamp") return TextureWrap::kClamp;
+      if (name == "mirror") return TextureWrap::kMirror;
+    }
+    node.fail_expected("one of repeat, clamp, mirror");
+  }
+  // One for both axes, or one of each.
+  static void read_wrap(const JsonNode& node, Texture& texture) {
+    const bool two = node.is_array() && node.size() == 2;
+    texture.wrap_u = wrap(two ? node.at(0) : node);
+    texture.wrap_v = wrap(two ? node.at(1) : node);
+  }
+
   void read_textures(const JsonNode& list) {
     for (size_t i = 0; i < list.size(); ++i) {
       const JsonNode node = list.at(i);
-      node.only({"name", "path", "srgb", "wrap"});
+      node.only({"name", "path", "srgb", "wrap", "nearest", "uv_transform"});
       add_name(node.get("name"), textures_, i);
       Texture texture;
       texture.path = std::filesystem::absolute(resolve(node.get("path")));
       if (const auto v = node.find("srgb")) texture.srgb = v->boolean();
-      if (const auto v = node.find("wrap")) {
-        const std::string& wrap = v->string();
-        if (wrap == "clamp")
-          texture.wrap_u = texture.wrap_v = TextureWrap::kClamp;
-        else if (wrap == "mirror")
-          texture.wrap_u = texture.wrap_v = TextureWrap::kMirror;
-        else if (wrap != "repeat")
-          v->fail_expected("one of repeat, clamp, mirror");
+      if (const auto v = node.find("nearest")) texture.nearest = v->boolean();
+      if (const auto v = node.find("wrap")) read_wrap(*v, texture);
+      if (const auto v = node.find("uv_transform")) {
+        const std::vector<float> m = v->numbers(6);
+        texture.uv_transform = {{m[0], m[1], m[2]}, {m[3], m[4], m[5]}};
       }
       out_.scene.textures.push_back(std::move(texture));
     }
@@ -129,8 +142,8 @@ class Reader {
   void read_meshes(const JsonNode& list) {
     for (size_t i = 0; i < list.size(); ++i) {
       const JsonNode node = list.at(i);
-      node.only({"name", "material", "positions", "triangles", "quads", "normals", "uvs", "file",
-                 "quad", "box", "sphere", "cylinder", "disk", "transform", "flip"});
+      node.only({"name", "material", "positions", "triangles", "quads", "normals", "uvs", "colors",
+                 "file", "quad", "box", "sphere", "cylinder", "disk", "transform", "flip"});
       const size_t first = out_.scene.meshes.size();
       Mesh mesh = read_shape(node, limits_);
       if (const auto name = node.find("name")) mesh.name = name->string();

@@ -47,6 +47,12 @@ Mesh read_inline(const JsonNode& node, const SceneLimits& limits) {
       mesh.uvs.push_back({uv[0], uv[1]});
     }
   }
+  if (const auto colors = node.find("colors")) {
+    for (size_t i = 0; i < colors->size(); ++i) {
+      const std::vector<float> c = colors->at(i).numbers(3);
+      mesh.colors.push_back({c[0], c[1], c[2]});
+    }
+  }
   if (node.has("triangles") == node.has("quads"))
     node.fail("expected either \"triangles\" or \"quads\" with \"positions\"");
   const bool quads = node.has("quads");
@@ -166,7 +172,7 @@ Mesh read_shape(const JsonNode& node, const SceneLimits& limits) {
         "\"cylinder\", \"disk\"");
   }
   if (shape != "positions") {
-    for (const char* key : {"triangles", "quads", "normals", "uvs"})
+    for (const char* key : {"triangles", "quads", "normals", "uvs", "colors"})
       if (const auto v = node.find(key)) v->fail("expected only with \"positions\"");
   }
   if (shape == "file") return {};

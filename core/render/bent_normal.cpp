@@ -17,9 +17,9 @@ bool tangents(const TriangleEdges& e, Vec3 ns, Tangents& out) {
   return length(out.du) > 1e-12f && length(out.dv) > 1e-12f;
 }
 
-Vec3 mapped(const MaterialTextures& textures, const Material& m, Vec2 uv, Vec3 ns,
+Vec3 mapped(const MaterialTextures& textures, const Material& m, TexturePoint at, Vec3 ns,
             const Tangents& t) {
-  const Rgb texel = textures.rgb(m.normal_map, uv);
+  const Rgb texel = textures.rgb(m.normal_map, at);
   const float x = (2 * texel.r - 1) * m.normal_scale, y = (2 * texel.g - 1) * m.normal_scale;
   const float z = std::max(2 * texel.b - 1, 1e-3f);
   const Vec3 tangent = normalize(t.du);
@@ -28,11 +28,15 @@ Vec3 mapped(const MaterialTextures& textures, const Material& m, Vec2 uv, Vec3 n
   return normalize(tangent * x + bitangent * y + ns * z);
 }
 
-// Heights displace the surface along ns; the slope is taken over one texel.
-Vec3 bumped(const MaterialTextures& textures, const Material& m, Vec2 uv, Vec3 ns,
+// Heights displace the surface along ns; the slope is taken over one texel, or what is
+// seen as one.
+Vec3 bumped(const MaterialTextures& textures, const Material& m, TexturePoint at, Vec3 ns,
             const Tangents& t) {
-  const Vec2 half = textures.texel(m.bump_map.texture) * 0.5f;
-  const auto height = [&](float u, float v) { return textures.number(m.bump_map, {u, v}); };
+  const Vec2 uv = at.uv, texel = textures.texel(m.bump_map.texture);
+  const Vec2 half = Vec2{std::max(texel.x, at.width), std::max(texel.y, at.width)} * 0.5f;
+  const auto height = [&](float u, float v) {
+    return textures.number(m.bump_map, TexturePoint({u, v}, at.width));
+  };
   const float slope_u = (height(uv.x + half.x, uv.y) - height(uv.x - half.x, uv.y)) / (2 * half.x);
   const float slope_v = (height(uv.x, uv.y + half.y) - height(uv.x, uv.y - half.y)) / (2 * half.y);
   Vec3 n = cross(t.du + ns * slope_u, t.dv + ns * slope_v);
@@ -44,11 +48,14 @@ Vec3 bumped(const MaterialTextures& textures, const Material& m, Vec2 uv, Vec3 n
 }  // namespace
 
 TriangleEdges triangle_edges(const Mesh& mesh, const Transform* to_world, uint32_t triangle) {
-  const auto [a, b, c] = mesh.triangles[triangle];
-  const auto at = [&](uint32_t v) {
-    return to_world ? to_world->point(mesh.positions[v]) : mesh.positions[v];
-  };
-  return {at(b) - at(a), at(c) - at(a), mesh.uvs[b] - mesh.uvs[a], mesh.uvs[c] - mesh.uvs[a]};
+  const auto& v = mesh.triangles[triangle];
+  Vec3 p[3];
+  for (size_t k = 0; k < 3; ++k) {
+    p[k] = mesh.positions[v[k]];
+    if (to_world) p[k] = to_world->point(p[k]);
+  }
+  const Vec2 uv = mesh.uvs[v[0]];
+  return {p[1] - p[0], p[2] - p[0], mesh.uvs[v[1]] - uv, mesh.uvs[v[2]] - uv};
 }
 
 Vec3 seen_normal(Vec3 n, Vec3 ng, Vec3 wo) {

@@ -15,7 +15,7 @@ struct TriangleEdges {
   Vec3 e1, e2;
   Vec2 uv1, uv2;
 };
-// pre: the mesh has uvs. `to_world`: an instance's, or null.
+// Of a mesh with uvs; `to_world`: an instance's, or null.
 TriangleEdges triangle_edges(const Mesh& mesh, const Transform* to_world, uint32_t triangle);
 
 // In place of the surface's ns, seen from wo. World space, unit.

@@ -35,7 +35,7 @@ Rgb value_at(const PreparedScene& scene, DebugView view, const Guide* guide, boo
   if (shows_guide(view)) return guide_color(view, *guide, learned, *seen);
   if (view == DebugView::kAlbedo) {
     const MaterialShading& material = scene.resolve(*seen->mesh, seen->point.uv, 0.5f);
-    return material.bsdf->albedo(scene.shading_point(material, seen->point.uv),
+    return material.bsdf->albedo(scene.shading_point(material, seen->point),
                                  Frame(seen->point.ns).to_local(-ray.d));
   }
   const Vec3 n = seen->point.ns * 0.5f;

@@ -31,7 +31,7 @@ Features features_along(const PreparedScene& scene, Ray ray, float diagonal) {
     const SurfacePoint at = scene.surface_at(ray, hit);
     const MeshShading& mesh = scene.meshes[hit.mesh.value];
     const MaterialShading& material = scene.resolve(mesh, at.uv, 0.5f);
-    const ShadingPoint sp = scene.shading_point(material, at.uv);
+    const ShadingPoint sp = scene.shading_point(material, at);
     const Frame frame(at.ns);
     const Vec3 wo = frame.to_local(-ray.d);
     length += hit.t;

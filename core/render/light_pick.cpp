@@ -22,7 +22,7 @@ float brightness_share(const Mesh& mesh, const Material& material, uint32_t tria
     const Vec2 b = square_to_triangle({(static_cast<float>(i / kSteps) + 0.5f) / kSteps,
                                        (static_cast<float>(i % kSteps) + 0.5f) / kSteps});
     SurfacePoint surface;
-    interpolate_vertices(mesh, nullptr, triangle, b, surface);
+    interpolate_vertices(mesh, triangle, b, surface);
     sum += luminance(textures.color(material.emission, surface.uv)) *
            textures.opacity(material, surface.uv);
   }

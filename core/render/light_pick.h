@@ -14,10 +14,10 @@
 namespace qray {
 
 struct LightSample {
-  Vec3 wi;             // unit, from the shaded point to the light
-  float distance = 0;  // metres; infinite for the environment
-  Rgb radiance;     // that arrives if nothing is in the way; punctual: irradiance facing the light
-  float pdf_w = 0;  // per steradian, the choice of light counted; punctual: of that choice alone
+  Vec3 wi;                // unit, from the shaded point to the light
+  float distance = 0;     // metres; infinite for the environment
+  Rgb radiance;           // that arrives if nothing is in the way; punctual: irradiance facing it
+  float pdf_w = 0;        // per steradian, the choice of light counted; punctual: of it alone
   bool punctual = false;  // no other sampling finds it
   bool varies = false;    // over the triangle: `radiance` is to be looked up at the point
   MeshId mesh;

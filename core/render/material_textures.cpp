@@ -4,21 +4,21 @@ namespace qray {
 
 Status MaterialTextures::open(const std::vector<Texture>& textures) {
   for (const Texture& texture : textures) {
-    Result<int> handle = cache_.open(texture.path, texture.srgb, texture.wrap_u);
+    Result<int> handle = cache_.open(texture);
     if (!handle.ok()) return handle.error();
     handles_.push_back(handle.value());
   }
   return {};
 }
 
-float MaterialTextures::number(const FloatParam& param, Vec2 uv) const {
+float MaterialTextures::number(const FloatParam& param, TexturePoint uv) const {
   if (!param.texture.valid()) return param.value;
   const int at = handle(param.texture);
   return param.value *
          (param.channel == 3 ? cache_.lookup_alpha(at, uv) : cache_.lookup(at, uv)[param.channel]);
 }
 
-ShadingPoint MaterialTextures::point(const Material& m, Vec2 uv) const {
+ShadingPoint MaterialTextures::point(const Material& m, TexturePoint uv) const {
   ShadingPoint sp;
   sp.reflectance = color(m.reflectance, uv);
   sp.roughness = number(m.roughness, uv);
@@ -31,7 +31,7 @@ ShadingPoint MaterialTextures::point(const Material& m, Vec2 uv) const {
   return sp;
 }
 
-float MaterialTextures::opacity(const Material& material, Vec2 uv) const {
+float MaterialTextures::opacity(const Material& material, TexturePoint uv) const {
   const float opacity = number(material.opacity, uv);
   if (material.alpha_cutoff > 0) return opacity >= material.alpha_cutoff ? 1.0f : 0.0f;
   return std::clamp(opacity, 0.0f, 1.0f);

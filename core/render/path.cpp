@@ -12,6 +12,9 @@ namespace {
 
 constexpr uint64_t kTimedEvery = 64;
 constexpr size_t kRaysAtOnce = 1024;
+// A scattered ray stands for a cone of its share of the sphere; textures are averaged over a tenth
+// of that across.
+constexpr float kSpreadOfScattering = 0.1f;
 constexpr float kLeastSurvival = 0.05f;
 // The root of the cost of a path so far over that of its going on, were noises known exactly (Rath
 // et al. 2022); they are not: see docs/guiding.md.
@@ -102,6 +105,11 @@ PathTracer::PathTracer(const PreparedScene& scene, const LightPick& lights,
       lights_(lights),
       settings_(settings),
       connects_(!lights.empty() && (settings.nee || lights.has_punctual())),
+      textured_(!scene.textures.empty()),
+      pixel_angle_(
+          2 *
+          std::tan(settings.camera.value_or(scene.scene.camera).vertical_fov_deg * (kPi / 360)) /
+          static_cast<float>(settings.height)),
       guide_(guide),
       guide_expects_(guide && guide->expects()),
       learner_(guide) {}
@@ -252,8 +260,9 @@ inline bool PathTracer::scatter(const Vertex& v, float u_lobe, Vec2 u) {
 Rgb PathTracer::walk(Ray ray, Sampler& sampler, float pixel_deviation, Rgb& pixel) {
   if (lights_.empty()) return {};  // black, whatever the path
   Rgb radiance, throughput{1.0f};
-  const Rgb* inside = nullptr;  // absorption along the ray; null: none
-  delta_ = true;                // nee cannot make the camera's ray
+  const Rgb* inside = nullptr;             // absorption along the ray; null: none
+  delta_ = true;                           // nee cannot make the camera's ray
+  float width = 0, spread = pixel_angle_;  // metres that the ray stands for, and more each metre
   for (int depth = 1;; ++depth) {
     // Drawn before the ray is traced: the processor then does both at once.
     const Sampler::Pairs u = sampler.next_pairs();
@@ -271,7 +280,8 @@ Rgb PathTracer::walk(Ray ray, Sampler& sampler, float pixel_deviation, Rgb& pixe
       return radiance;
     }
     const MeshShading& mesh = scene_.meshes[hit.mesh.value];
-    SurfacePoint surface = scene_.surface_at(ray, hit);
+    if (textured_) width += spread * hit.t;
+    SurfacePoint surface = scene_.surface_at(ray, hit, width);
     const Vec3 wo = -ray.d;
     const float cos_geometric = dot(wo, surface.ng);
 
@@ -310,7 +320,7 @@ Rgb PathTracer::walk(Ray ray, Sampler& sampler, float pixel_deviation, Rgb& pixe
              frame.to_local(wo),
              *material->bsdf,
              material->kind,
-             scene_.shading_point(*material, surface.uv),
+             scene_.shading_point(*material, surface),
              ray_offset(surface.p, hit.t),
              *material,
              inside,
@@ -360,6 +370,7 @@ Rgb PathTracer::walk(Ray ray, Sampler& sampler, float pixel_deviation, Rgb& pixe
     }
     if (!scattered) return radiance;
     throughput *= weight_;
+    if (textured_ && !delta_) spread += kSpreadOfScattering / std::sqrt(pdf_w_);
     inside = v.inside_along(wi_);
     ray = {v.ray_origin(wi_), wi_};
   }

@@ -71,6 +71,8 @@ class PathTracer {
   const LightPick& lights_;
   const RenderSettings& settings_;
   const bool connects_;  // surfaces to lights
+  const bool textured_;
+  const float pixel_angle_;  // radians across a pixel
   const Guide* guide_;
   const bool guide_expects_;
   Guiding guiding_ = Guiding::kOn;

@@ -43,7 +43,8 @@ MeshShading mesh_shading(const PreparedScene& prepared, const Placement& placed)
   const Mesh& mesh = *placed.mesh;
   MeshShading m{prepared.materials[placed.material.value], &mesh, placed.to_world, {}, false};
   m.bends = m.bends && !mesh.uvs.empty();
-  m.interpolated = !mesh.normals.empty() || (m.needs_uv() && !mesh.uvs.empty());
+  m.interpolated =
+      !mesh.normals.empty() || (m.needs_uv() && !mesh.uvs.empty()) || !mesh.colors.empty();
   if (placed.to_world) m.normals_to_world = placed.to_world->normals();
   return m;
 }
@@ -86,11 +87,11 @@ void PreparedScene::bend(const MaterialShading& material, const Hit& hit, Vec3 w
                          SurfacePoint& surface) const {
   const MeshShading& m = meshes[hit.mesh.value];
   if (m.mesh->uvs.empty()) return;
-  const TriangleEdges edges = triangle_edges(*m.mesh, m.to_world, hit.triangle);
-  surface.ns = bent_normal(textures, *material.material, edges, surface, wo);
+  surface.ns = bent_normal(textures, *material.material,
+                           triangle_edges(*m.mesh, m.to_world, hit.triangle), surface, wo);
 }
 
-float PreparedScene::opacity(const MaterialShading& material, Vec2 uv) const {
+float PreparedScene::opacity(const MaterialShading& material, TexturePoint uv) const {
   if (!material.masked) return 1;
   const Material& m = *material.material;
   const float own = textures.opacity(m, uv);
@@ -99,7 +100,7 @@ float PreparedScene::opacity(const MaterialShading& material, Vec2 uv) const {
                     opacity(materials[m.first.value], uv), opacity(materials[m.second.value], uv));
 }
 
-const MaterialShading& PreparedScene::resolve(const MaterialShading& material, Vec2 uv,
+const MaterialShading& PreparedScene::resolve(const MaterialShading& material, TexturePoint uv,
                                               float u) const {
   const MaterialShading* at = &material;
   while (at->blends) {
@@ -121,15 +122,24 @@ const MaterialShading& PreparedScene::resolve(const MaterialShading& material, V
 Rgb PreparedScene::emission_at(MeshId mesh, uint32_t triangle, Vec2 barycentric) const {
   const MeshShading& m = meshes[mesh.value];
   SurfacePoint surface;
-  if (m.interpolated) interpolate_vertices(*m.mesh, nullptr, triangle, barycentric, surface);
+  if (m.interpolated) interpolate_vertices(*m.mesh, triangle, barycentric, surface);
   return textures.color(m.material->emission, surface.uv) * opacity(m, surface.uv);
+}
+
+float PreparedScene::uv_per_metre(const MeshShading& mesh, uint32_t triangle) {
+  if (mesh.mesh->uvs.empty()) return 0;
+  const TriangleEdges e = triangle_edges(*mesh.mesh, mesh.to_world, triangle);
+  const auto ratio2 = [](Vec2 uv, Vec3 edge) {
+    return (uv.x * uv.x + uv.y * uv.y) / std::max(dot(edge, edge), 1e-30f);
+  };
+  return std::sqrt(
+      std::min({ratio2(e.uv1, e.e1), ratio2(e.uv2, e.e2), ratio2(e.uv2 - e.uv1, e.e2 - e.e1)}));
 }
 
 bool PreparedScene::passes(const Ray& ray, const Hit& hit) const {
   const MeshShading& m = meshes[hit.mesh.value];
   SurfacePoint surface;
-  if (m.interpolated)
-    interpolate_vertices(*m.mesh, nullptr, hit.triangle, hit.barycentric, surface);
+  if (m.interpolated) interpolate_vertices(*m.mesh, hit.triangle, hit.barycentric, surface);
   const float opacity = this->opacity(m, surface.uv);
   if (opacity <= 0 || opacity >= 1) return opacity <= 0;
   uint64_t key = static_cast<uint64_t>(hit.mesh.value) << 32 | hit.triangle;

@@ -20,9 +20,9 @@ namespace qray {
 
 // What a hit needs to know of its mesh or instance, side by side in memory.
 struct MeshShading : MaterialShading {
-  const Mesh* mesh = nullptr;           // null: seen by its instances alone
-  const Transform* to_world = nullptr;  // an instance's
-  std::optional<Mat3> normals_to_world;
+  const Mesh* mesh = nullptr;              // null: seen by its instances alone
+  const Transform* to_world = nullptr;     // an instance's
+  std::optional<Mat3> normals_to_world{};  // the same
   bool interpolated = false;
 };
 
@@ -41,30 +41,37 @@ struct PreparedScene {
   std::vector<MaterialShading> materials;  // by MaterialId
   std::vector<MeshShading> meshes;         // by Hit::mesh
 
-  SurfacePoint surface_at(const Ray& ray, const Hit& hit) const {
+  // `ray_width`: metres that the ray stands for at the hit, across it.
+  SurfacePoint surface_at(const Ray& ray, const Hit& hit, float ray_width = 0) const {
     const Vec3 ng = normalize(hit.ng);
-    SurfacePoint surface{ray.o + ray.d * hit.t, ng, ng, {}};
+    SurfacePoint surface{ray.o + ray.d * hit.t, ng, ng};
     const MeshShading& m = meshes[hit.mesh.value];
     if (m.interpolated) {
-      interpolate_vertices(*m.mesh, m.normals_to_world ? &*m.normals_to_world : nullptr,
-                           hit.triangle, hit.barycentric, surface);
+      interpolate_vertices(*m.mesh, hit.triangle, hit.barycentric, surface,
+                           m.normals_to_world ? &*m.normals_to_world : nullptr);
     }
+    if (ray_width > 0 && m.needs_uv()) surface.uv.width = ray_width * uv_per_metre(m, hit.triangle);
     if (m.bends) bend(m, hit, -ray.d, surface);
     return surface;
   }
   // Turns the shading normal by the material's images, as seen from wo.
   void bend(const MaterialShading& material, const Hit& hit, Vec3 wo, SurfacePoint& surface) const;
   // The material itself, or the part of a blend that u in [0, 1) picks.
-  const MaterialShading& resolve(const MaterialShading& material, Vec2 uv, float u) const;
+  const MaterialShading& resolve(const MaterialShading& material, TexturePoint uv, float u) const;
   // Radiance that a triangle's front emits; less where it is not opaque.
   Rgb emission_at(MeshId mesh, uint32_t triangle, Vec2 barycentric) const;
   GuideSetup guide_setup(const RenderSettings& settings) const;
-  // The material's parameters at uv, textures looked up.
-  ShadingPoint shading_point(const MaterialShading& material, Vec2 uv) const {
-    return material.textured ? textures.point(*material.material, uv) : material.constant;
+  // The material's parameters there, textures looked up.
+  ShadingPoint shading_point(const MaterialShading& material, const SurfacePoint& surface) const {
+    ShadingPoint sp =
+        material.textured ? textures.point(*material.material, surface.uv) : material.constant;
+    sp.reflectance *= surface.color;
+    return sp;
   }
   // How much of what arrives there the surface stops, in [0, 1]; of a blend its parts counted.
-  float opacity(const MaterialShading& material, Vec2 uv) const;
+  float opacity(const MaterialShading& material, TexturePoint uv) const;
+  // Of the triangle's edges the least: 0 where they have no uv.
+  static float uv_per_metre(const MeshShading& mesh, uint32_t triangle);
   // Whether a ray passes a hit on a masked mesh: drawn by its bits, the same at every call.
   bool passes(const Ray& ray, const Hit& hit) const;
 };

@@ -49,15 +49,6 @@ struct Placement {
   Vec3 at(Vec3 p) const { return to_world ? to_world->point(p) : p; }
 };
 
-struct Texture {
-  std::filesystem::path path;  // absolute once loaded; with `bytes`: a name for messages
-  bool srgb = true;            // display-encoded, as 8-bit colour pictures are
-  TextureWrap wrap_u = TextureWrap::kRepeat, wrap_v = TextureWrap::kRepeat;
-  bool nearest = false;                // texels are squares, not interpolated
-  UvTransform uv_transform;            // from the mesh's uv to the picture's, v = 0 at its bottom
-  std::shared_ptr<const Bytes> bytes;  // the picture's file, where it is not one on disk
-};
-
 // Light from infinitely far. The image is latitude-longitude: its top row is +y, its centre is -z,
 // turned by `to_world`.
 struct Environment {

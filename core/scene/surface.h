@@ -13,14 +13,15 @@ struct SurfacePoint {
   Vec3 p;   // metres
   Vec3 ng;  // geometric normal, unit, by the winding; not flipped
   Vec3 ns;  // shading normal, unit, in ng's hemisphere
-  Vec2 uv;
+  TexturePoint uv{};
+  Rgb color{1.0f};  // of the mesh's vertices
 };
 
-// Replaces ns and uv by the vertices' values, interpolated, where the mesh has them. `barycentric`:
-// the weights of the triangle's second and third vertex. `normals_to_world`: an instance's, or
-// null.
-inline void interpolate_vertices(const Mesh& mesh, const Mat3* normals_to_world, uint32_t triangle,
-                                 Vec2 barycentric, SurfacePoint& surface) {
+// Replaces ns, uv and colour by the vertices' values, interpolated, where the mesh has them.
+// `barycentric`: the weights of the triangle's second and third vertex. `normals_to_world`: an
+// instance's, or null.
+inline void interpolate_vertices(const Mesh& mesh, uint32_t triangle, Vec2 barycentric,
+                                 SurfacePoint& surface, const Mat3* normals_to_world = nullptr) {
   const auto& tri = mesh.triangles[triangle];
   const float b1 = barycentric.x, b2 = barycentric.y, b0 = 1 - b1 - b2;
   if (!mesh.normals.empty()) {
@@ -33,6 +34,8 @@ inline void interpolate_vertices(const Mesh& mesh, const Mat3* normals_to_world,
     if (sum_length > 1e-6f) surface.ns = sum / sum_length;
     if (dot(surface.ns, surface.ng) < 0) surface.ns = -surface.ns;
   }
+  if (!mesh.colors.empty())
+    surface.color = mesh.colors[tri[0]] * b0 + mesh.colors[tri[1]] * b1 + mesh.colors[tri[2]] * b2;
   if (!mesh.uvs.empty())
     surface.uv = mesh.uvs[tri[0]] * b0 + mesh.uvs[tri[1]] * b1 + mesh.uvs[tri[2]] * b2;
 }

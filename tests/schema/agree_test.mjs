@@ -72,7 +72,8 @@ const beyondSchema = [
   /no such file/, /expected at least one triangle with an area/, /one a position/,
   /expected positions to refer to/, /triangles\/\d+\/\d+: expected an integer/,
   /quads\/\d+\/\d+: expected an integer/, /expected more than "min"/, /that keeps volume/,
-  /expected the name of one mesh/, /transform: expected a place within/, /inner_deg: expected 0 to the outer angle/,
+  /expected the name of one mesh/, /transform: expected a place within/,
+  /inner_deg: expected 0 to the outer angle/,
   /camera\/(target|up): expected a (point away|direction other)/, /expected at most \d+ pixels/,
 ];
 

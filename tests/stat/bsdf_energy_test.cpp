@@ -1,6 +1,8 @@
 // How much light a Bsdf sends back, and that it does so alike both ways.
 #include <gtest/gtest.h>
 
+#include "core/bsdf/fresnel.h"
+#include "core/bsdf/ggx.h"
 #include "tests/support/bsdf_cases.h"
 #include "tests/support/random.h"
 #include "tests/support/stats.h"
@@ -117,6 +119,57 @@ TEST(BsdfEnergy, PlasticThatIsNotNonlinearIsAsBrightAsItsBase) {
             << roughness << " " << rho;
       }
     }
+}
+
+// Share of light from wo that one meeting with a GGX boundary of index `eta` sends back, or
+// through.
+double once(float cos_o, float eta, const Ggx& ggx, bool through) {
+  test::Random random(1);
+  const Vec3 wo{std::sqrt(1 - cos_o * cos_o), 0, cos_o};
+  test::Moments mean;
+  for (int i = 0; i < 20'000; ++i) {
+    const Vec3 h = ggx.sample_visible(wo, random.next_2d());
+    const float cosine = dot(wo, h);
+    const DielectricFresnel f = fresnel_dielectric(cosine, eta);
+    const Vec3 wi = through ? h * (cosine / eta - f.cos_t) - wo / eta : reflect(wo, h);
+    const float share = through ? 1 - f.reflectance : f.reflectance;
+    mean.add(through == (wi.z < 0) ? share * ggx.g2_over_g1(wo, wi) : 0.0f);
+  }
+  return mean.mean();
+}
+
+TEST(BsdfEnergy, RoughPlasticIsBrighterThanMitsubas) {
+  // The figures of core/bsdf/README.md. Mitsuba's base: T(wo) T(wi) rho / (n^2 (1 - x R_in) pi), x
+  // being rho or, not nonlinear, 1; T and R_in of a boundary that light meets once.
+  constexpr float kIor = 1.49f, kRho = 0.5f;
+  const struct {
+    float alpha;
+    double nonlinear, linear;
+  } cases[] = {{0.1f, 0.98, 0.93}, {0.3f, 0.88, 0.72}, {0.5f, 0.79, 0.58}};
+  for (const auto& c : cases) {
+    const Ggx ggx(std::sqrt(c.alpha));
+    double returned = 0;
+    for (int i = 0; i < 100; ++i) {
+      const float mu = (static_cast<float>(i) + 0.5f) / 100;
+      returned += 2 * once(mu, 1 / kIor, ggx, false) * static_cast<double>(mu) / 100;
+    }
+    const double passed = once(1, kIor, ggx, true);
+    for (const bool nonlinear : {true, false}) {
+      Material m = test::material_of(MaterialKind::kPlastic, std::sqrt(c.alpha), kIor);
+      m.nonlinear = nonlinear;
+      m.reflectance.value = Rgb{kRho};
+      m.specular.value = {};
+      const test::BsdfCase plastic = test::make_case("", m);
+      const double ours =
+          static_cast<double>(plastic.bsdf->eval(plastic.point, {0, 0, 1}, {0, 0, 1}).f_cos.g) *
+          static_cast<double>(kPi);
+      const double x = nonlinear ? static_cast<double>(kRho) : 1.0;
+      const double mitsubas = passed * passed * static_cast<double>(kRho) /
+                              (static_cast<double>(kIor * kIor) * (1 - x * returned));
+      EXPECT_NEAR(mitsubas / ours, nonlinear ? c.nonlinear : c.linear, 0.007)
+          << c.alpha << (nonlinear ? " nonlinear" : "");
+    }
+  }
 }
 
 TEST(BsdfEnergy, PaneReflectsAsASlab) {

@@ -123,6 +123,34 @@ TEST(Instances, HitsTellTheInstanceAndItsNormals) {
   EXPECT_GT(seen, 500);
 }
 
+// What lets half of the light pass does so where it is an instance, and only there.
+TEST(Instances, LetPassWhatIsNotOpaque) {
+  Scene scene;
+  const MaterialId white = test::add_material(scene, Rgb{0.5f}),
+                   pane = test::add_material(scene, Rgb{0.5f});
+  scene.materials[pane.value].opacity.value = 0.5f;
+  test::add_quad(scene, white, {-4, 0, -4}, {0, 0, 8}, {8, 0, 0});
+  test::add_quad(scene, white, {-1, 5, -1}, {0, 0, 2}, {2, 0, 0});
+  scene.instances = {{MeshId(1), Transform::translation({-2, 0, 0}), {}},
+                     {MeshId(1), Transform::translation({2, 0, 0}), pane}};
+  PunctualLight sun;
+  sun.kind = LightKind::kDirectional;
+  sun.direction = {0, -1, 0};
+  sun.intensity = Rgb{kPi};
+  scene.lights = {sun};
+  const auto prepared = test::prepare(scene);
+  for (const auto& [x, expected] : {std::pair{-2.0f, 0.0}, {2.0f, 0.25}, {0.0f, 0.5}}) {
+    RenderSettings settings = test::small_settings("none", 16, 64);
+    settings.max_depth = 2;  // lit straight alone
+    Camera camera;
+    camera.position = {x, 1, 0.5f};
+    camera.target = {x, 0, 0};
+    camera.vertical_fov_deg = 10;
+    settings.camera = camera;
+    EXPECT_NEAR(test::mean_luminance(test::render(*prepared, settings).image), expected, 0.02) << x;
+  }
+}
+
 size_t resident_bytes() {
   size_t total = 0, resident = 0;
   std::ifstream("/proc/self/statm") >> total >> resident;

@@ -35,7 +35,9 @@ TEST(JsonScene, ReadsEveryFieldWhereItBelongs) {
           R"("name": "n", "size": [64, 48], "max_depth": 7,
          "camera": {"position": [1, 2, 3], "target": [0, 0, 0], "up": [0, 0, 1],
                     "vertical_fov_deg": 33, "aperture_radius": 0.5, "focus_distance": 4})",
-          R"("textures": [{"name": "t", "path": "t.png", "srgb": false, "wrap": "clamp"}],
+          R"("textures": [{"name": "t", "path": "t.png", "srgb": false, "wrap": "clamp"},
+                           {"name": "w", "path": "t.png", "wrap": ["clamp", "mirror"],
+                            "nearest": true, "uv_transform": [1, 2, 3, 4, 5, 6]}],
          "materials": [
            {"name": "d", "type": "diffuse", "reflectance": {"texture": "t", "scale": 0.5},
             "emission": [1, 2, 3], "emission_two_sided": true},
@@ -53,6 +55,7 @@ TEST(JsonScene, ReadsEveryFieldWhereItBelongs) {
          "meshes": [{"name": "m", "material": "p",
                      "positions": [[0,0,0],[1,0,0],[1,1,0],[0,1,0]], "quads": [[0,1,2,3]],
                      "uvs": [[0,0],[1,0],[1,1],[0,1]],
+                     "colors": [[0,0,0],[1,0,0],[1,1,0.5],[0,1,0]],
                      "normals": [[0,0,1],[0,0,1],[0,0,9],[0,0,1]]}])"));
   ASSERT_TRUE(loaded.ok()) << loaded.error().text();
   const Scene& s = loaded.value().scene;
@@ -61,10 +64,15 @@ TEST(JsonScene, ReadsEveryFieldWhereItBelongs) {
   EXPECT_EQ(s.height, 48);
   EXPECT_EQ(s.max_depth, 7);
   EXPECT_EQ(s.camera, (Camera{{1, 2, 3}, {0, 0, 0}, {0, 0, 1}, 33, 0.5f, 4}));
-  ASSERT_EQ(s.textures.size(), 1u);
+  ASSERT_EQ(s.textures.size(), 2u);
   EXPECT_EQ(s.textures[0].path, folder.path() / "t.png");
   EXPECT_FALSE(s.textures[0].srgb);
   EXPECT_EQ(s.textures[0].wrap_v, TextureWrap::kClamp);
+  EXPECT_FALSE(s.textures[0].nearest);
+  EXPECT_EQ(s.textures[1].wrap_u, TextureWrap::kClamp);
+  EXPECT_EQ(s.textures[1].wrap_v, TextureWrap::kMirror);
+  EXPECT_TRUE(s.textures[1].nearest);
+  EXPECT_EQ(s.textures[1].uv_transform, (UvTransform{{1, 2, 3}, {4, 5, 6}}));
   ASSERT_EQ(s.materials.size(), 5u);
   EXPECT_EQ(s.materials[0].reflectance, (ColorParam{Rgb{0.5f}, TextureId(0)}));
   EXPECT_EQ(s.materials[0].emission.value, (Rgb{1, 2, 3}));
@@ -100,6 +108,7 @@ TEST(JsonScene, ReadsEveryFieldWhereItBelongs) {
   EXPECT_EQ(s.meshes[0].triangles, (std::vector<std::array<uint32_t, 3>>{{0, 1, 2}, {0, 2, 3}}));
   EXPECT_EQ(s.meshes[0].normals[2], (Vec3{0, 0, 1}));
   EXPECT_EQ(s.meshes[0].uvs[2], (Vec2{1, 1}));
+  EXPECT_EQ(s.meshes[0].colors[2], (Rgb{1, 1, 0.5f}));
 }
 
 TEST(JsonScene, ReadsEveryKindOfMaterial) {
@@ -166,7 +175,8 @@ TEST(JsonScene, InstancesPlaceAllMeshesOfAName) {
                                     instances));
   };
   const auto loaded = read(R"([{"mesh": "chair"},
-                               {"mesh": "chair", "material": "b", "transform": {"translate": [0, 2, 0]}}])");
+                               {"mesh": "chair", "material": "b",
+                                "transform": {"translate": [0, 2, 0]}}])");
   ASSERT_TRUE(loaded.ok()) << loaded.error().text();
   const Scene& s = loaded.value().scene;
   const size_t parts = s.meshes.size() - 2;

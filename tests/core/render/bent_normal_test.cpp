@@ -15,7 +15,7 @@ struct Chart {
   MaterialTextures textures;
   Material material;
   TriangleEdges edges{{1, 0, 0}, {0, 1, 0}, {1, 0}, {0, 1}};
-  SurfacePoint surface{{}, {0, 0, 1}, {0, 0, 1}, {0.4f, 0.3f}};
+  SurfacePoint surface{{}, {0, 0, 1}, {0, 0, 1}, Vec2{0.4f, 0.3f}};
 
   void open(const Image& image) {
     Texture texture;
