@@ -1,4 +1,4 @@
-// How much a GGX dielectric coat reflects in all, by the cosine of wo and the roughness: a table
+// How much a rough dielectric coat reflects in all, by the cosine of wo and the roughness: a table
 // made when a plastic is made, read by bilinear interpolation. With it the light that passes the
 // coat is known exactly, so that coat and base together reflect no more than arrives, and a white
 // base with a white coat all of it. Immutable; any thread.
@@ -15,7 +15,8 @@ namespace qray {
 class CoatAlbedo {
  public:
   // `textured`: the roughness varies in [0, roughness] over the surface.
-  CoatAlbedo(float ior, float roughness, bool textured);
+  CoatAlbedo(float ior, float roughness, bool textured,
+             Microfacets microfacets = Microfacets::kGgx);
 
   struct Row {
     int row;

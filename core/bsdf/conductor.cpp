@@ -36,17 +36,16 @@ class SmoothConductor final : public ConductorBase {
 
 class RoughConductor final : public ConductorBase {
  public:
-  using ConductorBase::ConductorBase;
+  explicit RoughConductor(const Material& m) : ConductorBase(m), microfacets_(m.microfacets) {}
   BsdfKind kind() const override { return BsdfKind::kGlossy; }
 
   BsdfEval eval(const ShadingPoint& sp, Vec3 wo, Vec3 wi) const override {
     if (!(wo.z * wi.z > 0)) return {};
     to_front(wo, wi);
     const Vec3 h = normalize(wo + wi);
-    const Ggx ggx(sp.roughness);
-    const float d = ggx.d(h);
-    const float f_cos = 0.25f * d * ggx.g2_over_cos(wo, wi) * wi.z;
-    return {fresnel(sp, dot(wo, h)) * f_cos, 0.25f * d * ggx.g1_over_cos(wo)};
+    const Ggx ggx(sp.roughness, microfacets_);
+    const float f_cos = 0.25f * ggx.d_g2_over_cos(h, wo, wi) * wi.z;
+    return {fresnel(sp, dot(wo, h)) * f_cos, 0.25f * ggx.d(h) * ggx.g1_over_cos(wo)};
   }
 
   std::optional<BsdfSample> sample(const ShadingPoint& sp, Vec3 wo, float,
@@ -54,11 +53,11 @@ class RoughConductor final : public ConductorBase {
     if (wo.z == 0) return std::nullopt;
     const float side = std::copysign(1.0f, wo.z);
     wo.z = std::abs(wo.z);
-    const Ggx ggx(sp.roughness);
+    const Ggx ggx(sp.roughness, microfacets_);
     const Vec3 h = ggx.sample_visible(wo, u_dir);
     Vec3 wi = normalize(reflect(wo, h));
     if (wi.z <= 0) return std::nullopt;
-    const Rgb weight = fresnel(sp, dot(wo, h)) * ggx.g2_over_g1(wo, wi);
+    const Rgb weight = fresnel(sp, dot(wo, h)) * ggx.weight(h, wo, wi);
     const float pdf_w = 0.25f * ggx.d(h) * ggx.g1_over_cos(wo);
     wi.z *= side;
     return BsdfSample{wi, weight, pdf_w, false};
@@ -69,6 +68,8 @@ class RoughConductor final : public ConductorBase {
     wo.z = std::abs(wo.z);
     wi.z = std::abs(wi.z);
   }
+
+  Microfacets microfacets_;
 };
 
 }  // namespace

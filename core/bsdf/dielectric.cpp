@@ -44,14 +44,14 @@ class SmoothDielectric final : public DielectricBase {
 
 class RoughDielectric final : public DielectricBase {
  public:
-  using DielectricBase::DielectricBase;
+  explicit RoughDielectric(const Material& m) : DielectricBase(m), microfacets_(m.microfacets) {}
   BsdfKind kind() const override { return BsdfKind::kGlossy; }
 
   BsdfEval eval(const ShadingPoint& sp, Vec3 wo, Vec3 wi) const override {
     if (wo.z == 0 || wi.z == 0) return {};
     const float eta = this->eta(wo);
     to_front(wo, wi);
-    const Ggx ggx(sp.roughness);
+    const Ggx ggx(sp.roughness, microfacets_);
     if (wi.z > 0) {
       const Vec3 h = normalize(wo + wi);
       const float f = fresnel_dielectric(dot(wo, h), eta).reflectance;
@@ -73,7 +73,7 @@ class RoughDielectric final : public DielectricBase {
     const float eta = this->eta(wo);
     const float side = std::copysign(1.0f, wo.z);
     wo.z = std::abs(wo.z);
-    const Ggx ggx(sp.roughness);
+    const Ggx ggx(sp.roughness, microfacets_);
     const Vec3 h = ggx.sample_visible(wo, u_dir);
     const float cos_o = dot(wo, h);
     if (cos_o <= 0) return std::nullopt;
@@ -84,12 +84,12 @@ class RoughDielectric final : public DielectricBase {
       s.wi = normalize(reflect(wo, h));
       if (s.wi.z <= 0) return std::nullopt;
       s.pdf_w = reflected(sp, ggx, wo, s.wi, h, f.reflectance).pdf_w;
-      s.weight = sp.specular * ggx.g2_over_g1(wo, s.wi);
+      s.weight = sp.specular * ggx.weight(h, wo, s.wi);
     } else {
       s.wi = normalize(h * (cos_o / eta - f.cos_t) - wo / eta);
       if (s.wi.z >= 0 || f.cos_t == 0) return std::nullopt;
       s.pdf_w = refracted(sp, ggx, wo, s.wi, h, 1 - f.reflectance, eta).pdf_w;
-      s.weight = sp.specular * (ggx.g2_over_g1(wo, s.wi) / sqr(eta));
+      s.weight = sp.specular * (ggx.weight(h, wo, s.wi) / sqr(eta));
     }
     s.wi.z *= side;
     return s;
@@ -102,19 +102,22 @@ class RoughDielectric final : public DielectricBase {
   }
   BsdfEval reflected(const ShadingPoint& sp, const Ggx& ggx, Vec3 wo, Vec3 wi, Vec3 h,
                      float share) const {
-    const float d = 0.25f * share * ggx.d(h);
-    return {sp.specular * (d * ggx.g2_over_cos(wo, wi) * wi.z), d * ggx.g1_over_cos(wo)};
+    const float facets = 0.25f * share;
+    return {sp.specular * (facets * ggx.d_g2_over_cos(h, wo, wi) * wi.z),
+            facets * ggx.d(h) * ggx.g1_over_cos(wo)};
   }
   // Walter et al. eq. 17 and 21, over eta^2 for radiance.
   BsdfEval refracted(const ShadingPoint& sp, const Ggx& ggx, Vec3 wo, Vec3 wi, Vec3 h, float share,
                      float eta) const {
     const float cos_o = dot(wo, h), cos_i = -dot(wi, h);
     const float jacobian = sqr(eta) * cos_i / sqr(eta * cos_i - cos_o);
-    const float d = share * ggx.d(h) * cos_o * jacobian;
+    const float facets = share * cos_o * jacobian, d = facets * ggx.d(h);
     if (!std::isfinite(d)) return {};
-    return {sp.specular * (d * ggx.g2_over_cos(wo, wi) * -wi.z / sqr(eta)),
+    return {sp.specular * (facets * ggx.d_g2_over_cos(h, wo, wi) * -wi.z / sqr(eta)),
             d * ggx.g1_over_cos(wo)};
   }
+
+  Microfacets microfacets_;
 };
 
 // Light goes straight on, displaced by less than is modelled.

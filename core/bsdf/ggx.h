@@ -1,10 +1,12 @@
 // The GGX microfacet distribution with height-correlated Smith shadowing (Walter et al. 2007; Heitz
 // 2014, eq. 99) and visible-normal sampling by spherical caps (Dupuy and Benyoub 2023). Isotropic.
 // Terms are arranged so that nothing is divided by a cosine: products stay finite at grazing
-// angles. wo is on the +z side. Any thread.
+// angles. wo is on the +z side. Beckmann's distribution is drawn from by GGX's visible normals of
+// the same alpha, which are never much rarer: its density is at most 4 / e of theirs. Any thread.
 #pragma once
 
 #include "core/math/vec.h"
+#include "core/scene/material.h"
 
 namespace qray {
 
@@ -13,8 +15,10 @@ class Ggx {
   static constexpr float kMinAlpha = 1e-3f;
 
   // Roughness as Material's, in [0, 1]; a texture's zero is taken as almost smooth.
-  explicit Ggx(float roughness)
-      : alpha_(std::clamp(sqr(roughness), kMinAlpha, 1.0f)), alpha2_(sqr(alpha_)) {}
+  explicit Ggx(float roughness, Microfacets microfacets = Microfacets::kGgx)
+      : alpha_(std::clamp(sqr(roughness), kMinAlpha, 1.0f)),
+        alpha2_(sqr(alpha_)),
+        is_beckmann_(microfacets == Microfacets::kBeckmann) {}
 
   // Density of microfacet area over normals.
   float d(Vec3 h) const {
@@ -40,6 +44,17 @@ class Ggx {
     return zi * (zo + so) / (zo * si + zi * so);
   }
 
+  // D(h) G2(wo, wi) / |wo.z wi.z|, of the distribution that is asked for.
+  float d_g2_over_cos(Vec3 h, Vec3 wo, Vec3 wi) const {
+    if (!is_beckmann_) return d(h) * g2_over_cos(wo, wi);
+    return beckmann_d(h) * beckmann_g1_over_cos(wo) * beckmann_g1_over_cos(wi);
+  }
+  // The weight of a visible-normal sample, Fresnel's terms apart.
+  float weight(Vec3 h, Vec3 wo, Vec3 wi) const {
+    if (!is_beckmann_) return g2_over_g1(wo, wi);
+    return d_g2_over_cos(h, wo, wi) * std::abs(wi.z) / (d(h) * g1_over_cos(wo));
+  }
+
   // A normal seen from wo, density d(h) g1_over_cos(wo) |wo . h| per steradian.
   Vec3 sample_visible(Vec3 wo, Vec2 u) const {
     const Vec3 v = normalize(Vec3{alpha_ * wo.x, alpha_ * wo.y, wo.z});
@@ -52,7 +67,20 @@ class Ggx {
   }
 
  private:
+  float beckmann_d(Vec3 h) const {
+    const float z2 = h.z * h.z, exponent = (h.x * h.x + h.y * h.y) / (alpha2_ * z2);
+    if (!(exponent < 80)) return 0;  // no float is left, nor need z2 be
+    return std::exp(-exponent) * kInvPi / (alpha2_ * z2 * z2);
+  }
+  // Walter et al. 2007, after eq. 27, with its a = |w.z| / s.
+  float beckmann_g1_over_cos(Vec3 w) const {
+    const float z = std::abs(w.z), s = alpha_ * std::sqrt(w.x * w.x + w.y * w.y);
+    if (z >= 1.6f * s) return 1 / z;
+    return (3.535f * s + 2.181f * z) / (s * s + 2.276f * s * z + 2.577f * z * z);
+  }
+
   float alpha_, alpha2_;
+  bool is_beckmann_;
 };
 
 // The mirror image of w about h.

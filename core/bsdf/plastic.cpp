@@ -1,5 +1,5 @@
-// Plastic: a dielectric coat, smooth or GGX, over a Lambert base. Light passes the coat twice and
-// is reflected inside any number of times (a geometric series):
+// Plastic: a dielectric coat, smooth or of microfacets, over a Lambert base. Light passes the coat
+// twice and is reflected inside any number of times (a geometric series):
 //   f_base = T(wo) T(wi) rho / (n^2 (1 - rho R_in) pi),  1 - R_in = (1 - R_out) / n^2,
 // T the share that the coat lets through in one direction, R_out the coat's mean albedo from
 // outside, R_in from inside, n the index. This form is reciprocal, and at rho = 1 coat and base
@@ -100,7 +100,8 @@ class RoughPlastic final : public PlasticBase {
  public:
   explicit RoughPlastic(const Material& m)
       : PlasticBase(m),
-        coat_(m.ior, std::min(m.roughness.value, 1.0f), m.roughness.texture.valid()) {}
+        coat_(m.ior, std::min(m.roughness.value, 1.0f), m.roughness.texture.valid(), m.microfacets),
+        microfacets_(m.microfacets) {}
   BsdfKind kind() const override { return BsdfKind::kGlossy; }
 
   BsdfEval eval(const ShadingPoint& sp, Vec3 wo, Vec3 wi) const override {
@@ -108,7 +109,7 @@ class RoughPlastic final : public PlasticBase {
     wo.z = std::abs(wo.z);
     wi.z = std::abs(wi.z);
     const CoatAlbedo::Row row = coat_.row(sp.roughness);
-    return eval(sp, Ggx(sp.roughness), row, layers_at(sp, row, wo.z), wo, wi);
+    return eval(sp, Ggx(sp.roughness, microfacets_), row, layers_at(sp, row, wo.z), wo, wi);
   }
 
   std::optional<BsdfSample> sample(const ShadingPoint& sp, Vec3 wo, float u_lobe,
@@ -119,7 +120,7 @@ class RoughPlastic final : public PlasticBase {
     const CoatAlbedo::Row row = coat_.row(sp.roughness);
     const Layers l = layers_at(sp, row, wo.z);
     if (l.black) return std::nullopt;
-    const Ggx ggx(sp.roughness);
+    const Ggx ggx(sp.roughness, microfacets_);
     Vec3 wi = u_lobe < l.coat_chance ? normalize(reflect(wo, ggx.sample_visible(wo, u_dir)))
                                      : square_to_cosine_hemisphere(u_dir);
     if (wi.z <= 0) return std::nullopt;
@@ -142,8 +143,8 @@ class RoughPlastic final : public PlasticBase {
                 Vec3 wo, Vec3 wi) const {
     const Vec3 h = normalize(wo + wi);
     const float d = 0.25f * ggx.d(h);
-    const float coat =
-        fresnel_dielectric(dot(wo, h), ior()).reflectance * d * ggx.g2_over_cos(wo, wi) * wi.z;
+    const float coat = 0.25f * fresnel_dielectric(dot(wo, h), ior()).reflectance *
+                       ggx.d_g2_over_cos(h, wo, wi) * wi.z;
     const float cosine = cosine_hemisphere_pdf_w(wi.z);
     const float passed = l.transmitted * (1 - coat_.albedo(row, wi.z));
     return {sp.specular * coat + l.base * (passed * cosine),
@@ -151,6 +152,7 @@ class RoughPlastic final : public PlasticBase {
   }
 
   CoatAlbedo coat_;
+  Microfacets microfacets_;
 };
 
 }  // namespace

@@ -29,10 +29,10 @@ bool stores_linear_light(const std::filesystem::path& path) {
 }  // namespace
 
 Result<std::shared_ptr<const PreparedScene>> prepare_named_scene(const std::string& scene,
-                                                                 int threads) {
+                                                                 int threads, bool strict) {
   Result<std::filesystem::path> path = resolve_scene_path(scene, QRAY_SCENES_DIR);
   if (!path) return path.error();
-  return load_and_prepare_scene(path.value(), threads);
+  return load_and_prepare_scene(path.value(), threads, {}, strict);
 }
 
 Result<Image> read_linear_image(const std::filesystem::path& path) {

@@ -14,8 +14,9 @@
 namespace qray::cmd {
 
 // `scene`: the name of an included scene ("cornell-box"), a folder with scene.json, or a file.
+// `strict` as load_scene has it.
 Result<std::shared_ptr<const PreparedScene>> prepare_named_scene(const std::string& scene,
-                                                                 int threads);
+                                                                 int threads, bool strict = false);
 
 // Three channels, linear: .exr, .hdr and .pfm as stored, other formats decoded from sRGB.
 Result<Image> read_linear_image(const std::filesystem::path& path);

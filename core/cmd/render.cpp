@@ -25,7 +25,7 @@ struct Options {
   int table_mib = static_cast<int>(kDefaultTableBytes >> 20);
   std::string table_in, table_out, json, sampled, view = "beauty", out;
   std::vector<int> pixel;
-  bool quiet = false;
+  bool quiet = false, strict = false;
 };
 
 ViewOptions view_options(const Options& o) {
@@ -95,7 +95,7 @@ Status run(const Options& o) {
   if (Status s = check_outputs(o); !s) return s;
   const StopOnSignal stop;
   Result<std::shared_ptr<const PreparedScene>> prepared =
-      prepare_named_scene(o.render.scene, o.threads);
+      prepare_named_scene(o.render.scene, o.threads, o.strict);
   if (!prepared) return prepared.error();
   const PreparedScene& scene = *prepared.value();
   for (const std::string& warning : scene.warnings)
@@ -137,6 +137,8 @@ void add_render(CLI::App& app, int& exit_code) {
   sub->add_option("--pixel", o->pixel, "X,Y from the top left: of the view lobe")
       ->delimiter(',')
       ->expected(2);
+  sub->add_flag("--strict", o->strict,
+                "what would be drawn otherwise than the scene says is an error");
   sub->add_flag("-q,--quiet", o->quiet, "no progress");
   sub->add_option("-o,--out", o->out, "picture.exr (linear) or picture.png (sRGB)")->required();
   sub->callback([o, &exit_code] {

@@ -75,12 +75,16 @@ struct Kind {
 const Kind& read_kind(const JsonNode& node) {
   static const std::vector<Kind> kinds = {
       {"diffuse", MaterialKind::kDiffuse, {"reflectance"}},
-      {"conductor", MaterialKind::kConductor, {"metal", "eta", "k", "roughness", "specular"}},
-      {"dielectric", MaterialKind::kDielectric, {"ior", "roughness", "specular", "absorption"}},
+      {"conductor",
+       MaterialKind::kConductor,
+       {"metal", "eta", "k", "roughness", "microfacets", "specular"}},
+      {"dielectric",
+       MaterialKind::kDielectric,
+       {"ior", "roughness", "microfacets", "specular", "absorption"}},
       {"thin_dielectric", MaterialKind::kThinDielectric, {"ior", "specular"}},
       {"plastic",
        MaterialKind::kPlastic,
-       {"reflectance", "ior", "roughness", "specular", "nonlinear"}},
+       {"reflectance", "ior", "roughness", "microfacets", "specular", "nonlinear"}},
       {"principled",
        MaterialKind::kPrincipled,
        {"reflectance", "ior", "roughness", "specular", "specular_weight", "metallic",
@@ -151,6 +155,12 @@ Material read_material(const JsonNode& node, const TextureNames& textures,
                  {"clearcoat", m.clearcoat}, {"clearcoat_roughness", m.clearcoat_roughness}};
   for (const auto& [key, param] : numbers)
     if (const auto v = node.find(key)) param = read_float(*v, textures);
+  if (const auto v = node.find("microfacets")) {
+    if (v->string() == "beckmann")
+      m.microfacets = Microfacets::kBeckmann;
+    else if (v->string() != "ggx")
+      v->fail_expected("one of ggx, beckmann");
+  }
   if (const auto v = node.find("ior")) m.ior = v->number();
   if (const auto v = node.find("absorption")) m.absorption = v->number_or_rgb();
   if (const auto v = node.find("thin")) m.thin = v->boolean();

@@ -7,6 +7,7 @@
 
 #include "core/import/fit_camera.h"
 #include "core/import/json_scene.h"
+#include "core/import/mitsuba_scene.h"
 #include "core/import/obj.h"
 #include "core/import/ply.h"
 #include "core/scene/scene_hash.h"
@@ -92,22 +93,31 @@ JsonScene read_any(const std::filesystem::path& path, const SceneLimits& limits)
     if (read.scene.name.empty()) read.scene.name = path.parent_path().filename();
     return read;
   }
+  if (extension == ".xml") {
+    JsonScene read = read_mitsuba_scene(path, limits);
+    read.scene.name = std::filesystem::absolute(path).parent_path().filename();
+    return read;
+  }
   JsonScene read;
   if (extension == ".obj")
     read = from_obj(path, limits);
   else if (extension == ".ply")
     read = from_ply(path, limits);
   else
-    fail_import(ErrorCode::kUnsupported, "expected a .json, .obj or .ply file", path.filename());
+    fail_import(ErrorCode::kUnsupported, "expected a .json, .xml, .obj or .ply file",
+                path.filename());
   complete(read.scene, path);
   return read;
 }
 
 }  // namespace
 
-Result<LoadedScene> load_scene(const std::filesystem::path& path, const SceneLimits& limits) {
+Result<LoadedScene> load_scene(const std::filesystem::path& path, const SceneLimits& limits,
+                               bool strict) {
   try {
     JsonScene read = read_any(path, limits);
+    if (strict && !read.warnings.empty())
+      return Error{ErrorCode::kUnsupported, read.warnings.front(), ""};
     const std::string file = path.filename();
     const Result<ValidateReport> report = validate(read.scene, limits);
     if (!report.ok()) {

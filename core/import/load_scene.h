@@ -1,6 +1,6 @@
-// File -> Scene, validated. The format follows the extension: .json (docs/scene_format.md), .obj
-// (with its MTL; camera and size are chosen to show it all), .ply (one grey diffuse mesh under a
-// constant sky). Paths in a file are relative to it.
+// File -> Scene, validated. The format follows the extension: .json (docs/scene_format.md), .xml
+// (Mitsuba's, docs/mitsuba.md), .obj (with its MTL; camera and size are chosen to show it all),
+// .ply (one grey diffuse mesh under a constant sky). Paths in a file are relative to it.
 #pragma once
 
 #include <filesystem>
@@ -18,6 +18,8 @@ struct LoadedScene {
   std::vector<std::string> warnings;  // things understood and left out, with their place
 };
 
-Result<LoadedScene> load_scene(const std::filesystem::path& path, const SceneLimits& limits = {});
+// `strict`: the first thing that would be drawn otherwise than the file says is an error.
+Result<LoadedScene> load_scene(const std::filesystem::path& path, const SceneLimits& limits = {},
+                               bool strict = false);
 
 }  // namespace qray

@@ -160,10 +160,10 @@ Result<std::shared_ptr<const PreparedScene>> prepare_scene(LoadedScene loaded, i
 }
 
 Result<std::shared_ptr<const PreparedScene>> load_and_prepare_scene(
-    const std::filesystem::path& path, int build_threads, const SceneLimits& limits) {
+    const std::filesystem::path& path, int build_threads, const SceneLimits& limits, bool strict) {
   const SteadyClock clock;
   const double start = clock.seconds();
-  Result<LoadedScene> loaded = load_scene(path, limits);
+  Result<LoadedScene> loaded = load_scene(path, limits, strict);
   if (!loaded.ok()) return loaded.error();
   Result<std::shared_ptr<PreparedScene>> prepared =
       prepare(std::move(loaded).value(), build_threads);

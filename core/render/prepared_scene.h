@@ -78,6 +78,7 @@ struct PreparedScene {
 
 Result<std::shared_ptr<const PreparedScene>> prepare_scene(LoadedScene loaded, int build_threads);
 Result<std::shared_ptr<const PreparedScene>> load_and_prepare_scene(
-    const std::filesystem::path& path, int build_threads, const SceneLimits& limits = {});
+    const std::filesystem::path& path, int build_threads, const SceneLimits& limits = {},
+    bool strict = false);
 
 }  // namespace qray

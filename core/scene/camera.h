@@ -13,6 +13,7 @@ struct Camera {
   float vertical_fov_deg = 45;  // (0, 180)
   float aperture_radius = 0;    // metres; 0 = pinhole
   float focus_distance = 0;     // metres along the view axis; 0 = the target's distance
+  bool mirrored = false;        // the picture's left and right are exchanged
 
   bool operator==(const Camera&) const = default;
 };
@@ -24,8 +25,9 @@ class CameraRays {
       : position_(camera.position), aperture_radius_(camera.aperture_radius) {
     const Vec3 to_target = camera.target - camera.position;
     forward_ = normalize(to_target);
-    const Vec3 right = normalize(cross(forward_, camera.up));
+    Vec3 right = normalize(cross(forward_, camera.up));
     const Vec3 up = cross(right, forward_);
+    if (camera.mirrored) right = -right;
     const float half_height = std::tan(camera.vertical_fov_deg * (kPi / 360));
     const float half_width = half_height * static_cast<float>(width) / static_cast<float>(height);
     lens_x_ = right;

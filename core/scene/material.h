@@ -19,6 +19,9 @@ enum class MaterialKind : uint8_t {
   kBlend,           // of two other materials
 };
 
+// Of rough kinds but the principled one.
+enum class Microfacets : uint8_t { kGgx, kBeckmann };
+
 // A colour or number, times an image where `texture` is valid.
 struct ColorParam {
   Rgb value{};
@@ -37,7 +40,8 @@ struct Material {
   MaterialKind kind = MaterialKind::kDiffuse;
   // Diffuse: albedo; plastic: albedo of the base; principled: base colour.
   ColorParam reflectance{Rgb{0.5f}};
-  FloatParam roughness{};      // 0 = smooth, 1 = roughest; GGX alpha = roughness^2
+  FloatParam roughness{};  // 0 = smooth, 1 = roughest; alpha = roughness^2
+  Microfacets microfacets = Microfacets::kGgx;
   Rgb eta{0.2f, 0.92f, 1.1f};  // conductor: complex index of refraction eta + i k
   Rgb k{3.9f, 2.45f, 2.14f};
   float ior = 1.5f;  // dielectrics, plastic, principled: inside over outside

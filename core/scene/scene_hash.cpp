@@ -140,6 +140,7 @@ Digest hash_materials(const Scene& scene, const std::vector<Digest>& textures) {
     out.u8(static_cast<uint8_t>(m.kind));
     add.color(m.reflectance);
     add.number(m.roughness);
+    out.u8(static_cast<uint8_t>(m.microfacets));
     out.rgb(m.eta);
     out.rgb(m.k);
     out.f32(m.ior);

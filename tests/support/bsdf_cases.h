@@ -93,6 +93,16 @@ inline std::vector<BsdfCase> density_cases() {
     m.nonlinear = false;
     cases.push_back(make_case("linear plastic roughness " + std::to_string(roughness), m));
   }
+  for (const MaterialKind kind :
+       {MaterialKind::kConductor, MaterialKind::kDielectric, MaterialKind::kPlastic}) {
+    for (const float roughness : {0.1f, 0.5f, 1.0f}) {
+      Material m = material_of(kind, roughness);
+      m.microfacets = Microfacets::kBeckmann;
+      cases.push_back(make_case("Beckmann kind " + std::to_string(static_cast<int>(kind)) +
+                                    " roughness " + std::to_string(roughness),
+                                m));
+    }
+  }
   for (BsdfCase& c : principled_cases()) cases.push_back(std::move(c));
   return cases;
 }

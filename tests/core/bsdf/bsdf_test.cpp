@@ -56,6 +56,23 @@ TEST(Ggx, NormalsCoverTheirArea) {
   }
 }
 
+// Straight on nothing is shadowed and what is drawn has the density D cos: the mean weight is the
+// integral of Beckmann's own D cos, 1.
+TEST(Ggx, BeckmannsNormalsCoverTheirArea) {
+  const Vec3 up{0, 0, 1};
+  for (const float roughness : {0.1f, 0.3f}) {
+    const Ggx ggx(roughness, Microfacets::kBeckmann);
+    double sum = 0;
+    constexpr int kSteps = 400;
+    for (int i = 0; i < kSteps * kSteps; ++i) {
+      const Vec3 h = ggx.sample_visible(up, {(static_cast<float>(i / kSteps) + 0.5f) / kSteps,
+                                             (static_cast<float>(i % kSteps) + 0.5f) / kSteps});
+      sum += static_cast<double>(ggx.weight(h, up, reflect(up, h)));
+    }
+    EXPECT_NEAR(sum / (kSteps * kSteps), 1, 2e-3) << roughness;
+  }
+}
+
 TEST(Bsdf, KindsFollowTheMaterial) {
   const auto kind = [](MaterialKind k, float roughness, float ior = 1.5f) {
     return make_bsdf(test::material_of(k, roughness, ior))->kind();

@@ -75,6 +75,8 @@ TEST(SceneHash, EachChangeShowsInItsPartAlone) {
        [](Scene& s) { s.materials[1].clearcoat_roughness.value = 1; }},
       {"specular weight", kMaterials, [](Scene& s) { s.materials[1].specular_weight.value = 0; }},
       {"absorption", kMaterials, [](Scene& s) { s.materials[1].absorption.b = 1; }},
+      {"microfacets", kMaterials,
+       [](Scene& s) { s.materials[1].microfacets = Microfacets::kBeckmann; }},
       {"nonlinear", kMaterials, [](Scene& s) { s.materials[1].nonlinear = false; }},
       {"thin", kMaterials, [](Scene& s) { s.materials[1].thin = true; }},
       {"one-sided", kMaterials, [](Scene& s) { s.materials[1].two_sided = false; }},
@@ -184,7 +186,7 @@ TEST(SceneHash, ValuesStayTheSame) {
   scene.meshes[0].normals.clear();
   scene.meshes[0].uvs.clear();
   EXPECT_EQ(hash_scene(scene).value().whole().hex(),
-            "214661afe1639b910164d8ea8a7cd17a18e256f59645df6a3bcd9da89401a18f");
+            "425ecebaf8be61c3876aad501cb798fcbf3597caa23948ede1cfc98bab33fec4");
 }
 
 }  // namespace

@@ -1,0 +1,211 @@
+#include "core/import/mitsuba_scene.h"
+
+#include <algorithm>
+
+#include "core/import/mitsuba_emitter.h"
+#include "core/import/mitsuba_material.h"
+#include "core/import/mitsuba_sensor.h"
+#include "core/import/mitsuba_shape.h"
+
+namespace qray {
+namespace {
+
+constexpr int kMaxShapeDepth = 8;  // of groups in groups
+constexpr size_t kMaxInstances = 1'000'000;
+constexpr size_t kMaxWarnings = 1000;
+
+// What a <shape> consists of beside its geometry. Shapes of the same parts share a material.
+struct ShapeParts {
+  const MitsubaNode* bsdf = nullptr;
+  const MitsubaNode* emitter = nullptr;
+  const MitsubaNode* medium = nullptr;  // inside
+  auto operator<=>(const ShapeParts&) const = default;
+};
+
+struct ShapeMaterial {
+  MaterialId id;
+  bool inside_out;
+};
+
+class Reader {
+ public:
+  explicit Reader(MitsubaImport& import) : import_(import), shapes_(import), materials_(import) {}
+
+  void read() {
+    const MitsubaNode* sensor = nullptr;
+    import_.out.scene.max_depth = 128;  // as long as it takes
+    for (const MitsubaNode& child : import_.document.root.children) {
+      const MitsubaNode& node = import_.document.resolve(child);
+      if (node.tag == "shape") {
+        read_shape(node);
+      } else if (node.tag == "emitter") {
+        read_emitter(node, import_);
+      } else if (node.tag == "integrator") {
+        read_integrator(node, import_);
+      } else if (node.tag == "sensor") {
+        if (sensor)
+          import_.warn(node, "only the first sensor is used");
+        else
+          read_sensor(*(sensor = &node), import_);
+      } else if (node.tag != "bsdf" && node.tag != "texture" && node.tag != "medium" &&
+                 node.tag != "film" && node.tag != "sampler" && node.tag != "mode" &&
+                 !is_color(node) && node.tag != "string" && node.tag != "boolean" &&
+                 node.tag != "integer" && node.tag != "phase") {
+        import_.warn(node, "<" + node.tag + "> is left out");
+      }
+    }
+    if (!sensor) import_.document.root.fail("expected a <sensor>");
+    if (import_.out.scene.meshes.empty()) import_.document.root.fail("expected a <shape>");
+  }
+
+ private:
+  ShapeParts find_parts(const MitsubaNode& shape) {
+    ShapeParts parts;
+    for (const MitsubaNode& child : shape.children) {
+      const MitsubaNode& node = import_.document.resolve(child);
+      if (node.tag == "bsdf") {
+        parts.bsdf = &node;
+      } else if (node.tag == "emitter" || node.tag == "luminaire") {
+        if (node.type == "area")
+          parts.emitter = &node;
+        else
+          import_.warn(node, "emitters of type \"" + node.type + "\" on a shape are left out");
+      } else if (node.tag == "medium") {
+        if (child.name != "exterior")
+          parts.medium = &node;
+        else
+          import_.warn(node, "media outside of shapes are left out");
+      } else if (node.tag == "subsurface" || node.tag == "sensor") {
+        import_.warn(node, "<" + node.tag + "> is left out");
+      }
+    }
+    return parts;
+  }
+
+  void read_shape(const MitsubaNode& shape) {
+    if (shape.type == "instance") return add_instance(shape);
+    if (shape.type == "merge") return read_nested(shape);
+    if (shape.type != "shapegroup") add_shape(shape);
+  }
+  void read_nested(const MitsubaNode& parent) {
+    if (++depth_ > kMaxShapeDepth) parent.fail("expected shapes of at most 8 levels, no cycles");
+    for (const MitsubaNode& child : parent.children) {
+      const MitsubaNode& node = import_.document.resolve(child);
+      if (node.tag == "shape") read_shape(node);
+    }
+    --depth_;
+  }
+
+  void add_shape(const MitsubaNode& shape) {
+    std::vector<Mesh> meshes = shapes_.read(shape);
+    if (meshes.empty()) return;
+    const ShapeMaterial material = material_of(find_parts(shape), shape);
+    for (Mesh& mesh : meshes) {
+      triangles_ += mesh.triangles.size();
+      if (triangles_ > import_.limits.max_triangles) {
+        shape.fail(
+            "expected at most " + std::to_string(import_.limits.max_triangles) + " triangles",
+            ErrorCode::kTooLarge);
+      }
+      if (material.inside_out) flip_winding(mesh);
+      mesh.material = material.id;
+      mesh.name = shape.id.empty() ? shape.type + " at " + shape.where : shape.id;
+      import_.out.scene.meshes.push_back(std::move(mesh));
+      import_.out.mesh_pointers.push_back(shape.where.substr(shape.where.find(':') + 1));
+    }
+  }
+
+  // The group's meshes are read at its first instance.
+  void add_instance(const MitsubaNode& shape) {
+    const MitsubaNode* group = nullptr;
+    for (const MitsubaNode& child : shape.children) {
+      const MitsubaNode& node = import_.document.resolve(child);
+      if (node.tag == "shape" && node.type == "shapegroup") group = &node;
+    }
+    if (!group) shape.fail("expected a <ref> to a shapegroup");
+    std::vector<Mesh>& meshes = import_.out.scene.meshes;
+    auto it = groups_.find(group);
+    if (it == groups_.end()) {
+      const size_t first = meshes.size();
+      read_nested(*group);
+      it = groups_.emplace(group, std::pair(first, meshes.size())).first;
+    }
+    const Transform to_world = find_transform(shape, "to_world").value_or(Transform{});
+    for (size_t i = it->second.first; i < it->second.second; ++i) {
+      if (import_.out.scene.instances.size() >= kMaxInstances)
+        shape.fail("expected at most 1000000 instances", ErrorCode::kTooLarge);
+      import_.out.scene.instances.push_back({MeshId(static_cast<uint32_t>(i)), to_world, {}});
+    }
+  }
+
+  ShapeMaterial material_of(const ShapeParts& parts, const MitsubaNode& shape) {
+    if (const auto it = shared_.find(parts); it != shared_.end()) return it->second;
+    MitsubaMaterials::Converted made;
+    if (parts.bsdf) {
+      made = materials_.convert(*parts.bsdf);
+    } else {
+      made.material.name = "grey";
+      made.material.two_sided = false;
+    }
+    if (parts.emitter)
+      made.material.emission = materials_.textures().find_color(*parts.emitter, "radiance",
+                                                                Rgb{1.0f}, ColorUse::kEmission);
+    if (parts.medium) fill(*parts.medium, made.material, shape);
+    const ShapeMaterial material{materials_.add(std::move(made.material)), made.inside_out};
+    return shared_.emplace(parts, material).first->second;
+  }
+
+  // A medium that only absorbs is what our glass may be filled with.
+  void fill(const MitsubaNode& medium, Material& material, const MitsubaNode& shape) {
+    if (medium.type != "homogeneous" || material.kind != MaterialKind::kDielectric ||
+        find_parameter(medium, "material"))
+      return import_.warn(shape, "the medium inside is left out");
+    const auto color = [&](const char* name, Rgb fallback) {
+      return find_color(medium, name, fallback, ColorUse::kEmission, import_);
+    };
+    const float scale = static_cast<float>(find_number(medium, "scale").value_or(1));
+    Rgb absorbed = color("sigma_a", Rgb{0.0f}), scattered = color("sigma_s", Rgb{0.0f});
+    if (find_parameter(medium, "sigma_t")) {
+      const Rgb total = color("sigma_t", Rgb{1.0f}), albedo = color("albedo", Rgb{0.75f});
+      scattered = total * albedo;
+      for (int i = 0; i < 3; ++i) absorbed[i] = std::max(0.0f, total[i] - scattered[i]);
+    }
+    if (!scattered.is_black())
+      import_.warn(shape, "the medium inside only absorbs; what it scatters is left out");
+    material.absorption = absorbed * scale;
+  }
+
+  MitsubaImport& import_;
+  MitsubaShapes shapes_;
+  MitsubaMaterials materials_;
+  std::map<ShapeParts, ShapeMaterial> shared_;
+  std::map<const MitsubaNode*, std::pair<size_t, size_t>> groups_;  // their meshes: from, to
+  size_t triangles_ = 0;
+  int depth_ = 0;
+};
+
+}  // namespace
+
+void MitsubaImport::warn(const MitsubaNode& node, const std::string& text) {
+  if (out.warnings.size() < kMaxWarnings) out.warnings.push_back(node.where + ": " + text);
+}
+
+void MitsubaImport::expect_only(const MitsubaNode& plugin,
+                                std::initializer_list<std::string_view> known) {
+  for (const MitsubaNode& child : plugin.children) {
+    const bool is_value = child.tag == "float" || child.tag == "integer" ||
+                          child.tag == "boolean" || child.tag == "string" ||
+                          child.tag == "texture" || is_color(child);
+    if (is_value && std::find(known.begin(), known.end(), child.name) == known.end())
+      warn(child, "\"" + child.name + "\" of " + plugin.type + " is left out");
+  }
+}
+
+JsonScene read_mitsuba_scene(const std::filesystem::path& path, const SceneLimits& limits) {
+  const MitsubaDocument document = read_mitsuba_tree(path);
+  MitsubaImport import{document, limits, {}};
+  Reader(import).read();
+  return std::move(import.out);
+}
+
+}  // namespace qray

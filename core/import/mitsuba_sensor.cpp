@@ -1,0 +1,128 @@
+#include "core/import/mitsuba_sensor.h"
+
+#include <cmath>
+
+namespace qray {
+namespace {
+
+constexpr double kFilmDiagonalMm = 43.266615305567875;  // of 36 x 24 mm
+constexpr int kDeepest = 128;                           // as validate() allows
+
+int read_size(const MitsubaNode& film, std::string_view name, int fallback, int most) {
+  const std::optional<double> size = find_number(film, name);
+  if (!size) return fallback;
+  if (!(*size >= 1 && *size <= most && *size == std::floor(*size)))
+    find_parameter(film, name)->fail("expected a whole number of 1.." + std::to_string(most));
+  return static_cast<int>(*size);
+}
+
+void read_film(const MitsubaNode& film, MitsubaImport& import) {
+  Scene& scene = import.out.scene;
+  scene.width = read_size(film, "width", 768, import.limits.max_dimension_px);
+  scene.height = read_size(film, "height", 576, import.limits.max_dimension_px);
+  for (const char* name : {"crop_width", "crop_height", "crop_offset_x", "crop_offset_y"})
+    if (const MitsubaNode* crop = find_parameter(film, name))
+      return import.warn(*crop, "the whole picture is rendered, not this window of it");
+}
+
+// "44mm" or "44".
+double read_focal_length(const MitsubaNode& node) {
+  std::string text = node.need("value");
+  if (text.ends_with("mm")) text.resize(text.size() - 2);
+  const double mm = parse_number(node, text);
+  if (!(mm > 0)) node.fail("expected a focal length over 0");
+  return mm;
+}
+
+// Half of what the picture's height spans, at distance 1.
+double half_height(const MitsubaNode& sensor, double aspect) {
+  const MitsubaNode* fov = find_parameter(sensor, "fov");
+  const MitsubaNode* focal = find_parameter(sensor, "focal_length");
+  if (!fov) {
+    const double mm = focal ? read_focal_length(*focal) : 50;
+    return kFilmDiagonalMm / 2 / mm / std::hypot(aspect, 1.0);
+  }
+  const double degrees = parse_number(*fov, fov->need("value"));
+  if (!(degrees > 0 && degrees < 180)) fov->fail("expected an angle over 0 and under 180");
+  const double half = std::tan(degrees * std::numbers::pi / 360);
+  const std::string* axis = find_text(sensor, "fov_axis");
+  const std::string name = axis ? *axis : "x";
+  if (name == "y") return half;
+  if (name == "x") return half / aspect;
+  if (name == "smaller") return aspect > 1 ? half : half / aspect;
+  if (name == "larger") return aspect > 1 ? half / aspect : half;
+  if (name == "diagonal") return half / std::hypot(aspect, 1.0);
+  find_parameter(sensor, "fov_axis")->fail("expected x, y, diagonal, smaller or larger");
+}
+
+// Mitsuba's camera looks along its +z and has its +x at the picture's left, which is right-handed.
+// A map that mirrors, mirrors the picture.
+void place(Camera& camera, const Transform& to_world) {
+  const auto column = [&to_world](size_t c) {
+    return Vec3{static_cast<float>(to_world.rows[0][c]), static_cast<float>(to_world.rows[1][c]),
+                static_cast<float>(to_world.rows[2][c])};
+  };
+  camera.position = column(3);
+  // As far as its distance from the origin, so that its rounding turns the view by nothing.
+  camera.target = camera.position + normalize(column(2)) * std::max(1.0f, length(camera.position));
+  camera.up = normalize(column(1));
+  camera.mirrored = to_world.determinant() < 0;
+}
+
+std::optional<double> max_depth(const MitsubaNode& integrator, const MitsubaDocument& document,
+                                int level) {
+  if (const MitsubaNode* depth = find_parameter(integrator, "max_depth")) {
+    const std::string& value = depth->need("value");
+    // Parameters of integrators that are not known here may be anything.
+    if (value.find('$') == std::string::npos) return parse_number(*depth, value);
+  }
+  if (integrator.type == "direct") return 2;
+  for (const MitsubaNode& child : integrator.children) {
+    const MitsubaNode& inner = document.resolve(child);
+    if (inner.tag != "integrator" || level > 8) continue;
+    if (const std::optional<double> depth = max_depth(inner, document, level + 1)) return depth;
+  }
+  return {};
+}
+
+}  // namespace
+
+void read_sensor(const MitsubaNode& sensor, MitsubaImport& import) {
+  Scene& scene = import.out.scene;
+  scene.width = 768;
+  scene.height = 576;
+  for (const MitsubaNode& child : sensor.children) {
+    const MitsubaNode& node = import.document.resolve(child);
+    if (node.tag == "film") read_film(node, import);
+  }
+  const bool lens = sensor.type == "thinlens";
+  if (!lens && sensor.type != "perspective")
+    import.warn(sensor, "sensors of type \"" + sensor.type + "\" are drawn as perspective");
+  for (const char* name : {"principal_point_offset_x", "principal_point_offset_y"})
+    if (const MitsubaNode* offset = find_parameter(sensor, name))
+      import.warn(*offset, "the view is drawn about the picture's middle");
+
+  Camera& camera = scene.camera;
+  place(camera, find_transform(sensor, "to_world").value_or(Transform{}));
+  const double aspect = static_cast<double>(scene.width) / scene.height;
+  camera.vertical_fov_deg =
+      static_cast<float>(std::atan(half_height(sensor, aspect)) * 360 / std::numbers::pi);
+  if (!lens) return;
+  const double radius = find_number(sensor, "aperture_radius").value_or(0);
+  if (!(radius >= 0)) find_parameter(sensor, "aperture_radius")->fail("expected a radius from 0");
+  camera.aperture_radius = static_cast<float>(radius);
+  if (const std::optional<double> focus = find_number(sensor, "focus_distance"))
+    camera.focus_distance = static_cast<float>(*focus);
+}
+
+// Mitsuba counts a path's edges, we its surfaces: the light's is the last of both.
+void read_integrator(const MitsubaNode& integrator, MitsubaImport& import) {
+  const std::optional<double> depth = max_depth(integrator, import.document, 0);
+  if (const MitsubaNode* hide = find_parameter(integrator, "hide_emitters");
+      hide && find_flag(integrator, "hide_emitters").value_or(false))
+    import.warn(*hide, "lights are drawn where they are seen");
+  import.out.scene.max_depth =
+      depth && *depth >= 1 && *depth <= kDeepest ? static_cast<int>(*depth) : kDeepest;
+}
+
+}  // namespace qray
