@@ -75,6 +75,18 @@ TEST_F(RecoverCommand, TheDefaultNetworkIsFarBetterThanBilinear) {
   EXPECT_LT(error("default"), 0.2 * error("bilinear"));
 }
 
+TEST_F(RecoverCommand, AllPixelsAreBetterThanTheirSamplesHoweverMany) {
+  ASSERT_EQ(render("truth.exr", {"--spp", "2048"}).code, cmd::kExitOk);
+  for (const char* spp : {"4", "128"}) {
+    const Outcome done = render("r.exr", {"--spp", spp, "--seed", "3", "--recover", "default",
+                                          "--sampled-out", file("s.exr")});
+    ASSERT_EQ(done.code, cmd::kExitOk) << done.err;
+    EXPECT_LT(relmse(picture("r.exr"), picture("truth.exr")),
+              relmse(picture("s.exr"), picture("truth.exr")))
+        << spp;
+  }
+}
+
 TEST_F(RecoverCommand, ComparesOnViewsOfItsOwn) {
   const Outcome done = qray_command({"recover", "compare", "cornell-box", "--views", "2",
                                      "--most-spp", "4", "--target-spp", "16", "-q"});
