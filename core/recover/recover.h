@@ -10,9 +10,9 @@ namespace qray {
 
 // A picture's guides beside its light; images of one size.
 struct RecoveryInput {
-  Image features;  // kFeatures channels, every pixel
-  Image colour;    // linear, where it is known
-  Image noise;     // one channel, there: r / (1 + r), r the standard error over the mean
+  Image features;     // kFeatures channels, every pixel
+  Image colour;       // linear, where it is known
+  Image noise;        // one channel, there: r / (1 + r), r the standard error over the mean
   Image own_error{};  // one channel: of the luminance, by two halves of a pixel's samples
 };
 
