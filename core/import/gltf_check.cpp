@@ -24,6 +24,8 @@ constexpr std::string_view kKnownExtensions[] = {
     "KHR_texture_transform",
 };
 
+constexpr size_t kMaxItems = 250'000;  // of a list, and primitives of all meshes: 600 bytes each
+
 class Checker {
  public:
   explicit Checker(const JsonNode& root) : root_(root) {}
@@ -42,6 +44,8 @@ class Checker {
     each(root_, "meshes", [this](const JsonNode& mesh) {
       check_text(mesh);
       if (mesh.get("primitives").size() == 0) mesh.fail("expected primitives");
+      primitive_count_ += mesh.get("primitives").size();
+      if (primitive_count_ > kMaxItems) fail_too_many("meshes");
       each(mesh, "primitives", [this](const JsonNode& node) { check_primitive(node); });
     });
     each(root_, "nodes", [this](const JsonNode& node) { check_node(node); });
@@ -171,7 +175,12 @@ class Checker {
       if (const auto numbers = node.find(array.key)) (void)numbers->numbers(array.count, 1e9f);
   }
 
+  void fail_too_many(const char* list) const {
+    root_.get(list).fail("expected at most " + std::to_string(kMaxItems), ErrorCode::kTooLarge);
+  }
+
   const JsonNode& root_;
+  size_t primitive_count_ = 0;
 };
 
 }  // namespace

@@ -20,6 +20,13 @@ Vec3 unit_column(const Transform& t, size_t c, const JsonNode& place) {
   return v / norm;
 }
 
+Vec3 position_of(const Transform& t, const JsonNode& place) {
+  const Vec3 p = column(t, 3);
+  for (int axis = 0; axis < 3; ++axis)
+    if (!(std::abs(p[axis]) <= kMaxCoordinate)) place.fail("expected a place within 1e6 m");
+  return p;
+}
+
 }  // namespace
 
 // Candela are taken as W/sr and lux as W/m^2, in every channel.
@@ -41,7 +48,7 @@ PunctualLight read_gltf_light(const JsonNode& index_node, const Transform& to_wo
       light.intensity[i] = std::min(strength * rgb[static_cast<size_t>(i)], kMaxRadiance);
     }
   }
-  light.position = column(to_world, 3);
+  light.position = position_of(to_world, index_node);
   const JsonNode type = node.get("type");
   if (type.string() == "point") return light;
   light.direction = -unit_column(to_world, 2, index_node);
@@ -77,7 +84,7 @@ bool read_gltf_camera(const JsonNode& camera, const JsonNode& node, const Transf
     scene.height = std::clamp(static_cast<int>(std::lround(512 / root)), 1, most);
   }
   Camera& out = scene.camera;
-  out.position = column(to_world, 3);
+  out.position = position_of(to_world, node);
   // As far as its distance from the origin, so that its rounding turns the view by nothing.
   out.target = out.position - unit_column(to_world, 2, node) * std::max(1.0f, length(out.position));
   out.up = unit_column(to_world, 1, node);

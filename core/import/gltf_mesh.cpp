@@ -61,8 +61,12 @@ Mesh GltfMeshes::read(int mesh_index, int primitive_index,
                                                                : "lines are left out");
     return mesh;
   }
-  import_.expect_extensions(place, {"KHR_materials_variants"});
-  if (place.has("targets")) import_.warn(place.get("targets"), "morph targets are left out");
+  // What Draco has compressed is there in plain too, unless the file requires the extension.
+  import_.expect_extensions(place, {"KHR_materials_variants", "KHR_draco_mesh_compression"});
+  if (place.has("targets") && !warned_of_targets_) {
+    import_.warn(place.get("targets"), "morph targets are left out, here and elsewhere");
+    warned_of_targets_ = true;
+  }
 
   // Counts first: what is read is at most three vertices a triangle.
   const auto attribute = [&primitive](const std::string& name) {

@@ -20,6 +20,7 @@ class GltfMeshes {
 
   GltfImport& import_;
   size_t triangle_count_ = 0;
+  bool warned_of_targets_ = false;
 };
 
 }  // namespace qray

@@ -57,7 +57,7 @@ class Reader {
     add_meshes();
     Scene& scene = import_.out.scene;
     if (scene.meshes.empty()) document_.root().fail("expected a scene with triangles");
-    if (!has_camera_) scene.camera = fit_camera(scene);
+    if (!has_camera_) scene.camera = fit_camera(scene, /*fronts_are_known=*/true);
     if (!has_light_) scene.environment.radiance = Rgb{1.0f};
   }
 
