@@ -14,7 +14,8 @@ struct Config {
   std::filesystem::path scenes, web;  // default: the source tree's
   int threads = 0;                    // of rendering; 0: one a processor
   size_t max_queued = 1000;
-  size_t table_mib = 256;  // of memory, that a job's table may take
+  size_t table_mib = 256;   // of memory, that a job's table may take
+  size_t scene_mib = 2048;  // of memory, for scenes that the next job may want
 };
 
 // Default folders filled in.

@@ -66,7 +66,7 @@ struct Service::Parts {
         db(std::move(database)),
         jobs(*db, events, now_ms),
         results(config.data),
-        scenes(config.scenes, render_threads(config.threads)),
+        scenes(config.scenes, render_threads(config.threads), config.scene_mib << 20),
         web(config.web),
         event_handlers(events, jobs) {}
 

@@ -3,6 +3,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <mutex>
 #include <thread>
 
 #include "core/base/file.h"
@@ -42,10 +43,23 @@ auto read_decoded(const std::filesystem::path& path, uint64_t max_bytes, const D
 }  // namespace
 
 Result<std::shared_ptr<const PreparedScene>> prepare_named_scene(const std::string& scene,
-                                                                 int threads, bool strict) {
+                                                                 int threads, ProgressLine& line,
+                                                                 std::stop_token stop,
+                                                                 bool strict) {
   Result<std::filesystem::path> path = resolve_scene_path(scene, QRAY_SCENES_DIR);
   if (!path) return path.error();
-  return load_and_prepare_scene(path.value(), threads, {}, strict);
+  const SteadyClock clock;
+  const double start = clock.seconds();
+  std::mutex mutex;  // the tree is built by several threads
+  const LoadWatch watch = [&](LoadStep step, double fraction) {
+    std::lock_guard lock(mutex);
+    line.show(step == LoadStep::kReading ? "reading" : "building", fraction, "",
+              clock.seconds() - start);
+    return !stop.stop_requested();
+  };
+  auto prepared = load_and_prepare_scene(path.value(), threads, {{}, strict, watch});
+  line.finish();
+  return prepared;
 }
 
 Result<Image> read_linear_image(const std::filesystem::path& path) {

@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <fstream>
+
 #include "core/import/fit_camera.h"
 #include "core/import/primitives.h"
 #include "core/import/resolve_scene.h"
@@ -67,6 +70,37 @@ TEST(LoadScene, LimitsHoldForEveryFormat) {
     const auto loaded = load_scene(path, limits);
     ASSERT_FALSE(loaded.ok()) << path;
     EXPECT_EQ(loaded.error().code, ErrorCode::kTooLarge) << loaded.error().text();
+  }
+}
+
+TEST(LoadScene, TellsHowFarReadingIs) {
+  test::ScratchFolder folder;
+  std::ofstream obj(folder / "grid.obj");
+  constexpr int kVertices = 60'000;  // over a MiB of text
+  for (int i = 0; i < kVertices; ++i) obj << "v " << i << " " << i % 7 << " " << i % 11 << "\n";
+  for (int i = 1; i + 2 <= kVertices; i += 3)
+    obj << "f " << i << " " << i + 1 << " " << i + 2 << "\n";
+  obj.close();
+  for (const auto& path : {folder / "grid.obj", kScenes / "cornell-box" / "scene.json"}) {
+    std::vector<double> told;
+    const LoadWatch watch = [&](LoadStep step, double fraction) {
+      EXPECT_EQ(step, LoadStep::kReading);
+      told.push_back(fraction);
+      return true;
+    };
+    ASSERT_TRUE(load_scene(path, {{}, false, watch}).ok());
+    EXPECT_GE(told.size(), 5u) << path;
+    EXPECT_TRUE(std::is_sorted(told.begin(), told.end())) << path;
+    EXPECT_LE(told.back(), 1) << path;
+    EXPECT_GE(told.back(), 0.5) << path;
+    // Whenever it is told to stop it does.
+    for (size_t stop_at = 0; stop_at < told.size(); stop_at += 3) {
+      size_t calls = 0;
+      const auto stopped = load_scene(
+          path, {{}, false, [&](LoadStep, double) { return calls++ < stop_at; }});
+      ASSERT_FALSE(stopped.ok()) << path << " at " << stop_at;
+      EXPECT_EQ(stopped.error().code, ErrorCode::kCanceled) << path;
+    }
   }
 }
 
