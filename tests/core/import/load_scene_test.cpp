@@ -152,6 +152,23 @@ TEST(FitCamera, ChoosesByTheKindOfScene) {
   EXPECT_LT(inside.position.z, 1);
 }
 
+// Where fronts are known, a closed box is a thing, and one turned inside out is a room.
+TEST(FitCamera, FrontsTellRoomsFromThings) {
+  Scene scene;
+  scene.meshes = {make_box({-2, 0, -4}, {2, 2, 4})};
+  EXPECT_TRUE(sees_all(scene, fit_camera(scene, /*fronts_are_known=*/true)));
+  flip_winding(scene.meshes[0]);
+  const Camera inside = fit_camera(scene, /*fronts_are_known=*/true);
+  EXPECT_LT(std::abs(inside.position.x), 2);
+  EXPECT_LT(std::abs(inside.position.z), 4);
+  EXPECT_GT(length(inside.target - inside.position), 2);  // along the room, not across
+  EXPECT_EQ(inside.target.y, inside.position.y);
+
+  // Two things with a gap between them.
+  scene.meshes = {make_box({-2, 0, 0}, {-0.1f, 2, 2}), make_box({0.1f, 0, 0}, {2, 2, 2})};
+  EXPECT_TRUE(sees_all(scene, fit_camera(scene, /*fronts_are_known=*/true)));
+}
+
 TEST(ResolveScene, FindsNamesFoldersAndFiles) {
   const auto file = kScenes / "cornell-box" / "scene.json";
   for (const std::string& given :
