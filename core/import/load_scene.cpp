@@ -101,7 +101,7 @@ JsonScene read_any(const std::filesystem::path& path, const LoadOptions& options
     return read;
   }
   if (extension == ".gltf" || extension == ".glb") {
-    JsonScene read = read_gltf_scene(path, limits);
+    JsonScene read = read_gltf_scene(path, limits, options.watch);
     read.scene.name = path.stem();
     return read;
   }

@@ -241,7 +241,7 @@ TEST(GltfScene, WhatIsLeftOutIsAWarning) {
                 "a.gltf:/animations: animations are left out: the scene at rest is drawn",
                 "a.gltf:/skins: skins are left out: the meshes at rest are drawn",
                 "a.gltf:/nodes/0/extensions/KHR_node_visibility: the extension is left out"}));
-  const auto strict = load_scene(folder.path() / "a.gltf", {}, /*strict=*/true);
+  const auto strict = load_scene(folder.path() / "a.gltf", {{}, true, {}});
   EXPECT_FALSE(strict.ok());
 }
 

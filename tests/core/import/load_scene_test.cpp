@@ -67,7 +67,7 @@ TEST(LoadScene, LimitsHoldForEveryFormat) {
                                 "4 0 1 2 3\n");
   for (const auto& path : {json, obj, ply}) {
     EXPECT_TRUE(load_scene(path).ok()) << path;
-    const auto loaded = load_scene(path, limits);
+    const auto loaded = load_scene(path, {limits, false, {}});
     ASSERT_FALSE(loaded.ok()) << path;
     EXPECT_EQ(loaded.error().code, ErrorCode::kTooLarge) << loaded.error().text();
   }
@@ -96,8 +96,8 @@ TEST(LoadScene, TellsHowFarReadingIs) {
     // Whenever it is told to stop it does.
     for (size_t stop_at = 0; stop_at < told.size(); stop_at += 3) {
       size_t calls = 0;
-      const auto stopped = load_scene(
-          path, {{}, false, [&](LoadStep, double) { return calls++ < stop_at; }});
+      const auto stopped =
+          load_scene(path, {{}, false, [&](LoadStep, double) { return calls++ < stop_at; }});
       ASSERT_FALSE(stopped.ok()) << path << " at " << stop_at;
       EXPECT_EQ(stopped.error().code, ErrorCode::kCanceled) << path;
     }
