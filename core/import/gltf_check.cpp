@@ -54,6 +54,8 @@ class Checker {
       check_text(node);
       check_indices(node, "nodes", "nodes");
     });
+    each(root_, "images",
+         [this](const JsonNode& node) { check_index(node, "bufferView", "bufferViews"); });
     each(root_, "textures", [this](const JsonNode& node) {
       check_text(node);
       check_index(node, "source", "images");

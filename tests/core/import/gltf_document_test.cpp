@@ -165,6 +165,7 @@ TEST(GltfDocument, FaultsNameTheirPlace) {
       {"/samplers",
        {{{"wrapS", 1}}},
        ":/samplers/0/wrapS: expected one of 10497, 33071, 33648, got 1"},
+      {"/images", {{{"bufferView", 1}}}, ":/images/0/bufferView: expected an integer, 0..0, got 1"},
       {"/cameras", 1, ":/cameras: expected an array, got 1"},
   };
   const json good = json::parse(gltf_triangle().gltf());
