@@ -1,9 +1,9 @@
 #!/usr/bin/env bash
 # Renders Mitsuba scenes with qray and with Mitsuba 3 and says how far they agree and how fast each
-# is: `bash tests/bench/peers/mitsuba.sh BUILD_DIR SCENE.xml...`. SPP (default 256), SIZE (256: the
-# longer side, pixels), RUNS (4, of each, other seeds) and KEEP (a folder for the pictures) are taken
-# from the environment. Mitsuba comes from PyPI into a scratch folder; where it cannot be had this
-# says so and ends well.
+# is: `bash tests/bench/peers/mitsuba.sh BUILD_DIR SCENE.xml...`. From the environment: SPP (256),
+# SIZE (256: the longer side, pixels), RUNS (4, of each, other seeds) and KEEP (a folder for the
+# pictures). Mitsuba comes from PyPI into a scratch folder; where it cannot be had this says so and
+# ends well.
 set -euo pipefail
 
 here="$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)"
@@ -12,10 +12,11 @@ shift
 scratch=$(mktemp -d)
 trap 'rm -rf "$scratch"' EXIT
 
-if ! { python3 -m venv "$scratch/venv" && "$scratch/venv/bin/pip" install -q mitsuba numpy; } \
+venv="$scratch/venv"
+if ! { python3 -m venv "$venv" && "$venv/bin/pip" install -q mitsuba numpy; } \
   > "$scratch/pip.log" 2>&1; then
   echo "mitsuba.sh: skipped, no Mitsuba from PyPI: $(tail -n 1 "$scratch/pip.log")"
   exit 0
 fi
-"$scratch/venv/bin/python" "$here/compare_mitsuba.py" "$build/bin/qray" "${KEEP:-$scratch/pictures}" \
+"$venv/bin/python" "$here/compare_mitsuba.py" "$build/bin/qray" "${KEEP:-$scratch/kept}" \
   "${SIZE:-256}" "${SPP:-256}" "${RUNS:-4}" "$@"
