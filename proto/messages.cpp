@@ -160,6 +160,8 @@ std::string scene_list_to_json(std::span<const SceneInfo> scenes) {
   return text_of({{"scenes", std::move(list)}});
 }
 
+std::string asset_to_json(std::string_view sha256) { return text_of({{"sha256", sha256}}); }
+
 std::string health_to_json() { return R"({"status":"ok"})"; }
 
 std::string problem_to_json(const Problem& problem) {

@@ -125,6 +125,7 @@ std::string table_list_to_json(std::span<const TableInfo> tables);
 std::string weights_to_json(const WeightsInfo& weights);
 std::string weights_list_to_json(std::span<const WeightsInfo> weights);
 std::string scene_list_to_json(std::span<const SceneInfo> scenes);
+std::string asset_to_json(std::string_view sha256);
 std::string health_to_json();
 std::string problem_to_json(const Problem& problem);
 

@@ -33,6 +33,12 @@ ParsedConfig parse_config(int argc, const char* const* argv) {
                  "memory of a job's table: full, it adds no states")
       ->check(CLI::Range(1, 1 << 19))
       ->capture_default_str();
+  app.add_option("--asset-mib", config.asset_mib, "size of one uploaded file")
+      ->check(CLI::Range(1, 1 << 14))
+      ->capture_default_str();
+  app.add_option("--assets-gib", config.assets_gib, "disk that uploads may take together")
+      ->check(CLI::Range(1, 1 << 20))
+      ->capture_default_str();
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {

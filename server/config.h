@@ -15,6 +15,8 @@ struct Config {
   int threads = 0;                    // of rendering; 0: one a processor
   size_t max_queued = 1000;
   size_t table_mib = 256;  // of memory, that a job's table may take
+  size_t asset_mib = 64;   // of one uploaded file
+  size_t assets_gib = 4;   // of the disk, that uploads may take together
 };
 
 // Default folders filled in.

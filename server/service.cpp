@@ -7,6 +7,7 @@
 #include <cstring>
 #include <thread>
 
+#include "server/handlers_assets.h"
 #include "server/handlers_events.h"
 #include "server/handlers_health.h"
 #include "server/handlers_jobs.h"
@@ -66,6 +67,7 @@ struct Service::Parts {
         db(std::move(database)),
         jobs(*db, events, now_ms),
         results(config.data),
+        upload_quota(config.assets_gib << 30),
         scenes(config.scenes, render_threads(config.threads)),
         web(config.web),
         event_handlers(events, jobs) {}
@@ -77,6 +79,8 @@ struct Service::Parts {
   std::unique_ptr<TableStore> tables;
   std::unique_ptr<WeightsStore> weights;
   ResultStore results;
+  DiskQuota upload_quota;
+  std::unique_ptr<AssetStore> assets;
   SceneStore scenes;
   SteadyClock clock;
   std::unique_ptr<JobRunner> runner;
@@ -84,6 +88,7 @@ struct Service::Parts {
   std::unique_ptr<ViewHandlers> view_handlers;
   std::unique_ptr<TableHandlers> table_handlers;
   std::unique_ptr<WeightsHandlers> weights_handlers;
+  std::unique_ptr<AssetHandlers> asset_handlers;
   WebHandlers web;
   EventHandlers event_handlers;
   std::unique_ptr<HttpServer> http;
@@ -109,6 +114,9 @@ Result<std::unique_ptr<Service>> Service::start(const Config& config, const Http
   Result<std::unique_ptr<WeightsStore>> weights = WeightsStore::open(config.data);
   if (!weights.ok()) return weights.error();
   parts->weights = std::move(weights).value();
+  Result<std::unique_ptr<AssetStore>> assets = AssetStore::open(config.data, parts->upload_quota);
+  if (!assets.ok()) return assets.error();
+  parts->assets = std::move(assets).value();
   Result<std::vector<JobId>> queued = parts->jobs.recover();
   if (!queued.ok()) return queued.error();
 
@@ -120,6 +128,7 @@ Result<std::unique_ptr<Service>> Service::start(const Config& config, const Http
   parts->view_handlers = std::make_unique<ViewHandlers>(stores);
   parts->table_handlers = std::make_unique<TableHandlers>(*parts->tables, now_ms);
   parts->weights_handlers = std::make_unique<WeightsHandlers>(*parts->weights);
+  parts->asset_handlers = std::make_unique<AssetHandlers>(*parts->assets, config.asset_mib << 20);
   Router router;
   parts->job_handlers->add_to(router);
   parts->view_handlers->add_to(router);
@@ -127,6 +136,7 @@ Result<std::unique_ptr<Service>> Service::start(const Config& config, const Http
   parts->web.add_to(router);
   parts->table_handlers->add_to(router);
   parts->weights_handlers->add_to(router);
+  parts->asset_handlers->add_to(router);
   add_scene_routes(router, parts->scenes);
   add_health_routes(router);
   parts->http = std::make_unique<HttpServer>(std::move(router), http);
