@@ -56,7 +56,9 @@ class Film {
   Changes tiles_since(uint64_t since, int limit) const;
   Image develop() const;  // means; black where there is no sample yet
 
-  // Standard error of each pixel's luminance over its mean, as last estimated: one channel.
+  // Standard error of each pixel's luminance, as last estimated, in two channels: over the mean,
+  // both of the pixel's surroundings; its own, from two halves of its samples, infinite where it
+  // has not both.
   void set_noise(Image noise);
   std::optional<Image> noise() const;  // none: not estimated
 

@@ -50,8 +50,9 @@ float to_float(double v) {
 // Events of nlohmann's iterative SAX parser -> tree. An exception in a handler ends the parse.
 class TreeBuilder : public nlohmann::json_sax<nlohmann::json> {
  public:
-  TreeBuilder(const Bytes& text, const std::string& file, JsonValue& root)
-      : text_(text), file_(file), root_(root) {}
+  TreeBuilder(std::span<const uint8_t> text, const std::string& file, size_t max_values,
+              JsonValue& root)
+      : text_(text), file_(file), values_left_(max_values), root_(root) {}
 
   bool null() override { return add({}); }
   bool boolean(bool v) override { return add({v}); }
@@ -62,14 +63,14 @@ class TreeBuilder : public nlohmann::json_sax<nlohmann::json> {
   bool binary(nlohmann::json::binary_t&) override { return false; }
   bool start_object(size_t) override { return open({JsonValue::Object{}}); }
   bool start_array(size_t) override { return open({JsonValue::Array{}}); }
-  bool end_object() override { return close(); }
+  bool end_object() override {
+    refuse_twice();
+    return close();
+  }
   bool end_array() override { return close(); }
 
   bool key(std::string& name) override {
-    auto& object = std::get<JsonValue::Object>(open_.back()->value);
-    for (const JsonMember& member : object)
-      if (member.key == name) fail_import(ErrorCode::kInvalid, "appears twice", pointer(name));
-    object.push_back({std::move(name), {}});
+    std::get<JsonValue::Object>(open_.back()->value).push_back({std::move(name), {}});
     return true;
   }
 
@@ -85,6 +86,16 @@ class TreeBuilder : public nlohmann::json_sax<nlohmann::json> {
   }
 
  private:
+  // Once the object is whole: looking at all before it with each key would take a square of time.
+  void refuse_twice() const {
+    const auto& object = std::get<JsonValue::Object>(open_.back()->value);
+    std::vector<std::string_view> keys;
+    for (const JsonMember& member : object) keys.push_back(member.key);
+    std::sort(keys.begin(), keys.end());
+    const auto twice = std::adjacent_find(keys.begin(), keys.end());
+    if (twice != keys.end()) fail_import(ErrorCode::kInvalid, "appears twice", pointer(*twice));
+  }
+
   JsonValue* place(JsonValue v) {
     JsonValue* slot = &root_;
     if (!open_.empty()) {
@@ -94,6 +105,7 @@ class TreeBuilder : public nlohmann::json_sax<nlohmann::json> {
         slot = &std::get<JsonValue::Object>(open_.back()->value).back().value;
     }
     *slot = std::move(v);
+    if (values_left_-- == 0) fail_import(ErrorCode::kTooLarge, "has too many values", file_);
     return slot;
   }
   bool add(JsonValue v) {
@@ -127,18 +139,19 @@ class TreeBuilder : public nlohmann::json_sax<nlohmann::json> {
     return last_key.empty() ? out : out + "/" + escape(last_key);
   }
 
-  const Bytes& text_;
+  std::span<const uint8_t> text_;
   const std::string& file_;
+  size_t values_left_;
   JsonValue& root_;
   std::vector<JsonValue*> open_;
 };
 
 }  // namespace
 
-JsonValue parse_json(const Bytes& text, const std::string& file) {
+JsonValue parse_json(std::span<const uint8_t> text, const std::string& file, size_t max_values) {
   JsonValue root;
-  TreeBuilder builder(text, file, root);
-  nlohmann::json::sax_parse(text, &builder);
+  TreeBuilder builder(text, file, max_values, root);
+  nlohmann::json::sax_parse(text.begin(), text.end(), &builder);
   return root;
 }
 
@@ -240,6 +253,12 @@ std::optional<JsonNode> JsonNode::find(std::string_view key) const {
   for (const JsonMember& member : object())
     if (member.key == key) return JsonNode(member.value, place_ + "/" + escape(key));
   return std::nullopt;
+}
+
+std::vector<std::string> JsonNode::keys() const {
+  std::vector<std::string> out;
+  for (const JsonMember& member : object()) out.push_back(member.key);
+  return out;
 }
 
 JsonNode JsonNode::get(std::string_view key) const {

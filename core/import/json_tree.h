@@ -1,10 +1,12 @@
-// JSON text -> a small tree, and checked access to it. The reader bounds the depth and refuses
-// duplicate keys; JsonNode knows its place ("scene.json:/materials/3/ior") and throws
-// ImportFailure naming it. Any thread.
+// JSON text -> a small tree, and checked access to it. The reader bounds the depth, refuses
+// duplicate keys and stops at a count of values; JsonNode knows its place
+// ("scene.json:/materials/3/ior") and throws ImportFailure naming it. Any thread.
 #pragma once
 
 #include <initializer_list>
+#include <limits>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <variant>
@@ -31,7 +33,8 @@ struct JsonMember {
 };
 
 // `file` names the document in errors: "scene.json:12: ..." for syntax, a pointer for the rest.
-JsonValue parse_json(const Bytes& text, const std::string& file);
+JsonValue parse_json(std::span<const uint8_t> text, const std::string& file,
+                     size_t max_values = std::numeric_limits<size_t>::max());
 
 // A borrowed view of one value; the tree must outlive it.
 class JsonNode {
@@ -65,6 +68,7 @@ class JsonNode {
   bool has(std::string_view key) const { return find(key).has_value(); }
   std::optional<JsonNode> find(std::string_view key) const;
   JsonNode get(std::string_view key) const;
+  std::vector<std::string> keys() const;
 
  private:
   const JsonValue::Object& object() const;

@@ -6,6 +6,7 @@
 #include <cstring>
 
 #include "core/import/fit_camera.h"
+#include "core/import/gltf_scene.h"
 #include "core/import/json_scene.h"
 #include "core/import/mitsuba_scene.h"
 #include "core/import/obj.h"
@@ -98,13 +99,18 @@ JsonScene read_any(const std::filesystem::path& path, const SceneLimits& limits)
     read.scene.name = std::filesystem::absolute(path).parent_path().filename();
     return read;
   }
+  if (extension == ".gltf" || extension == ".glb") {
+    JsonScene read = read_gltf_scene(path, limits);
+    read.scene.name = path.stem();
+    return read;
+  }
   JsonScene read;
   if (extension == ".obj")
     read = from_obj(path, limits);
   else if (extension == ".ply")
     read = from_ply(path, limits);
   else
-    fail_import(ErrorCode::kUnsupported, "expected a .json, .xml, .obj or .ply file",
+    fail_import(ErrorCode::kUnsupported, "expected a .json, .xml, .gltf, .glb, .obj or .ply file",
                 path.filename());
   complete(read.scene, path);
   return read;

@@ -1,6 +1,7 @@
 // File -> Scene, validated. The format follows the extension: .json (docs/scene_format.md), .xml
-// (Mitsuba's, docs/mitsuba.md), .obj (with its MTL; camera and size are chosen to show it all),
-// .ply (one grey diffuse mesh under a constant sky). Paths in a file are relative to it.
+// (Mitsuba's, docs/mitsuba.md), .gltf and .glb (docs/gltf.md), .obj (with its MTL; camera and size
+// are chosen to show it all), .ply (one grey diffuse mesh under a constant sky). Paths in a file
+// are relative to it.
 #pragma once
 
 #include <filesystem>

@@ -5,6 +5,7 @@
 
 #include "core/image/image_io.h"
 #include "core/image/tonemap.h"
+#include "core/import/upward_uv.h"
 
 namespace qray {
 namespace {
@@ -20,13 +21,6 @@ TextureWrap read_wrap(const MitsubaNode& node, std::string_view name, TextureWra
   if (*text == "mirror") return TextureWrap::kMirror;
   import.warn(*find_parameter(node, name), "wrap mode \"" + *text + "\" is drawn as clamp");
   return TextureWrap::kClamp;
-}
-
-// uv' = m uv in Mitsuba's sense, v downward, as a map of our upward ones: v = 1 - v before and
-// after.
-UvTransform upward(double a, double b, double tx, double c, double d, double ty) {
-  const auto f = [](double v) { return static_cast<float>(v); };
-  return {{f(a), f(-b), f(b + tx)}, {f(-c), f(d), f(1 - d - ty)}};
 }
 
 UvTransform read_uv_transform(const MitsubaNode& node) {

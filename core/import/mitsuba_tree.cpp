@@ -5,6 +5,7 @@
 #include <pugixml.hpp>
 
 #include "core/base/file.h"
+#include "core/import/scene_folder.h"
 
 namespace qray {
 namespace {
@@ -15,11 +16,6 @@ constexpr size_t kMaxDepth = 64;         // of elements, over all includes
 constexpr size_t kMaxIncludeDepth = 16;  // of files
 constexpr size_t kMaxFiles = 256;
 constexpr size_t kMaxAttributeBytes = 16 << 20;  // what $parameters may grow to, in all
-
-bool is_within(const std::filesystem::path& path, const std::filesystem::path& folder) {
-  const auto [end, ignored] = std::mismatch(folder.begin(), folder.end(), path.begin(), path.end());
-  return end == folder.end();
-}
 
 // Where the newlines of a text are.
 class Lines {
@@ -236,12 +232,10 @@ std::filesystem::path MitsubaDocument::find_file(const MitsubaNode& node,
   std::string slashed = name;
   std::replace(slashed.begin(), slashed.end(), '\\', '/');
   for (const std::filesystem::path& from : folders) {
-    std::error_code ec;
-    const std::filesystem::path path = std::filesystem::canonical(from / slashed, ec);
-    if (ec || !std::filesystem::is_regular_file(path, ec)) continue;
-    if (!is_within(path, folder))
-      node.fail("\"" + name + "\" lies outside the scene's folder", ErrorCode::kInvalid);
-    return path;
+    const Result<std::filesystem::path> path = find_within(folder, from, slashed);
+    if (path.ok()) return path.value();
+    if (path.error().code != ErrorCode::kNotFound)
+      node.fail(path.error().message, path.error().code);
   }
   node.fail("no such file: \"" + name + "\"", ErrorCode::kNotFound);
 }

@@ -11,10 +11,16 @@ Result<RecoveryInput> recovery_input(const PreparedScene& scene, const RenderSet
                                      const Film& film, TaskPool& pool, std::stop_token stop) {
   std::optional<Image> noise = film.noise();
   QRAY_CHECK(noise.has_value());
-  for (float& r : noise->data()) r = r / (1 + r);
+  Image smooth(noise->width(), noise->height(), 1), own = smooth;
+  for (size_t i = 0; i < smooth.data().size(); ++i) {
+    const float r = noise->data()[2 * i];
+    smooth.data()[i] = r / (1 + r);
+    own.data()[i] = noise->data()[2 * i + 1];
+  }
   Result<Image> features = render_features(scene, settings, pool, std::move(stop));
   if (!features.ok()) return features.error();
-  return RecoveryInput{std::move(features).value(), film.develop(), std::move(*noise)};
+  return RecoveryInput{std::move(features).value(), film.develop(), std::move(smooth),
+                       std::move(own)};
 }
 
 Result<Image> recover_picture(const PreparedScene& scene, const RenderSettings& settings,

@@ -4,6 +4,7 @@
 
 #include "core/recover/bilinear.h"
 #include "core/recover/fast_recovery.h"
+#include "core/recover/shrink.h"
 
 namespace qray {
 namespace {
@@ -41,7 +42,7 @@ Image recover_all(const Network& net, const RecoveryInput& input, TaskPool& pool
         for (int x = 0; x < mean.width(); ++x)
           mean.set_rgb(x, y, mean.rgb(x, y) + part.rgb(x + dx, y + dy) * 0.25f);
     }
-  return mean;
+  return shrink_towards(mean, input.colour, input.own_error, pool);
 }
 
 }  // namespace qray

@@ -10,16 +10,17 @@ namespace qray {
 
 // A picture's guides beside its light; images of one size.
 struct RecoveryInput {
-  Image features;  // kFeatures channels, every pixel
-  Image colour;    // linear, where it is known
-  Image noise;     // one channel, there: r / (1 + r), r the standard error over the mean
+  Image features;     // kFeatures channels, every pixel
+  Image colour;       // linear, where it is known
+  Image noise;        // one channel, there: r / (1 + r), r the standard error over the mean
+  Image own_error{};  // one channel: of the luminance, by two halves of a pixel's samples
 };
 
 // From the first pixel of each 2 x 2 block. Even sides.
 Image recover_quarter(const Network& net, const RecoveryInput& input, TaskPool& pool);
 
-// From all pixels: the mean of what each of the four pixels of the blocks makes of the picture.
-// Denoises, with a network of the same size.
+// From all pixels: the mean of what each of the four pixels of the blocks makes of the picture, and
+// the samples by as much as they are surer (shrink.h). Denoises, with a network of the same size.
 Image recover_all(const Network& net, const RecoveryInput& input, TaskPool& pool);
 
 }  // namespace qray

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "core/math/vec.h"
 
@@ -31,9 +32,11 @@ void blur_line(float* values, int count, size_t stride, std::vector<double>& sum
 
 NoiseEstimate::NoiseEstimate(int width, int height) : width_(width), height_(height) {
   const size_t pixels = static_cast<size_t>(width) * static_cast<size_t>(height);
-  for (auto* values :
-       {&samples_, &count_[0], &count_[1], &sum_, &half_[0], &half_[1], &square_, &mean_})
-    values->resize(pixels);
+  for (int odd : {0, 1})
+    for (auto* values : {&all_[odd], &all_count_[odd], &half_[odd], &count_[odd]})
+      values->resize(pixels);
+  square_.resize(pixels);
+  mean_.resize(pixels);
 }
 
 void NoiseEstimate::start_pass(bool guided) {
@@ -46,12 +49,14 @@ void NoiseEstimate::start_pass(bool guided) {
 void NoiseEstimate::add(int x, int y, uint32_t first, uint32_t count, float even, float odd) {
   const size_t i = index(x, y);
   const uint32_t odds = (count + (first & 1)) / 2;
-  count_[0][i] += static_cast<float>(count - odds);
-  count_[1][i] += static_cast<float>(odds);
-  half_[0][i] += even;
-  half_[1][i] += odd;
-  sum_[i] += even + odd;
-  samples_[i] += static_cast<float>(count);
+  for (auto* sums : {&half_, &all_}) {
+    (*sums)[0][i] += even;
+    (*sums)[1][i] += odd;
+  }
+  for (auto* counts : {&count_, &all_count_}) {
+    (*counts)[0][i] += static_cast<float>(count - odds);
+    (*counts)[1][i] += static_cast<float>(odds);
+  }
 }
 
 bool NoiseEstimate::end_pass() {
@@ -75,8 +80,10 @@ bool NoiseEstimate::end_pass() {
   deviation_ = distance_;
   for (float& d : deviation_) d *= kDeviation;
   blur(deviation_);
-  for (size_t i = 0; i < mean_.size(); ++i)
-    mean_[i] = samples_[i] > 0 ? sum_[i] * (1 / samples_[i]) : 0.0f;
+  for (size_t i = 0; i < mean_.size(); ++i) {
+    const float samples = all_count_[0][i] + all_count_[1][i];
+    mean_[i] = samples > 0 ? (all_[0][i] + all_[1][i]) * (1 / samples) : 0.0f;
+  }
   blur(mean_);
   if (!guided_) {
     unguided_.resize(square_.size());
@@ -96,8 +103,17 @@ float NoiseEstimate::relative_deviation(int x, int y) const {
 }
 
 float NoiseEstimate::relative_error(int x, int y) const {
-  const float samples = samples_[index(x, y)];
+  const size_t i = index(x, y);
+  const float samples = all_count_[0][i] + all_count_[1][i];
   return samples > 0 ? relative_deviation(x, y) / std::sqrt(samples) : kMostError;
+}
+
+float NoiseEstimate::own_error(int x, int y) const {
+  const size_t i = index(x, y);
+  const float even = all_count_[0][i], odd = all_count_[1][i];
+  if (even == 0 || odd == 0) return std::numeric_limits<float>::infinity();
+  // The halves' distance has the variance (1 / even + 1 / odd) of a sample, the mean 1 / samples.
+  return std::abs(all_[0][i] / even - all_[1][i] / odd) * std::sqrt(even * odd) / (even + odd);
 }
 
 double NoiseEstimate::trimmed_mean(const std::vector<float>& squares,

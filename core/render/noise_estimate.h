@@ -37,6 +37,9 @@ class NoiseEstimate {
   float relative_error(int x, int y) const;
   // Standard deviation of a sample over the same.
   float relative_deviation(int x, int y) const;
+  // Of the pixel's mean so far, by how far all its even samples are from all its odd ones:
+  // unbiased squared, of one degree of freedom. A firefly counts in full. Infinite: not known.
+  float own_error(int x, int y) const;
   bool known() const { return !deviation_.empty(); }
   static constexpr float kMostError = 16;
 
@@ -49,10 +52,9 @@ class NoiseEstimate {
 
   int width_, height_;
   bool guided_ = false;
-  std::vector<float> samples_;   // each pixel's, all
-  std::vector<float> count_[2];  // in half_
-  std::vector<float> sum_;       // of luminance, all samples
-  std::vector<float> half_[2];   // of luminance, since the last estimate, by even and odd
+  // Of luminance, by even and odd samples: all of them, and those since the last estimate.
+  std::vector<float> all_[2], all_count_[2];
+  std::vector<float> half_[2], count_[2];
   std::vector<float> mean_;      // of luminance, blurred
   std::vector<float> square_;    // a sample's variance by the last estimate
   std::vector<float> before_;    // square_ of the estimate before

@@ -292,10 +292,13 @@ class Renderer {
   }
 
   Image noise_picture() const {
-    Image picture(settings_.width, settings_.height, 1);
+    const int step = pixels_.step();
+    Image picture(settings_.width, settings_.height, 2);
     for (int y = 0; y < pixels_.height(); ++y)
-      for (int x = 0; x < pixels_.width(); ++x)
-        picture.at(x * pixels_.step(), y * pixels_.step(), 0) = noise_->relative_error(x, y);
+      for (int x = 0; x < pixels_.width(); ++x) {
+        picture.at(x * step, y * step, 0) = noise_->relative_error(x, y);
+        picture.at(x * step, y * step, 1) = noise_->own_error(x, y);
+      }
     return picture;
   }
 

@@ -75,6 +75,18 @@ TEST_F(RecoverCommand, TheDefaultNetworkIsFarBetterThanBilinear) {
   EXPECT_LT(error("default"), 0.2 * error("bilinear"));
 }
 
+TEST_F(RecoverCommand, AllPixelsGoOnGettingBetterWithSamples) {
+  ASSERT_EQ(render("truth.exr", {"--spp", "2048"}).code, cmd::kExitOk);
+  const auto error = [&](const char* spp, const std::string& name) {
+    const Outcome done = render("r.exr", {"--spp", spp, "--seed", "3", "--recover", "default",
+                                          "--sampled-out", file("s.exr")});
+    EXPECT_EQ(done.code, cmd::kExitOk) << done.err;
+    return relmse(picture(name), picture("truth.exr"));
+  };
+  EXPECT_LT(error("4", "r.exr"), 0.5 * error("4", "s.exr"));
+  EXPECT_LT(error("128", "r.exr"), 0.25 * error("4", "r.exr"));
+}
+
 TEST_F(RecoverCommand, ComparesOnViewsOfItsOwn) {
   const Outcome done = qray_command({"recover", "compare", "cornell-box", "--views", "2",
                                      "--most-spp", "4", "--target-spp", "16", "-q"});

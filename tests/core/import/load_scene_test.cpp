@@ -40,7 +40,8 @@ TEST(LoadScene, ManyLightsHasTwoHundredLampsFacingDown) {
 
 TEST(LoadScene, ErrorsNameTheFile) {
   const test::SceneFolder folder;
-  EXPECT_EQ(folder.failure("a.txt", "x"), "a.txt: expected a .json, .xml, .obj or .ply file");
+  EXPECT_EQ(folder.failure("a.txt", "x"),
+            "a.txt: expected a .json, .xml, .gltf, .glb, .obj or .ply file");
   EXPECT_EQ(folder.failure("a.json", "[\n}").substr(0, 9), "a.json:2:");
   const auto missing = load_scene(folder.path() / "gone.json");
   ASSERT_FALSE(missing.ok());

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <limits>
+
 #include "core/image/metrics.h"
 #include "core/recover/included_networks.h"
 #include "core/recover/joint_bilateral.h"
@@ -34,7 +36,12 @@ TrainingView corner(float noise, uint64_t seed) {
   return view;
 }
 
-RecoveryInput input_of(const TrainingView& view) { return {view.features, view.input, view.noise}; }
+// No pixel's own noise is known: what the network makes counts alone.
+RecoveryInput input_of(const TrainingView& view) {
+  Image unknown(kSide, kSide, 1);
+  for (float& e : unknown.data()) e = std::numeric_limits<float>::infinity();
+  return {view.features, view.input, view.noise, std::move(unknown)};
+}
 
 TEST(Recover, APictureThatItsFeaturesExplainComesBackWhole) {
   const TrainingView view = corner(0, 1);

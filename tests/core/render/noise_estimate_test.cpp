@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <limits>
+
 #include "tests/support/random.h"
 
 namespace qray {
@@ -47,6 +49,26 @@ TEST(NoiseEstimate, AnyPassTellsTheVarianceOfItsSamples) {
     ASSERT_TRUE(noise.end_pass());
     EXPECT_NEAR(noise.variance(), 0.09 / 1.01, 0.012) << samples;
   }
+}
+
+TEST(NoiseEstimate, APixelsOwnErrorIsOfAllItsSamples) {
+  NoiseEstimate noise(kSide, kSide);
+  test::Random random(4);
+  uint64_t done = 0;
+  render(noise, done, 1, false, 0.5f, random);
+  EXPECT_EQ(noise.own_error(3, 3), std::numeric_limits<float>::infinity());
+  for (int samples : {1, 3, 8, 9}) render(noise, done, samples, true, 0.5f, random);
+  double square = 0;
+  for (int y = 0; y < kSide; ++y)
+    for (int x = 0; x < kSide; ++x) square += sqr(double{noise.own_error(x, y)});
+  EXPECT_NEAR(square / (kSide * kSide), 0.25 / 22, 0.06 * 0.25 / 22);
+}
+
+TEST(NoiseEstimate, AFireflyIsItsPixelsOwnError) {
+  NoiseEstimate noise(1, 1);
+  noise.start_pass(false);
+  noise.add(0, 0, 0, 4, 400, 4);  // 2 samples each
+  EXPECT_FLOAT_EQ(noise.own_error(0, 0), 99) << "the mean is 101, all but 2 of it by one half";
 }
 
 TEST(NoiseEstimate, GuidedPassesAreKeptApart) {

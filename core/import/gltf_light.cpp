@@ -1,0 +1,95 @@
+#include "core/import/gltf_light.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace qray {
+namespace {
+
+constexpr float kMaxRadiance = 1e12f;  // as validate() allows
+
+Vec3 column(const Transform& t, size_t c) {
+  return {static_cast<float>(t.rows[0][c]), static_cast<float>(t.rows[1][c]),
+          static_cast<float>(t.rows[2][c])};
+}
+
+Vec3 unit_column(const Transform& t, size_t c, const JsonNode& place) {
+  const Vec3 v = column(t, c);
+  const float norm = length(v);
+  if (!(norm > 0 && std::isfinite(norm))) place.fail("is flattened by the nodes above it");
+  return v / norm;
+}
+
+Vec3 position_of(const Transform& t, const JsonNode& place) {
+  const Vec3 p = column(t, 3);
+  for (int axis = 0; axis < 3; ++axis)
+    if (!(std::abs(p[axis]) <= kMaxCoordinate)) place.fail("expected a place within 1e6 m");
+  return p;
+}
+
+}  // namespace
+
+// Candela are taken as W/sr and lux as W/m^2, in every channel.
+PunctualLight read_gltf_light(const JsonNode& index_node, const Transform& to_world,
+                              GltfImport& import) {
+  const auto all = find_extension(import.document.root(), "KHR_lights_punctual");
+  const auto lights = all ? all->find("lights") : std::nullopt;
+  if (!lights || lights->size() == 0) index_node.fail("expected no index, there are no lights");
+  const JsonNode node =
+      lights->at(static_cast<size_t>(index_node.integer(0, static_cast<int>(lights->size()) - 1)));
+  PunctualLight light;
+  float strength = 1;
+  if (const auto v = node.find("intensity")) strength = v->number(0, kMaxRadiance);
+  light.intensity = Rgb{strength};
+  if (const auto color = node.find("color")) {
+    const std::vector<float> rgb = color->numbers(3);
+    for (int i = 0; i < 3; ++i) {
+      if (rgb[static_cast<size_t>(i)] < 0) color->fail_expected("numbers from 0");
+      light.intensity[i] = std::min(strength * rgb[static_cast<size_t>(i)], kMaxRadiance);
+    }
+  }
+  light.position = position_of(to_world, index_node);
+  const JsonNode type = node.get("type");
+  if (type.string() == "point") return light;
+  light.direction = -unit_column(to_world, 2, index_node);
+  if (type.string() == "directional") {
+    light.kind = LightKind::kDirectional;
+    return light;
+  }
+  if (type.string() != "spot") type.fail_expected("point, spot or directional");
+  light.kind = LightKind::kSpot;
+  const JsonNode spot = node.get("spot");
+  if (const auto v = spot.find("outerConeAngle")) light.outer_rad = v->number(1e-6f, kPi / 2);
+  if (const auto v = spot.find("innerConeAngle")) light.inner_rad = v->number(0, light.outer_rad);
+  return light;
+}
+
+bool read_gltf_camera(const JsonNode& camera, const JsonNode& node, const Transform& to_world,
+                      GltfImport& import) {
+  const JsonNode type = camera.get("type");
+  if (type.string() != "perspective") {
+    if (type.string() != "orthographic") type.fail_expected("perspective or orthographic");
+    import.warn(type, "orthographic cameras are not drawn: a view that shows all is");
+    return false;
+  }
+  const JsonNode perspective = camera.get("perspective");
+  Scene& scene = import.out.scene;
+  const float yfov = perspective.get("yfov").number(1e-4f, kPi * 0.999f);
+  scene.camera.vertical_fov_deg = yfov * (180 / kPi);
+  if (const auto aspect = perspective.find("aspectRatio")) {
+    // As many pixels as the default, about.
+    const double root = std::sqrt(static_cast<double>(aspect->number(1e-2f, 1e2f)));
+    const int most = import.limits.max_dimension_px;
+    scene.width = std::clamp(static_cast<int>(std::lround(512 * root)), 1, most);
+    scene.height = std::clamp(static_cast<int>(std::lround(512 / root)), 1, most);
+  }
+  Camera& out = scene.camera;
+  out.position = position_of(to_world, node);
+  // As far as its distance from the origin, so that its rounding turns the view by nothing.
+  out.target = out.position - unit_column(to_world, 2, node) * std::max(1.0f, length(out.position));
+  out.up = unit_column(to_world, 1, node);
+  out.mirrored = to_world.determinant() < 0;
+  return true;
+}
+
+}  // namespace qray

@@ -1,0 +1,260 @@
+#include "core/import/gltf_scene.h"
+
+#include "core/import/fit_camera.h"
+#include "core/import/gltf_accessor.h"
+#include "core/import/gltf_light.h"
+#include "core/import/gltf_mesh.h"
+
+namespace qray {
+namespace {
+
+constexpr size_t kMaxWarnings = 1000;
+constexpr double kLeastVolume = 1e-20;  // of a map, as validate() wants it
+
+Transform from_columns(const std::vector<double>& m) {
+  Transform t;
+  for (size_t r = 0; r < 3; ++r)
+    for (size_t c = 0; c < 4; ++c) t.rows[r][c] = m[c * 4 + r];
+  return t;
+}
+
+// Of a quaternion x, y, z, w, made unit; none: no rotation.
+Transform rotation(const std::array<double, 4>& q) {
+  const double norm = std::hypot(std::hypot(q[0], q[1]), std::hypot(q[2], q[3]));
+  Transform t;
+  if (!(norm > 0)) return t;
+  const double x = q[0] / norm, y = q[1] / norm, z = q[2] / norm, w = q[3] / norm;
+  t.rows = {{{1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w), 0},
+             {2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w), 0},
+             {2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y), 0}}};
+  return t;
+}
+
+Transform placed(Vec3 translation, const std::array<double, 4>& quaternion, Vec3 scale) {
+  return Transform::translation(translation)
+      .after(rotation(quaternion).after(Transform::scaling(scale)));
+}
+
+Transform to_parent(const tinygltf::Node& node) {
+  if (!node.matrix.empty()) return from_columns(node.matrix);
+  const auto vec = [](const std::vector<double>& v, float fallback) {
+    if (v.empty()) return Vec3{fallback, fallback, fallback};
+    return Vec3{static_cast<float>(v[0]), static_cast<float>(v[1]), static_cast<float>(v[2])};
+  };
+  std::array<double, 4> q{0, 0, 0, 1};
+  if (!node.rotation.empty()) std::copy_n(node.rotation.begin(), 4, q.begin());
+  return placed(vec(node.translation, 0), q, vec(node.scale, 1));
+}
+
+class Reader {
+ public:
+  explicit Reader(GltfImport& import)
+      : import_(import), document_(import.document), materials_(import), meshes_(import) {}
+
+  void read() {
+    warn_of_document();
+    walk();
+    add_meshes();
+    Scene& scene = import_.out.scene;
+    if (scene.meshes.empty()) document_.root().fail("expected a scene with triangles");
+    if (!has_camera_) scene.camera = fit_camera(scene, /*fronts_are_known=*/true);
+    if (!has_light_) scene.environment.radiance = Rgb{1.0f};
+  }
+
+ private:
+  // A mesh in a place.
+  struct Use {
+    int node;
+    Transform to_world;
+  };
+
+  void warn_of_document() {
+    const JsonNode root = document_.root();
+    import_.expect_extensions(root, {"KHR_lights_punctual", "KHR_materials_variants"});
+    if (const auto variants = find_extension(root, "KHR_materials_variants"))
+      import_.warn(*variants, "drawn with the materials of no variant");
+    if (document_.count("animations") > 0)
+      import_.warn(root.get("animations"), "animations are left out: the scene at rest is drawn");
+    if (document_.count("skins") > 0)
+      import_.warn(root.get("skins"), "skins are left out: the meshes at rest are drawn");
+    if (document_.count("scenes") > 1)
+      import_.warn(root.get("scenes"), "only the default scene is drawn");
+  }
+
+  // The nodes of the scene, from the top; each has one parent, so no path is without an end.
+  void walk() {
+    struct Step {
+      int node;
+      Transform above;
+    };
+    std::vector<Step> waiting;
+    const std::vector<int> roots = find_roots();
+    for (auto it = roots.rbegin(); it != roots.rend(); ++it) waiting.push_back({*it, {}});
+    std::vector<bool> visited(document_.model().nodes.size());
+    while (!waiting.empty()) {
+      const Step step = waiting.back();
+      waiting.pop_back();
+      const auto index = static_cast<size_t>(step.node);
+      if (visited[index])
+        document_.at("nodes", step.node).fail("expected a node below one other at most, no cycles");
+      visited[index] = true;
+      const tinygltf::Node& node = document_.model().nodes[index];
+      const Transform to_world = step.above.after(to_parent(node));
+      read_node(step.node, node, to_world);
+      for (auto it = node.children.rbegin(); it != node.children.rend(); ++it)
+        waiting.push_back({*it, to_world});
+    }
+  }
+
+  // Of the scene; all that are below no other where there is none.
+  std::vector<int> find_roots() const {
+    const tinygltf::Model& model = document_.model();
+    if (!model.scenes.empty())
+      return model.scenes[static_cast<size_t>(std::max(model.defaultScene, 0))].nodes;
+    std::vector<bool> below(model.nodes.size());
+    for (const tinygltf::Node& node : model.nodes)
+      for (const int child : node.children) below[static_cast<size_t>(child)] = true;
+    std::vector<int> roots;
+    for (size_t i = 0; i < below.size(); ++i)
+      if (!below[i]) roots.push_back(static_cast<int>(i));
+    return roots;
+  }
+
+  void read_node(int index, const tinygltf::Node& node, const Transform& to_world) {
+    const JsonNode place = document_.at("nodes", index);
+    import_.expect_extensions(place, {"KHR_lights_punctual", "EXT_mesh_gpu_instancing"});
+    if (const auto light = find_extension(place, "KHR_lights_punctual")) {
+      import_.out.scene.lights.push_back(read_gltf_light(light->get("light"), to_world, import_));
+      has_light_ = has_light_ || import_.out.scene.lights.back().emits();
+    }
+    if (node.camera >= 0) {
+      if (has_camera_)
+        import_.warn(place.get("camera"), "only the first camera is used");
+      else
+        has_camera_ =
+            read_gltf_camera(document_.at("cameras", node.camera), place, to_world, import_);
+    }
+    if (node.mesh < 0) return;
+    if (const auto instances = find_extension(place, "EXT_mesh_gpu_instancing"))
+      add_gpu_instances(*instances, index, node.mesh, to_world);
+    else
+      add_use(index, node.mesh, to_world);
+  }
+
+  void add_use(int node, int mesh, const Transform& to_world) {
+    const double volume = std::abs(to_world.determinant());
+    if (!(volume > kLeastVolume && std::isfinite(volume)))
+      return import_.warn(document_.at("nodes", node), "a mesh flattened to nothing is left out");
+    uses_[mesh].push_back({node, to_world});
+    if (++use_count_ > import_.limits.max_instances) {
+      document_.root().get("nodes").fail("expected at most " +
+                                             std::to_string(import_.limits.max_instances) +
+                                             " meshes in their places",
+                                         ErrorCode::kTooLarge);
+    }
+  }
+
+  void add_gpu_instances(const JsonNode& extension, int node, int mesh, const Transform& to_world) {
+    const JsonNode attributes = extension.get("attributes");
+    std::optional<size_t> count;
+    const auto read = [&](const char* key, int components) -> std::optional<GltfAccessor> {
+      const auto index = attributes.find(key);
+      if (!index) return {};
+      const int last = static_cast<int>(document_.model().accessors.size()) - 1;
+      if (last < 0) index->fail("expected no index, there are no accessors");
+      GltfAccessor accessor(import_, index->integer(0, last), components,
+                            import_.limits.max_instances);
+      if (count && *count != accessor.count())
+        index->fail("expected " + std::to_string(*count) + " elements, as the others have");
+      count = accessor.count();
+      return accessor;
+    };
+    const auto translation = read("TRANSLATION", 3), turn = read("ROTATION", 4),
+               scale = read("SCALE", 3);
+    if (!count) attributes.fail("expected TRANSLATION, ROTATION or SCALE");
+    using Quaternion = std::array<float, 4>;
+    const auto moves = translation ? translation->read<Vec3>() : std::vector<Vec3>{};
+    const auto turns = turn ? turn->read<Quaternion>() : std::vector<Quaternion>{};
+    const auto scales = scale ? scale->read<Vec3>() : std::vector<Vec3>{};
+    for (size_t i = 0; i < *count; ++i) {
+      std::array<double, 4> q{0, 0, 0, 1};
+      if (turn) std::copy_n(turns[i].begin(), 4, q.begin());
+      add_use(node, mesh,
+              to_world.after(
+                  placed(translation ? moves[i] : Vec3{}, q, scale ? scales[i] : Vec3{1, 1, 1})));
+    }
+  }
+
+  // A mesh in one place is put there, one in more is instanced.
+  void add_meshes() {
+    Scene& scene = import_.out.scene;
+    for (const auto& [index, uses] : uses_) {
+      const auto& primitives = document_.model().meshes[static_cast<size_t>(index)].primitives;
+      for (size_t p = 0; p < primitives.size(); ++p) {
+        const GltfMaterials::Converted& material = materials_.convert(primitives[p].material);
+        Mesh mesh = meshes_.read(index, static_cast<int>(p), material);
+        if (mesh.triangles.empty()) continue;
+        // One that only a picture shapes may be nearly dark, and unlit ones light nothing in glTF.
+        const ColorParam& emission = scene.materials[material.id.value].emission;
+        has_light_ = has_light_ || (!material.unlit && max_component(emission.value) > 0 &&
+                                    !emission.texture.valid());
+        const MeshId id(static_cast<uint32_t>(scene.meshes.size()));
+        if (uses.size() == 1) uses[0].to_world.apply(mesh);
+        scene.meshes.push_back(std::move(mesh));
+        import_.out.mesh_pointers.push_back("/meshes/" + std::to_string(index) + "/primitives/" +
+                                            std::to_string(p));
+        if (uses.size() > 1) add_instances(id, uses);
+      }
+    }
+  }
+
+  void add_instances(MeshId mesh, const std::vector<Use>& uses) {
+    Scene& scene = import_.out.scene;
+    if (scene.instances.size() + uses.size() > import_.limits.max_instances) {
+      document_.root().get("nodes").fail(
+          "expected at most " + std::to_string(import_.limits.max_instances) + " instances",
+          ErrorCode::kTooLarge);
+    }
+    for (const Use& use : uses) {
+      scene.instances.push_back({mesh, use.to_world, {}});
+      import_.out.instance_pointers.push_back("/nodes/" + std::to_string(use.node));
+    }
+  }
+
+  GltfImport& import_;
+  GltfDocument& document_;
+  GltfMaterials materials_;
+  GltfMeshes meshes_;
+  std::map<int, std::vector<Use>> uses_;  // of each mesh
+  size_t use_count_ = 0;
+  bool has_camera_ = false, has_light_ = false;
+};
+
+}  // namespace
+
+void GltfImport::warn(const JsonNode& node, const std::string& text) {
+  if (out.warnings.size() < kMaxWarnings) out.warnings.push_back(node.place() + ": " + text);
+}
+
+void GltfImport::expect_extensions(const JsonNode& node,
+                                   std::initializer_list<std::string_view> known) {
+  const std::optional<JsonNode> extensions = node.find("extensions");
+  if (!extensions) return;
+  for (const std::string& key : extensions->keys())
+    if (std::find(known.begin(), known.end(), key) == known.end())
+      warn(extensions->get(key), "the extension is left out");
+}
+
+std::optional<JsonNode> find_extension(const JsonNode& node, std::string_view name) {
+  const std::optional<JsonNode> extensions = node.find("extensions");
+  return extensions ? extensions->find(name) : std::nullopt;
+}
+
+JsonScene read_gltf_scene(const std::filesystem::path& path, const SceneLimits& limits) {
+  GltfDocument document(path);
+  GltfImport import{document, limits, {}};
+  Reader(import).read();
+  return std::move(import.out);
+}
+
+}  // namespace qray

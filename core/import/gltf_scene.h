@@ -1,0 +1,13 @@
+// glTF 2.0, .gltf and .glb: docs/gltf.md. Throws ImportFailure. Any thread.
+#pragma once
+
+#include <filesystem>
+
+#include "core/import/json_scene.h"
+
+namespace qray {
+
+// With a camera and with light: chosen to show it all where the file has none.
+JsonScene read_gltf_scene(const std::filesystem::path& path, const SceneLimits& limits);
+
+}  // namespace qray

@@ -1,0 +1,52 @@
+#include "core/recover/shrink.h"
+
+#include <algorithm>
+
+namespace qray {
+namespace {
+
+constexpr int kRadiusPx = 3;
+constexpr float kLeastGuess = 1e-3f;  // luminance: differences are relative to the guess
+
+// Squares over the guess': summed over a column of the window, or the whole.
+struct Squares {
+  float distance = 0, noise = 0;
+  void operator+=(Squares s) {
+    distance += s.distance;
+    noise += s.noise;
+  }
+};
+
+}  // namespace
+
+Image shrink_towards(const Image& guess, const Image& samples, const Image& own_error,
+                     TaskPool& pool) {
+  const int width = guess.width(), height = guess.height();
+  const auto at = [&](int x, int y) {
+    const float g = luminance(guess.rgb(x, y));
+    const float scale = 1 / (sqr(g) + sqr(kLeastGuess));
+    return Squares{sqr(luminance(samples.rgb(x, y)) - g) * scale,
+                   sqr(own_error.at(x, y, 0)) * scale};
+  };
+  Image out(width, height, 3);
+  pool.run(static_cast<size_t>(height), [&](size_t row, int) {
+    const int y = static_cast<int>(row);
+    const int top = std::max(0, y - kRadiusPx), bottom = std::min(height, y + kRadiusPx + 1);
+    std::vector<Squares> columns(static_cast<size_t>(width));
+    for (int j = top; j < bottom; ++j)
+      for (int x = 0; x < width; ++x) columns[static_cast<size_t>(x)] += at(x, j);
+    for (int x = 0; x < width; ++x) {
+      const int left = std::max(0, x - kRadiusPx), right = std::min(width, x + kRadiusPx + 1);
+      Squares sum;
+      for (int i = left; i < right; ++i) sum += columns[static_cast<size_t>(i)];
+      const float over = 1 / static_cast<float>((bottom - top) * (right - left));
+      const float noise = sum.noise * over, prior = sum.distance * over - noise;
+      // A pixel with more noise than its neighbours, such as a firefly, counts its own.
+      const float share = prior > 0 ? prior / (prior + std::max(noise, at(x, y).noise)) : 0.0f;
+      out.set_rgb(x, y, lerp(share, guess.rgb(x, y), samples.rgb(x, y)));
+    }
+  });
+  return out;
+}
+
+}  // namespace qray
