@@ -81,6 +81,7 @@ struct Service::Parts {
   ResultStore results;
   DiskQuota upload_quota;
   std::unique_ptr<AssetStore> assets;
+  std::unique_ptr<UploadedScenes> uploads;
   SceneStore scenes;
   SteadyClock clock;
   std::unique_ptr<JobRunner> runner;
@@ -88,6 +89,8 @@ struct Service::Parts {
   std::unique_ptr<ViewHandlers> view_handlers;
   std::unique_ptr<TableHandlers> table_handlers;
   std::unique_ptr<WeightsHandlers> weights_handlers;
+  std::unique_ptr<SceneImporter> importer;
+  std::unique_ptr<SceneHandlers> scene_handlers;
   std::unique_ptr<AssetHandlers> asset_handlers;
   WebHandlers web;
   EventHandlers event_handlers;
@@ -117,6 +120,11 @@ Result<std::unique_ptr<Service>> Service::start(const Config& config, const Http
   Result<std::unique_ptr<AssetStore>> assets = AssetStore::open(config.data, parts->upload_quota);
   if (!assets.ok()) return assets.error();
   parts->assets = std::move(assets).value();
+  Result<std::unique_ptr<UploadedScenes>> uploads =
+      UploadedScenes::open(config.data, parts->upload_quota);
+  if (!uploads.ok()) return uploads.error();
+  parts->uploads = std::move(uploads).value();
+  parts->scenes.add_uploads(*parts->uploads);
   Result<std::vector<JobId>> queued = parts->jobs.recover();
   if (!queued.ok()) return queued.error();
 
@@ -128,6 +136,12 @@ Result<std::unique_ptr<Service>> Service::start(const Config& config, const Http
   parts->view_handlers = std::make_unique<ViewHandlers>(stores);
   parts->table_handlers = std::make_unique<TableHandlers>(*parts->tables, now_ms);
   parts->weights_handlers = std::make_unique<WeightsHandlers>(*parts->weights);
+  const ImportLimits import_limits{config.program, config.import_mib, config.import_seconds,
+                                   config.unpacked_mib << 20};
+  parts->importer = std::make_unique<SceneImporter>(
+      *parts->assets, *parts->uploads, parts->upload_quota, import_limits, config.imports);
+  parts->scene_handlers = std::make_unique<SceneHandlers>(SceneHandlers::Uses{
+      *parts->importer, parts->scenes, *parts->uploads, *parts->assets, parts->jobs});
   parts->asset_handlers = std::make_unique<AssetHandlers>(*parts->assets, config.asset_mib << 20);
   Router router;
   parts->job_handlers->add_to(router);
@@ -137,7 +151,7 @@ Result<std::unique_ptr<Service>> Service::start(const Config& config, const Http
   parts->table_handlers->add_to(router);
   parts->weights_handlers->add_to(router);
   parts->asset_handlers->add_to(router);
-  add_scene_routes(router, parts->scenes);
+  parts->scene_handlers->add_to(router);
   add_health_routes(router);
   parts->http = std::make_unique<HttpServer>(std::move(router), http);
   Result<int> port = parts->http->start(config.host, config.port);
@@ -153,6 +167,7 @@ void Service::stop() {
   if (!parts_->http) return;
   parts_->events.close();
   parts_->view_handlers->stop();
+  parts_->importer->stop();
   parts_->http->stop();
   parts_->runner->stop();
   parts_->http.reset();

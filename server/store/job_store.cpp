@@ -152,6 +152,17 @@ Result<std::vector<JobRecord>> JobStore::list(size_t limit, std::optional<JobId>
   return jobs;
 }
 
+Result<std::optional<JobId>> JobStore::open_job_of(const std::string& scene) const {
+  Database::Session session(db_);
+  Query query(session.handle(),
+              "SELECT id FROM jobs WHERE state NOT IN ('succeeded','canceled','failed') AND "
+              "json_extract(request, '$.scene')=? LIMIT 1");
+  query.bind(scene);
+  if (query.next()) return std::optional(JobId{static_cast<uint64_t>(query.integer(0))});
+  if (Status s = query.status(); !s.ok()) return s.error();
+  return std::optional<JobId>();
+}
+
 Result<JobRecord> JobStore::move(JobId id, JobState to, const Change& change) {
   Database::Session session(db_);
   if (Status s = reserve_event_ids(); !s.ok()) return s.error();

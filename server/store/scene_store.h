@@ -1,5 +1,5 @@
 // The scenes folder: names, and prepared scenes kept for the next job. A scene is loaded anew when
-// a file in its folder has changed. Any thread.
+// a file in its folder has changed; uploaded ones never do. Any thread.
 #pragma once
 
 #include <list>
@@ -9,6 +9,7 @@
 
 #include "core/render/prepared_scene.h"
 #include "proto/messages.h"
+#include "server/store/uploaded_scenes.h"
 
 namespace qray::server {
 
@@ -16,6 +17,9 @@ class SceneStore {
  public:
   SceneStore(std::filesystem::path folder, int build_threads, size_t max_prepared = 4)
       : folder_(std::move(folder)), build_threads_(build_threads), max_prepared_(max_prepared) {}
+
+  // Uploaded scenes too, from now on. Before any other call.
+  void add_uploads(const UploadedScenes& uploads) { uploads_ = &uploads; }
 
   bool has(std::string_view name) const;
   // Sorted by name. A scene's size is known once it was loaded without error since it last changed.
@@ -38,9 +42,11 @@ class SceneStore {
     Stamp stamp;
     std::optional<std::pair<int, int>> size;
   };
+  Result<std::filesystem::path> file_of(std::string_view name) const;
   Stamp newest_change(const std::string& name) const;
 
   std::filesystem::path folder_;
+  const UploadedScenes* uploads_ = nullptr;
   int build_threads_;
   size_t max_prepared_;
   std::mutex mutex_;
