@@ -1,5 +1,5 @@
-// A .glb or .zip that is dropped on the page, or chosen: its bytes go to the server, a scene is made
-// of them. What happens, and what the server says is wrong, is shown in words.
+// A .glb or .zip that is dropped on the page, or chosen: its bytes go to the server, which makes a
+// scene of them. What happens, and what the server says is wrong, is shown in words.
 import { ApiError, has_asset, post_scene, put_asset } from './api.js';
 
 const hex = (bytes) =>
@@ -10,7 +10,7 @@ export class SceneDrop {
   #on_scene;
   #busy = false;
 
-  // on_scene(scene): it is there to be rendered. Resolves when it is.
+  // on_scene(scene): it is there to be rendered; may take its time.
   constructor(input, status, on_scene) {
     this.#status = status;
     this.#on_scene = on_scene;

@@ -36,7 +36,10 @@ Status run(const Options& o) {
 
 void add_submit(CLI::App& app, int& exit_code) {
   auto o = std::make_shared<Options>();
-  CLI::App* sub = app.add_subcommand("submit", "post a job to a server and print its id");
+  CLI::App* sub = app.add_subcommand(
+      "submit",
+      "post a job to a server, sending its scene where that is a file or folder here; "
+      "prints the job's id");
   add_render_options(*sub, o->render);
   sub->add_option("--table", o->table, "auto (default), none, or a table's id");
   add_server_option(*sub, o->server);
