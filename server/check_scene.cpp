@@ -15,6 +15,7 @@
 #include "core/import/scene_entry.h"
 #include "core/render/prepared_scene.h"
 #include "proto/messages.h"
+#include "server/store/disk_quota.h"
 #include "server/unzip.h"
 
 namespace qray::server {
@@ -35,7 +36,7 @@ bool confine(const CheckScene& check) {
   if (::getppid() != check.parent) return false;  // it ended before the line above
   std::signal(SIGXFSZ, SIG_IGN);                  // a write over the limit is an error
   std::set_new_handler([] { ::_exit(CheckScene::kOutOfMemory); });
-#ifndef __SANITIZE_ADDRESS__  // it reserves terabytes of addresses
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)  // they reserve terabytes
   // Libraries start a thread a processor; each reserves 64 MiB for its memory and 8 for its stack.
   ::mallopt(M_ARENA_MAX, 2);
   pthread_attr_t small;
@@ -67,7 +68,9 @@ Result<proto::SceneReport> examine(const CheckScene& check) {
   if (std::error_code ec; fs::exists(archive, ec)) {
     const Result<Unzipped> unzipped = unzip(archive, files, check.unpacked_bytes);
     if (!unzipped.ok()) return unzipped.error();
-    report.unpacked_bytes = unzipped.value().bytes;
+    // Each file's last block is hardly ever full.
+    report.unpacked_bytes =
+        unzipped.value().bytes + unzipped.value().names.size() * DiskQuota::on_disk(0);
     if (report.entry.empty()) {
       Result<std::string> found = find_scene_entry(unzipped.value().names);
       if (!found.ok()) return found.error();

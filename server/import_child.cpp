@@ -37,7 +37,7 @@ class Child {
     argv.push_back(nullptr);
     char* nothing[] = {nullptr};
     char** environment = nothing;
-#ifdef __SANITIZE_ADDRESS__
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
     environment = environ;  // has the sanitizer's options
 #endif
     posix_spawn_file_actions_t files;

@@ -2,6 +2,7 @@
 
 #include <spdlog/spdlog.h>
 
+#include "core/base/file_names.h"
 #include "core/import/scene_entry.h"
 #include "server/turn.h"
 
@@ -64,9 +65,16 @@ std::variant<SceneImporter::Imported, proto::Problem> SceneImporter::import(
 std::variant<SceneImporter::Imported, proto::Problem> SceneImporter::read(
     const proto::SceneRequest& request, const std::string& name) {
   if (auto problem = missing_assets(request)) return *problem;
-  ImportLimits limits = limits_;
+  if (scenes_.count() >= UploadedScenes::kMost)
+    return proto::Problem{507,
+                          "Insufficient storage",
+                          "there are " + std::to_string(UploadedScenes::kMost) +
+                              " uploaded scenes: delete some that are not needed",
+                          {}};
   // Room for all that it may unpack, until it is known how much that is.
-  const uint64_t room = request.archive.empty() ? 0 : limits.unpacked_bytes;
+  const uint64_t room = request.archive.empty()
+                            ? 0
+                            : limits_.unpacked_bytes + FileNames::kMost * DiskQuota::on_disk(0);
   if (!quota_.take(room)) {
     assets_.remove_unused();
     if (!quota_.take(room))
@@ -84,7 +92,7 @@ std::variant<SceneImporter::Imported, proto::Problem> SceneImporter::read(
   Result<UploadedScenes::Draft> draft = scenes_.begin(request, assets_);
   if (!draft.ok()) return not_stored(draft.error());
   Result<proto::SceneReport> report =
-      read_upload(limits, draft.value().folder(), request.entry, stop_.get_token());
+      read_upload(limits_, draft.value().folder(), request.entry, stop_.get_token());
   if (!report.ok() && report.error().code == ErrorCode::kCanceled)
     return proto::Problem{503, "Stopping", "the server stops", {}};
   if (!report.ok()) return not_stored(report.error());

@@ -37,7 +37,7 @@ Result<std::unique_ptr<AssetStore>> AssetStore::open(const fs::path& data, DiskQ
       fs::remove(it->path(), failed);
     } else if (is_asset_name(it->path().filename().string())) {
       const uint64_t size = it->file_size(failed);
-      if (!failed) quota.note(size);
+      if (!failed) quota.note(DiskQuota::on_disk(size));
     }
     if (failed) return Error{ErrorCode::kIo, failed.message(), it->path().string()};
   }
@@ -53,9 +53,10 @@ bool AssetStore::has(const std::string& name) {
 }
 
 Result<AssetStore::Upload> AssetStore::begin(const std::string& name, uint64_t size) {
-  if (!quota_.take(size)) {
+  const auto take = [&] { return size <= quota_.bytes() && quota_.take(DiskQuota::on_disk(size)); };
+  if (!take()) {
     remove_unused();
-    if (!quota_.take(size)) {
+    if (!take()) {
       return Error{ErrorCode::kTooLarge,
                    std::to_string(quota_.used()) + " of " + std::to_string(quota_.bytes()) +
                        " bytes for uploads are taken: delete scenes that are not needed",
@@ -85,7 +86,7 @@ void AssetStore::remove_unused(std::chrono::seconds older_than) {
     struct stat info;
     if (::stat(it->path().c_str(), &info) != 0 || info.st_nlink > 1) continue;
     if (info.st_mtim.tv_sec > before || ::unlink(it->path().c_str()) != 0) continue;
-    quota_.give_back(static_cast<uint64_t>(info.st_size));
+    quota_.give_back(DiskQuota::on_disk(static_cast<uint64_t>(info.st_size)));
   }
 }
 
@@ -110,7 +111,7 @@ AssetStore::Upload::~Upload() {
     ::close(fd_);
     ::unlink(file_.c_str());
   }
-  store_->quota_.give_back(size_);
+  store_->quota_.give_back(DiskQuota::on_disk(size_));
 }
 
 Status AssetStore::Upload::add(std::span<const uint8_t> bytes) {

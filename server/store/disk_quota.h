@@ -10,6 +10,13 @@ class DiskQuota {
  public:
   explicit DiskQuota(uint64_t bytes) : bytes_(bytes) {}
 
+  // What a file of this size takes: whole blocks, and at least one, so that a flood of empty files
+  // ends too.
+  static constexpr uint64_t on_disk(uint64_t bytes) {
+    constexpr uint64_t kBlock = 4096;
+    return (bytes / kBlock + 1) * kBlock;
+  }
+
   bool take(uint64_t bytes) {
     std::lock_guard lock(mutex_);
     if (bytes > bytes_ || used_ > bytes_ - bytes) return false;

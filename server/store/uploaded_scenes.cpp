@@ -129,6 +129,11 @@ std::optional<proto::SceneReport> UploadedScenes::find(std::string_view name) co
   return found == scenes_.end() ? std::nullopt : std::optional(found->second);
 }
 
+size_t UploadedScenes::count() const {
+  std::lock_guard lock(mutex_);
+  return scenes_.size();
+}
+
 std::optional<fs::path> UploadedScenes::file(std::string_view name) const {
   const std::optional<proto::SceneReport> report = find(name);
   if (!report) return std::nullopt;

@@ -12,6 +12,8 @@ namespace qray::server {
 
 class UploadedScenes {
  public:
+  static constexpr size_t kMost = 1000;
+
   // What was being made when the server ended is removed.
   static Result<std::unique_ptr<UploadedScenes>> open(const std::filesystem::path& data,
                                                       DiskQuota& quota);
@@ -40,7 +42,8 @@ class UploadedScenes {
   std::optional<proto::SceneReport> find(std::string_view name) const;
   std::optional<std::filesystem::path> file(std::string_view name) const;  // of the scene
   std::vector<proto::SceneInfo> list() const;                              // sorted by name
-  Status remove(const std::string& name);                                  // kNotFound
+  size_t count() const;
+  Status remove(const std::string& name);  // kNotFound
   const std::filesystem::path& folder() const { return folder_; }
 
  private:

@@ -12,6 +12,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr uint64_t kBlock = DiskQuota::on_disk(0);
+
 std::span<const uint8_t> bytes_of(const std::string& text) {
   return {reinterpret_cast<const uint8_t*>(text.data()), text.size()};
 }
@@ -23,7 +25,7 @@ class AssetStoreTest : public ::testing::Test {
   void SetUp() override { open(); }
   void open() {
     store_.reset();
-    quota_ = std::make_unique<DiskQuota>(100);
+    quota_ = std::make_unique<DiskQuota>(100 * kBlock);
     auto opened = AssetStore::open(scratch_.path(), *quota_);
     ASSERT_TRUE(opened.ok()) << opened.error().text();
     store_ = std::move(opened).value();
@@ -53,10 +55,10 @@ TEST_F(AssetStoreTest, KeepsWhatHasItsName) {
   EXPECT_EQ(read, text);
   ASSERT_TRUE(put(text, name_of(text)).ok());
   EXPECT_EQ(files(), 1u);
-  EXPECT_EQ(quota_->used(), text.size()) << "the same bytes count once";
+  EXPECT_EQ(quota_->used(), kBlock) << "the same bytes count once";
   open();
   EXPECT_TRUE(store_->has(name_of(text)));
-  EXPECT_EQ(quota_->used(), text.size());
+  EXPECT_EQ(quota_->used(), kBlock);
 }
 
 TEST_F(AssetStoreTest, OtherBytesAreRefusedWithBothNames) {
@@ -87,26 +89,26 @@ TEST_F(AssetStoreTest, ABrokenUploadLeavesNothing) {
 }
 
 TEST_F(AssetStoreTest, TheQuotaCountsWhatIsOnItsWay) {
-  Result<AssetStore::Upload> first = store_->begin(name_of("a"), 60);
+  Result<AssetStore::Upload> first = store_->begin(name_of("a"), 60 * kBlock - 1);
   ASSERT_TRUE(first.ok());
-  EXPECT_EQ(store_->begin(name_of("b"), 41).error().code, ErrorCode::kTooLarge);
+  EXPECT_EQ(store_->begin(name_of("b"), 40 * kBlock).error().code, ErrorCode::kTooLarge);
   EXPECT_EQ(store_->begin(name_of("b"), UINT64_MAX).error().code, ErrorCode::kTooLarge);
-  EXPECT_TRUE(store_->begin(name_of("b"), 40).ok());
+  EXPECT_TRUE(store_->begin(name_of("b"), 40 * kBlock - 1).ok());
 }
 
 TEST_F(AssetStoreTest, TheUnusedGoWhenRoomIsWantedOrTimeHasPassed) {
-  const std::string old(50, 'o'), used(50, 'u');
+  const std::string old(50 * kBlock - 1, 'o'), used(50 * kBlock - 1, 'u');
   ASSERT_TRUE(put(old, name_of(old)).ok());
   ASSERT_TRUE(put(used, name_of(used)).ok());
   ASSERT_TRUE(store_->link(name_of(used), scratch_.path() / "link").ok());
-  const std::string fresh(40, 'f');
+  const std::string fresh(40 * kBlock - 1, 'f');
   EXPECT_FALSE(put(fresh, name_of(fresh)).ok()) << "nothing is old yet";
   const auto past = fs::file_time_type::clock::now() - 2 * AssetStore::kKeepUnused;
   for (const std::string& text : {old, used}) fs::last_write_time(folder_ / name_of(text), past);
   EXPECT_TRUE(put(fresh, name_of(fresh)).ok());
   EXPECT_FALSE(store_->has(name_of(old)));
   EXPECT_TRUE(store_->has(name_of(used)));
-  EXPECT_EQ(quota_->used(), 90u);
+  EXPECT_EQ(quota_->used(), 90 * kBlock);
   fs::last_write_time(folder_ / name_of(fresh), past);
   EXPECT_TRUE(store_->has(name_of(fresh))) << "asked for: kept an hour more";
   store_->remove_unused();
@@ -123,7 +125,7 @@ TEST_F(AssetStoreTest, ManyAtOnceOfOneNameWriteOneFile) {
   }
   EXPECT_EQ(stored, 8);
   EXPECT_EQ(files(), 1u);
-  EXPECT_EQ(quota_->used(), text.size());
+  EXPECT_EQ(quota_->used(), kBlock);
 }
 
 TEST_F(AssetStoreTest, ADiskThatFailsIsAnError) {

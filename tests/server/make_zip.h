@@ -33,6 +33,8 @@ inline std::string make_zip(const std::filesystem::path& scratch,
     zip_source_t* source = zip_source_buffer(zip, e.content.data(), e.content.size(), 0);
     const zip_int64_t index = zip_file_add(zip, e.name.c_str(), source, ZIP_FL_ENC_UTF_8);
     EXPECT_GE(index, 0) << e.name;
+    // Of one time, so that the same entries give the same bytes.
+    zip_file_set_mtime(zip, static_cast<zip_uint64_t>(index), 1'000'000'000, 0);
     zip_file_set_external_attributes(zip, static_cast<zip_uint64_t>(index), 0, ZIP_OPSYS_UNIX,
                                      static_cast<zip_uint32_t>(e.mode) << 16);
   }

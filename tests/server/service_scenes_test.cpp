@@ -202,7 +202,7 @@ TEST_F(ServiceScenes, OneThatTakesTooLongIsEndedAndTheServerGoesOn) {
 }
 
 TEST_F(ServiceScenes, OneThatTakesTooMuchMemoryIsEndedAndTheServerGoesOn) {
-#ifdef __SANITIZE_ADDRESS__
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
   GTEST_SKIP() << "addresses are not limited in this build";
 #endif
   s_.stop();
@@ -266,6 +266,22 @@ TEST_F(ServiceScenes, AreDeletedWhenNoJobNeedsThem) {
   EXPECT_EQ(s_.get("/v1/scenes/" + name, 404)["status"], 404);
   EXPECT_EQ(scene_folders(), 0u);
   s_.post("/v1/jobs", Json{{"scene", name}}.dump(), 422);
+}
+
+TEST_F(ServiceScenes, AreCounted) {
+  s_.stop();
+  for (int i = 0; i < 1000; ++i) {
+    char name[40];
+    std::snprintf(name, sizeof name, "up-%032x", i);
+    test::write_text(
+        s_.config.data / "scenes" / name / "report.json",
+        R"({"entry":"a","width":1,"height":1,"triangles":1,"unpacked_bytes":0,"warnings":[]})");
+  }
+  s_.start();
+  const Json full = post_files({{"a.obj", tall_obj(1)}}, 507);
+  EXPECT_NE(full["detail"].get<std::string>().find("1000"), std::string::npos) << full;
+  EXPECT_EQ(s_.client().Delete("/v1/scenes/up-" + std::string(32, '0'))->status, 204);
+  post_files({{"a.obj", tall_obj(1)}}, 201);
 }
 
 TEST_F(ServiceScenes, DraftsOfAKilledServerAreRemoved) {
