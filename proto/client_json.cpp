@@ -61,8 +61,8 @@ std::optional<uint64_t> count_of(const json& object, const char* name) {
 }
 
 JobHint hint_of(const json& object) {
-  return {text_of(object, "state"), number_of(object, "fraction"), number_of(object, "seconds"),
-          count_of(object, "samples")};
+  return {text_of(object, "state"), text_of(object, "step"), number_of(object, "fraction"),
+          number_of(object, "seconds"), count_of(object, "samples")};
 }
 
 }  // namespace

@@ -55,9 +55,10 @@ struct JobView {
 };
 Result<JobView> parse_job(std::string_view json);
 
-// Data of the server-sent events `state`, `progress` and `done`: what it has of a job's fields.
+// Data of the server-sent events `state`, `loading`, `progress` and `done`: what it has of a job's
+// fields.
 struct JobHint {
-  std::optional<std::string> state;
+  std::optional<std::string> state, step;
   std::optional<double> fraction, seconds;
   std::optional<uint64_t> samples;
 };

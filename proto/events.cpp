@@ -28,6 +28,11 @@ std::string state_event(std::string_view job, std::string_view state,
   return line_of(out);
 }
 
+std::string loading_event(std::string_view job, std::string_view step, double fraction,
+                          double seconds) {
+  return line_of({{"job", job}, {"step", step}, {"fraction", fraction}, {"seconds", seconds}});
+}
+
 std::string progress_event(std::string_view job, const JobProgress& progress, uint64_t cursor) {
   return line_of({{"job", job},
                   {"fraction", progress.fraction},

@@ -18,6 +18,9 @@ std::string sse_comment(std::string_view text);
 // The data of each kind of event.
 std::string state_event(std::string_view job, std::string_view state,
                         const std::optional<JobError>& error);
+// `step`: reading (its files), building (the tree for rays).
+std::string loading_event(std::string_view job, std::string_view step, double fraction,
+                          double seconds);
 std::string progress_event(std::string_view job, const JobProgress& progress, uint64_t cursor);
 std::string table_event(std::string_view job, std::string_view table,
                         std::span<const std::string> parents);

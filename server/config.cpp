@@ -33,6 +33,10 @@ ParsedConfig parse_config(int argc, const char* const* argv) {
                  "memory of a job's table: full, it adds no states")
       ->check(CLI::Range(1, 1 << 19))
       ->capture_default_str();
+  app.add_option("--scene-mib", config.scene_mib,
+                 "memory for loaded scenes that the next job may want")
+      ->check(CLI::Range(0, 1 << 19))
+      ->capture_default_str();
   app.add_option("--asset-mib", config.asset_mib, "size of one uploaded file")
       ->check(CLI::Range(1, 1 << 14))
       ->capture_default_str();

@@ -68,7 +68,7 @@ struct Service::Parts {
         jobs(*db, events, now_ms),
         results(config.data),
         upload_quota(config.assets_gib << 30),
-        scenes(config.scenes, render_threads(config.threads)),
+        scenes(config.scenes, render_threads(config.threads), config.scene_mib << 20),
         web(config.web),
         event_handlers(events, jobs) {}
 

@@ -102,6 +102,10 @@ const stream = new EventStream({
     by_id('notice').hidden = live;
   },
   on_event(name, data) {
+    if (name === 'loading') {
+      store.apply_loading(data);
+      return;
+    }
     if (name === 'progress') {
       store.apply_progress(data);
       viewer.pull(data.job, data.cursor);

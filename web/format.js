@@ -21,6 +21,8 @@ const kMethodWords = {
   'huang-published': 'huang as published',
 };
 
+const kLoadWords = { reading: 'reading the scene', building: 'building its tree' };
+
 export const state_words = (state) => kStateWords[state] ?? state;
 export const method_words = (method) => kMethodWords[method] ?? method;
 export const has_ended = (job) => kEnded.includes(job.state);
@@ -72,6 +74,10 @@ export const exposure = (ev) => `${ev > 0 ? '+' : ev < 0 ? '−' : ''}${Math.abs
 
 // "16 of 64 samples · 1.5 s"; what is not known is left out.
 export function progress_words(job) {
+  if (job.state === 'preparing' && job.loading) {
+    const { step, fraction } = job.loading;
+    return `${kLoadWords[step] ?? step}, ${Math.round(100 * fraction)} %`;
+  }
   const { samples, seconds: spent } = job.progress;
   const words = [];
   if (job.request.samples) {

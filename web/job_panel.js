@@ -48,7 +48,8 @@ export class JobPanel {
     this.#set('numbers', progress_words(job));
     const bar = this.#part('bar');
     bar.hidden = has_ended(job);
-    if (job.progress.fraction > 0) bar.value = job.progress.fraction;
+    if (job.state === 'preparing' && job.loading) bar.value = job.loading.fraction;
+    else if (job.progress.fraction > 0) bar.value = job.progress.fraction;
     else bar.removeAttribute('value');
     this.#part('error').hidden = !job.error;
     this.#set('error-message', job.error?.message ?? '');

@@ -76,6 +76,16 @@ export class JobStore extends EventTarget {
     if (again) await this.refresh(id);
   }
 
+  // How far a scene is loaded is told by events alone.
+  apply_loading({ job: id, step, fraction }) {
+    const job = this.get(id);
+    if (!job) return this.refresh(id);
+    job.loading = { step, fraction };
+    if (job.state === 'queued') this.refresh(id);
+    this.#changed(job);
+    return undefined;
+  }
+
   // A `progress` hint is applied as it is: twice a second it would cost a request each.
   apply_progress({ job: id, fraction, samples, seconds }) {
     const job = this.get(id);

@@ -6,6 +6,7 @@
 #include <embree3/rtcore.h>
 #endif
 
+#include <atomic>
 #include <cstddef>
 #include <cstring>
 #include <string>
@@ -116,6 +117,7 @@ struct EmbreeScene::Impl {
   size_t mesh_count = 0;
   std::vector<Mat3> normals_to_world;  // by instance
   HitFilter filter;
+  std::atomic<int64_t> size_bytes{0};
   ~Impl() {
     for (RTCScene mesh : instanced)
       if (mesh) rtcReleaseScene(mesh);
@@ -129,12 +131,22 @@ EmbreeScene::EmbreeScene(std::unique_ptr<Impl> impl)
 
 EmbreeScene::~EmbreeScene() = default;
 
+size_t EmbreeScene::size_bytes() const { return static_cast<size_t>(impl_->size_bytes.load()); }
+
 Result<std::unique_ptr<EmbreeScene>> EmbreeScene::build(const Scene& scene, int build_threads,
-                                                        HitFilter filter) {
+                                                        HitFilter filter,
+                                                        const Progress& progress) {
   auto impl = std::make_unique<Impl>();
   impl->filter = std::move(filter);
   impl->device = rtcNewDevice(device_config(build_threads).c_str());
   if (!impl->device) return embree_error(nullptr, "making a device");
+  rtcSetDeviceMemoryMonitorFunction(
+      impl->device,
+      [](void* sum, ssize_t bytes, bool) {
+        *static_cast<std::atomic<int64_t>*>(sum) += bytes;
+        return true;
+      },
+      &impl->size_bytes);
   impl->scene = make_scene(impl->device);
   impl->mesh_count = scene.meshes.size();
   impl->instanced.resize(scene.meshes.size());
@@ -163,8 +175,16 @@ Result<std::unique_ptr<EmbreeScene>> EmbreeScene::build(const Scene& scene, int 
                     instance.to_world, impl->mesh_count + i);
     impl->normals_to_world.push_back(instance.to_world.normals());
   }
+  if (progress) {
+    rtcSetSceneProgressMonitorFunction(
+        impl->scene,
+        [](void* told, double fraction) { return (*static_cast<const Progress*>(told))(fraction); },
+        const_cast<Progress*>(&progress));
+  }
   rtcCommitScene(impl->scene);
+  rtcSetSceneProgressMonitorFunction(impl->scene, nullptr, nullptr);
   if (const RTCError code = rtcGetDeviceError(impl->device); code != RTC_ERROR_NONE) {
+    if (code == RTC_ERROR_CANCELLED) return Error{ErrorCode::kCanceled, "canceled", ""};
     return Error{code == RTC_ERROR_OUT_OF_MEMORY ? ErrorCode::kTooLarge : ErrorCode::kIo,
                  "building the tree failed (Embree error " + std::to_string(code) + ")", "Embree"};
   }

@@ -44,12 +44,19 @@ struct HitFilter {
 
 class EmbreeScene {
  public:
-  // Copies the scene's triangles. `build_threads` build the tree; fails when memory runs out.
+  // Called with how much of the tree is built, [0, 1], by several threads at once. False: no more.
+  using Progress = std::function<bool(double fraction)>;
+
+  // Copies the scene's triangles. `build_threads` build the tree; fails when memory runs out, or
+  // with kCanceled.
   static Result<std::unique_ptr<EmbreeScene>> build(const Scene& scene, int build_threads,
-                                                    HitFilter filter = {});
+                                                    HitFilter filter = {},
+                                                    const Progress& progress = {});
   ~EmbreeScene();
   EmbreeScene(const EmbreeScene&) = delete;
   EmbreeScene& operator=(const EmbreeScene&) = delete;
+
+  size_t size_bytes() const;  // of memory
 
   bool intersect(const Ray& ray, Hit& hit) const;  // nearest hit in (0, t_max)
   // Any hit in (0, t_max)? Embree 3 answers a thousand in 2/3 of the time of one by one.

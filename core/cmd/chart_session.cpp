@@ -19,7 +19,8 @@ class ChartProgress final : public RenderObserver {
       : line_(line), label_(std::move(label)), done_(done), all_(all) {}
   void on_tile(const RenderProgress& p) override {
     const double runs = static_cast<double>(done_) + p.fraction;
-    line_.show(label_, runs / static_cast<double>(all_), p.samples_per_pixel, p.seconds);
+    line_.show(label_, runs / static_cast<double>(all_), samples_words(p.samples_per_pixel),
+               p.seconds);
   }
 
  private:
@@ -48,7 +49,7 @@ ChartSession::ChartSession(const ChartOptions& options, const ChartPlan& plan, C
 Status ChartSession::load_scenes() {
   for (size_t i = 0; i < plan_.scenes.size(); ++i) {
     Result<std::shared_ptr<const PreparedScene>> scene =
-        prepare_named_scene(options_.scenes[i], options_.threads);
+        prepare_named_scene(options_.scenes[i], options_.threads, line_, stop_);
     if (!scene) return scene.error();
     scenes_.push_back({plan_.scenes[i], std::move(scene).value()});
     if (Status s = check(scenes_.back()); !s) return s;

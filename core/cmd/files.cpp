@@ -3,6 +3,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <mutex>
 #include <thread>
 
 #include "core/base/file.h"
@@ -26,13 +27,39 @@ bool stores_linear_light(const std::filesystem::path& path) {
   return extension == ".exr" || extension == ".hdr" || extension == ".pfm";
 }
 
+// A file whose faults name it. `decode`: its bytes to what they hold.
+template <typename Decode>
+auto read_decoded(const std::filesystem::path& path, uint64_t max_bytes, const Decode& decode)
+    -> decltype(decode(Bytes())) {
+  Result<Bytes> bytes = read_file(path, max_bytes);
+  if (!bytes) return bytes.error();
+  auto decoded = decode(bytes.value());
+  if (decoded) return decoded;
+  Error error = decoded.error();
+  error.where = path.string() + (error.where.empty() ? "" : ":" + error.where);
+  return error;
+}
+
 }  // namespace
 
 Result<std::shared_ptr<const PreparedScene>> prepare_named_scene(const std::string& scene,
-                                                                 int threads, bool strict) {
+                                                                 int threads, ProgressLine& line,
+                                                                 std::stop_token stop,
+                                                                 bool strict) {
   Result<std::filesystem::path> path = resolve_scene_path(scene, QRAY_SCENES_DIR);
   if (!path) return path.error();
-  return load_and_prepare_scene(path.value(), threads, {}, strict);
+  const SteadyClock clock;
+  const double start = clock.seconds();
+  std::mutex mutex;  // the tree is built by several threads
+  const LoadWatch watch = [&](LoadStep step, double fraction) {
+    std::lock_guard lock(mutex);
+    line.show(step == LoadStep::kReading ? "reading" : "building", fraction, "",
+              clock.seconds() - start);
+    return !stop.stop_requested();
+  };
+  auto prepared = load_and_prepare_scene(path.value(), threads, {{}, strict, watch});
+  line.finish();
+  return prepared;
 }
 
 Result<Image> read_linear_image(const std::filesystem::path& path) {
@@ -48,13 +75,7 @@ Result<Image> read_linear_image(const std::filesystem::path& path) {
 }
 
 Result<TableFile> read_table(const std::filesystem::path& path) {
-  Result<Bytes> bytes = read_file(path, kMaxTableBytes);
-  if (!bytes) return bytes.error();
-  Result<TableFile> table = decode_table(bytes.value());
-  if (table) return table;
-  Error error = table.error();
-  error.where = path.string() + (error.where.empty() ? "" : ":" + error.where);
-  return error;
+  return read_decoded(path, kMaxTableBytes, decode_table);
 }
 
 Result<std::optional<TableFile>> read_fitting_table(const std::string& path,
@@ -70,13 +91,7 @@ Result<std::optional<TableFile>> read_fitting_table(const std::string& path,
 }
 
 Result<WeightsFile> read_weights(const std::filesystem::path& path) {
-  const Result<Bytes> bytes = read_file(path, kMaxWeightsBytes);
-  if (!bytes) return bytes.error();
-  Result<WeightsFile> weights = decode_weights(bytes.value());
-  if (weights) return weights;
-  Error error = weights.error();
-  error.where = path.string() + (error.where.empty() ? "" : ":" + error.where);
-  return error;
+  return read_decoded(path, kMaxWeightsBytes, decode_weights);
 }
 
 Result<std::optional<Recovery>> find_recovery(const std::string& name) {

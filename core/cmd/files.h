@@ -5,6 +5,7 @@
 #include <memory>
 #include <string>
 
+#include "core/cmd/progress_line.h"
 #include "core/guide/table_file.h"
 #include "core/image/image.h"
 #include "core/job/run_job.h"
@@ -14,9 +15,11 @@
 namespace qray::cmd {
 
 // `scene`: the name of an included scene ("cornell-box"), a folder with scene.json, or a file.
-// `strict` as load_scene has it.
+// `strict` as load_scene has it; kCanceled when stopped.
 Result<std::shared_ptr<const PreparedScene>> prepare_named_scene(const std::string& scene,
-                                                                 int threads, bool strict = false);
+                                                                 int threads, ProgressLine& line,
+                                                                 std::stop_token stop = {},
+                                                                 bool strict = false);
 
 // Three channels, linear: .exr, .hdr and .pfm as stored, other formats decoded from sRGB.
 Result<Image> read_linear_image(const std::filesystem::path& path);

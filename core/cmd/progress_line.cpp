@@ -18,23 +18,22 @@ ProgressLine::ProgressLine(bool quiet) : quiet_(quiet), terminal_(isatty(STDERR_
   if (!terminal_) next_ = clock_.seconds() + kLinePeriodSeconds;
 }
 
-void ProgressLine::show(std::string_view phase, double fraction, uint64_t count, double seconds,
-                        const char* unit) {
+void ProgressLine::show(std::string_view phase, double fraction, std::string_view done,
+                        double seconds) {
   const double now = clock_.seconds();
   if (quiet_ || now < next_) return;
   next_ = now + (terminal_ ? kBarPeriodSeconds : kLinePeriodSeconds);
   fraction = std::clamp(fraction, 0.0, 1.0);
-  const std::string label(phase);
-  const auto done = static_cast<unsigned long long>(count);
+  const std::string label(phase), words(done);
   if (!terminal_) {
-    std::fprintf(stderr, "%s: %.0f %%, %llu %s, %.1f s\n", label.c_str(), 100 * fraction, done,
-                 unit, seconds);
+    std::fprintf(stderr, "%s: %.0f %%, %s%s%.1f s\n", label.c_str(), 100 * fraction, words.c_str(),
+                 words.empty() ? "" : ", ", seconds);
     return;
   }
   const auto full = static_cast<size_t>(fraction * kBarCharacters);
   const std::string bar = std::string(full, '#') + std::string(kBarCharacters - full, '.');
-  std::fprintf(stderr, "\r[%s] %3.0f %%  %-10s %6llu %s  %7.1f s\033[K", bar.c_str(),
-               100 * fraction, label.c_str(), done, unit, seconds);
+  std::fprintf(stderr, "\r[%s] %3.0f %%  %-10s %22s  %7.1f s\033[K", bar.c_str(), 100 * fraction,
+               label.c_str(), words.c_str(), seconds);
   drawn_ = true;
 }
 
@@ -43,9 +42,11 @@ void ProgressLine::finish() {
   drawn_ = false;
 }
 
+std::string samples_words(uint64_t samples) { return std::to_string(samples) + " samples a pixel"; }
+
 void ProgressObserver::on_tile(const RenderProgress& progress) {
   line_.show(progress.learning ? "learning" : "rendering", progress.fraction,
-             progress.samples_per_pixel, progress.seconds);
+             samples_words(progress.samples_per_pixel), progress.seconds);
 }
 
 }  // namespace qray::cmd

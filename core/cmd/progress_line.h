@@ -2,6 +2,7 @@
 // called often and by several threads, one at a time; it writes at most ten times a second.
 #pragma once
 
+#include <string>
 #include <string_view>
 
 #include "core/base/clock.h"
@@ -13,9 +14,8 @@ class ProgressLine {
  public:
   explicit ProgressLine(bool quiet = false);
 
-  // `count`: how many of what `unit` says are done.
-  void show(std::string_view phase, double fraction, uint64_t count, double seconds,
-            const char* unit = "samples a pixel");
+  // `done`: what fraction is in words, such as "12 views"; may be empty.
+  void show(std::string_view phase, double fraction, std::string_view done, double seconds);
   void finish();  // leaves the bar's line
 
  private:
@@ -23,6 +23,8 @@ class ProgressLine {
   double next_ = 0;  // seconds of clock_, before which nothing is written
   SteadyClock clock_;
 };
+
+std::string samples_words(uint64_t samples);  // "12 samples a pixel"
 
 class ProgressObserver final : public RenderObserver {
  public:

@@ -39,7 +39,9 @@ struct Album {
 
 Result<Album> take_album(const std::string& name, const Options& o, TaskPool& pool,
                          std::stop_token stop) {
-  Result<std::shared_ptr<const PreparedScene>> scene = prepare_named_scene(name, o.threads);
+  ProgressLine line(o.quiet);
+  Result<std::shared_ptr<const PreparedScene>> scene =
+      prepare_named_scene(name, o.threads, line, stop);
   if (!scene) return scene.error();
   RenderOptions render;
   render.scene = name;
@@ -50,13 +52,12 @@ Result<Album> take_album(const std::string& name, const Options& o, TaskPool& po
       read_fitting_table(o.table_in, scene.value()->hash);
   if (!table) return table.error();
   if (table.value()) settings.value().method = table.value()->header.method;
-  ProgressLine line(o.quiet);
   const SteadyClock clock;
   const double start = clock.seconds();
   Result<std::vector<TrainingView>> views = take_screenshots(
       *scene.value(), settings.value(), table.value(), o.views, pool, stop, clock, [&](int done) {
-        line.show(name, done / static_cast<double>(o.views.views), static_cast<uint64_t>(done),
-                  clock.seconds() - start, "views");
+        line.show(name, done / static_cast<double>(o.views.views), std::to_string(done) + " views",
+                  clock.seconds() - start);
       });
   line.finish();
   if (!views) return views.error();
@@ -112,7 +113,7 @@ Status train_weights(const Options& o) {
       climb(views.value(), held_out, o.train, pool, stop.token(),
             [&](const std::string& rung, const TrainProgress& p) {
               line.show("training, " + rung, p.step / static_cast<double>(p.steps),
-                        static_cast<uint64_t>(p.step), clock.seconds() - start, "steps");
+                        std::to_string(p.step) + " steps", clock.seconds() - start);
             });
   line.finish();
   if (!climbed) return climbed.error();

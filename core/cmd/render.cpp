@@ -94,8 +94,9 @@ Status render_beauty(const Options& o, const PreparedScene& scene, RenderSetting
 Status run(const Options& o) {
   if (Status s = check_outputs(o); !s) return s;
   const StopOnSignal stop;
+  ProgressLine line(o.quiet);
   Result<std::shared_ptr<const PreparedScene>> prepared =
-      prepare_named_scene(o.render.scene, o.threads, o.strict);
+      prepare_named_scene(o.render.scene, o.threads, line, stop.token(), o.strict);
   if (!prepared) return prepared.error();
   const PreparedScene& scene = *prepared.value();
   for (const std::string& warning : scene.warnings)

@@ -54,7 +54,7 @@ class Studio {
     const Result<std::vector<TrainingView>> views = take_screenshots(
         scene_, settings, std::nullopt, options, pool_, stop_, clock, [&](int done) {
           line.show("screenshots", done / static_cast<double>(options.views),
-                    static_cast<uint64_t>(done), clock.seconds() - start, "views");
+                    std::to_string(done) + " views", clock.seconds() - start);
         });
     line.finish();
     if (!views) return views.error();
@@ -180,7 +180,9 @@ Result<Image> draw(const Options& o, const StopOnSignal& stop) {
   }
   if (o.figure == 9) return draw_direction_cube(size.first, size.second);
 
-  Result<std::shared_ptr<const PreparedScene>> prepared = prepare_named_scene(o.scene, o.threads);
+  ProgressLine line;
+  Result<std::shared_ptr<const PreparedScene>> prepared =
+      prepare_named_scene(o.scene, o.threads, line, stop.token());
   if (!prepared) return prepared.error();
   const PreparedScene& scene = *prepared.value();
   RenderSettings settings;  // the thesis' path tracer: no direct light sampling

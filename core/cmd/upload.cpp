@@ -72,7 +72,8 @@ class Uploader {
     const double seconds = clock_.seconds() - start_;
     const double fraction =
         total > 0 ? static_cast<double>(sent_) / static_cast<double>(total) : 1.0;
-    if (seconds > 1) line_.show("uploading", fraction, sent_ >> 20, seconds, "MiB");
+    if (seconds > 1)
+      line_.show("uploading", fraction, std::to_string(sent_ >> 20) + " MiB", seconds);
   }
   void finish() { line_.finish(); }
 

@@ -35,9 +35,14 @@ Result<proto::JobView> follow(ServiceClient& client, const std::string& id, Prog
         last_event = event.id;
         if (event.type == "done") return false;
         if (event.type == "reset") return true;
-        if (const Result<proto::JobHint> hint = proto::parse_job_hint(event.data))
-          merge(job, hint.value());
-        line.show(job.state, job.fraction, job.samples, job.seconds);
+        const Result<proto::JobHint> hint = proto::parse_job_hint(event.data);
+        if (hint && event.type == "loading") {
+          line.show(hint.value().step.value_or(job.state), hint.value().fraction.value_or(0), "",
+                    hint.value().seconds.value_or(0));
+          return true;
+        }
+        if (hint) merge(job, hint.value());
+        line.show(job.state, job.fraction, samples_words(job.samples), job.seconds);
         return !job.ended();
       });
       if (!stream && stream.error().code != ErrorCode::kIo) return stream.error();

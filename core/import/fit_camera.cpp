@@ -1,5 +1,7 @@
 #include "core/import/fit_camera.h"
 
+#include <algorithm>
+#include <array>
 #include <limits>
 #include <optional>
 
@@ -8,6 +10,7 @@ namespace {
 
 constexpr float kBoxFovDeg = 39.3f;  // of the Cornell box photographs
 constexpr float kRoomFovDeg = 70;
+constexpr float kFarthest = 1e6f;  // metres: validate() refuses what is beyond
 // Of more, instances and all, it is not asked what they cover.
 constexpr size_t kMaxTriangles = 20'000'000;
 constexpr size_t kMaxRoomTriangles = 300'000;  // 1300 rays look at each
@@ -26,21 +29,29 @@ void for_each_triangle(const Scene& scene, const F& see) {
   }
 }
 
-// Share of one side of the bounding box that surfaces parallel to it cover, within 5 % of it; with
-// their fronts inside alone, or either way round.
-float coverage(const Scene& scene, const Bounds3& box, int axis, bool high, bool fronts_alone) {
+// Share of each side of the bounding box (-x, +x, -y, ..) that surfaces parallel to it cover,
+// within 5 % of it; with their fronts inside alone, or either way round.
+std::array<float, 6> coverage(const Scene& scene, const Bounds3& box, bool fronts_alone) {
   const Vec3 extent = box.extent();
-  const float side = high ? box.hi[axis] : box.lo[axis];
-  const float tolerance = 0.05f * extent[axis];
-  double area = 0;
+  double areas[6] = {};
   for_each_triangle(scene, [&](Vec3 a, Vec3 b, Vec3 c) {
-    for (const Vec3 v : {a, b, c})
-      if (!(std::abs(v[axis] - side) <= tolerance)) return;
-    const float outward = 0.5f * cross(b - a, c - a)[axis] * (high ? 1.0f : -1.0f);
-    area += fronts_alone ? std::max(-outward, 0.0f) : std::abs(outward);
+    for (int side = 0; side < 6; ++side) {
+      const int axis = side / 2;
+      const bool high = side % 2 == 1;
+      const float at = high ? box.hi[axis] : box.lo[axis], tolerance = 0.05f * extent[axis];
+      if (!(std::abs(a[axis] - at) <= tolerance && std::abs(b[axis] - at) <= tolerance &&
+            std::abs(c[axis] - at) <= tolerance))
+        continue;
+      const float outward = 0.5f * cross(b - a, c - a)[axis] * (high ? 1.0f : -1.0f);
+      areas[side] += fronts_alone ? std::max(-outward, 0.0f) : std::abs(outward);
+    }
   });
-  const float full = extent[(axis + 1) % 3] * extent[(axis + 2) % 3];
-  return full > 0 ? static_cast<float>(area) / full : 0;
+  std::array<float, 6> shares{};
+  for (int side = 0; side < 6; ++side) {
+    const float full = extent[(side / 2 + 1) % 3] * extent[(side / 2 + 2) % 3];
+    if (full > 0) shares[static_cast<size_t>(side)] = static_cast<float>(areas[side]) / full;
+  }
+  return shares;
 }
 
 class Surroundings {
@@ -126,30 +137,29 @@ float half_tan(float fov_deg) { return std::tan(fov_deg * (kPi / 360)); }
 Camera fit_camera(const Scene& scene, bool fronts_are_known) {
   const Bounds3 box = scene.bounds();
   Camera camera;
-  if (box.empty() || !(box.radius() > 0)) return camera;
+  if (box.empty() || !(box.radius() > 0 && box.radius() < kFarthest)) return camera;
   const Vec3 center = box.center(), extent = box.extent();
   camera.target = center;
 
-  int walls = 0;  // of the other five sides
-  float front = 0;
-  if (scene.placed_triangle_count() <= kMaxTriangles) {
-    for (int axis = 0; axis < 3; ++axis)
-      for (const bool high : {false, true})
-        if (!(axis == 2 && high) && coverage(scene, box, axis, high, fronts_are_known) > 0.5f)
-          ++walls;
-    front = coverage(scene, box, 2, true, fronts_are_known);
-  }
+  std::array<float, 6> covered{};
+  if (scene.placed_triangle_count() <= kMaxTriangles)
+    covered = coverage(scene, box, fronts_are_known);
+  const auto walls = std::count_if(covered.begin(), covered.end() - 1,  // the other five sides
+                                   [](float share) { return share > 0.5f; });
+  const float front = covered[5];
 
   if (walls >= 4 && front < 0.1f) {
     camera.vertical_fov_deg = kBoxFovDeg;
     const float half = 0.525f * std::max(extent.x, extent.y);  // a margin of 5 %
     camera.position = {center.x, center.y, box.hi.z + half / half_tan(kBoxFovDeg)};
-  } else if (walls >= 4 && !fronts_are_known) {
+    return camera;
+  }
+  if (fronts_are_known && scene.placed_triangle_count() <= kMaxRoomTriangles)
+    if (const std::optional<Camera> inside = view_of_room(scene, box)) return *inside;
+  if (walls >= 4) {
     camera.vertical_fov_deg = kRoomFovDeg;
     camera.position = {center.x, center.y, box.hi.z - 0.1f * extent.z};
   } else {
-    if (fronts_are_known && scene.placed_triangle_count() <= kMaxRoomTriangles)
-      if (const std::optional<Camera> inside = view_of_room(scene, box)) return *inside;
     camera.vertical_fov_deg = kBoxFovDeg;
     const float distance = box.radius() / std::sin(kBoxFovDeg * (kPi / 360));
     camera.position = center + normalize(Vec3{0.4f, 0.3f, 1}) * distance;

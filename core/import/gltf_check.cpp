@@ -36,8 +36,9 @@ class Checker {
     check_required();
     for (const char* list :
          {"accessors", "bufferViews", "buffers", "cameras", "images", "materials", "meshes",
-          "nodes", "samplers", "scenes", "skins", "textures"})
-      count(list);
+          "nodes", "samplers", "scenes", "skins", "textures"}) {
+      if (count(list) > kMaxItems) fail_too_many(list);
+    }
     check_index(root_, "scene", "scenes");
     each(root_, "bufferViews", [this](const JsonNode& node) { check_view(node); });
     each(root_, "accessors", [this](const JsonNode& node) { check_accessor(node); });
@@ -53,6 +54,8 @@ class Checker {
       check_text(node);
       check_indices(node, "nodes", "nodes");
     });
+    each(root_, "images",
+         [this](const JsonNode& node) { check_index(node, "bufferView", "bufferViews"); });
     each(root_, "textures", [this](const JsonNode& node) {
       check_text(node);
       check_index(node, "source", "images");

@@ -193,9 +193,13 @@ GltfDocument::Picture GltfDocument::read_picture(int image) {
     else
       picture.path = find_file(*uri);
   } else {
-    if (!node.has("bufferView")) node.fail("expected a \"uri\" or a \"bufferView\"");
-    const std::span<const uint8_t> bytes = view_bytes(
-        node.get("bufferView").integer(0, static_cast<int>(model_.bufferViews.size()) - 1));
+    const std::optional<JsonNode> view = node.find("bufferView");
+    if (!view) node.fail("expected a \"uri\" or a \"bufferView\"");
+    const std::span<const uint8_t> bytes =
+        view_bytes(view->integer(0, std::numeric_limits<int>::max()));
+    // Any number of pictures may lie over each other in a buffer.
+    if (bytes.size() > bytes_left_) node.fail("pictures of too many bytes", ErrorCode::kTooLarge);
+    bytes_left_ -= bytes.size();
     picture.bytes = std::make_shared<const Bytes>(bytes.begin(), bytes.end());
   }
   if (picture.bytes) picture.path = node.place();

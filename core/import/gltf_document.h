@@ -54,7 +54,7 @@ class GltfDocument {
   std::vector<Bytes> owned_;
   std::vector<std::span<const uint8_t>> buffers_;
   std::map<int, Picture> pictures_;
-  uint64_t bytes_left_;  // that other files may have
+  uint64_t bytes_left_;  // that other files and pictures may have
 };
 
 // Types and indices of what tinygltf is given, and the extensions that the file requires.

@@ -10,6 +10,7 @@ namespace qray {
 struct GltfImport {
   GltfDocument& document;
   const SceneLimits& limits;
+  const LoadWatch& watch;
   JsonScene out;
   size_t sparse_left = 50'000'000;  // that accessors may still change: many may share a long list
 

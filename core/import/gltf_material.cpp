@@ -92,8 +92,9 @@ void GltfMaterials::read_specular_glossiness(const JsonNode& node, Material& m) 
   const float glossiness = share(node, "glossinessFactor", 1);
   m.roughness.value = 1 - glossiness;
   if (!m.specular.texture.valid()) return;
-  m.roughness = {1, textures_.complement_of_alpha(node.get("specularGlossinessTexture"),
-                                                  m.specular.texture, glossiness)};
+  const TextureId roughness = textures_.complement_of_alpha(node.get("specularGlossinessTexture"),
+                                                            m.specular.texture, glossiness);
+  if (roughness.valid()) m.roughness = {1, roughness};
 }
 
 void GltfMaterials::read_layers(const JsonNode& node, Material& m) {

@@ -188,7 +188,9 @@ class Reader {
   // A mesh in one place is put there, one in more is instanced.
   void add_meshes() {
     Scene& scene = import_.out.scene;
+    double read = 0;
     for (const auto& [index, uses] : uses_) {
+      told_read(import_.watch, read++ / static_cast<double>(uses_.size()));
       const auto& primitives = document_.model().meshes[static_cast<size_t>(index)].primitives;
       for (size_t p = 0; p < primitives.size(); ++p) {
         const GltfMaterials::Converted& material = materials_.convert(primitives[p].material);
@@ -250,9 +252,10 @@ std::optional<JsonNode> find_extension(const JsonNode& node, std::string_view na
   return extensions ? extensions->find(name) : std::nullopt;
 }
 
-JsonScene read_gltf_scene(const std::filesystem::path& path, const SceneLimits& limits) {
+JsonScene read_gltf_scene(const std::filesystem::path& path, const SceneLimits& limits,
+                          const LoadWatch& watch) {
   GltfDocument document(path);
-  GltfImport import{document, limits, {}};
+  GltfImport import{document, limits, watch, {}};
   Reader(import).read();
   return std::move(import.out);
 }

@@ -8,6 +8,7 @@
 namespace qray {
 
 // With a camera and with light: chosen to show it all where the file has none.
-JsonScene read_gltf_scene(const std::filesystem::path& path, const SceneLimits& limits);
+JsonScene read_gltf_scene(const std::filesystem::path& path, const SceneLimits& limits,
+                          const LoadWatch& watch = {});
 
 }  // namespace qray

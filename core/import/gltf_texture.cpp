@@ -1,5 +1,6 @@
 #include "core/import/gltf_texture.h"
 
+#include <algorithm>
 #include <climits>
 
 #include "core/image/image_io.h"
@@ -81,6 +82,8 @@ GltfTextures::Found GltfTextures::find(const JsonNode& node, std::string_view ke
 }
 
 TextureId GltfTextures::complement_of_alpha(const JsonNode& info, TextureId id, float scale) {
+  const auto [known, is_new] = complements_.try_emplace({id, scale}, TextureId{});
+  if (!is_new) return known->second;
   Texture texture = import_.out.scene.textures[id.value];
   const auto check = [&info](const auto& result) {
     if (!result.ok()) info.fail(result.error().message, result.error().code);
@@ -88,9 +91,12 @@ TextureId GltfTextures::complement_of_alpha(const JsonNode& info, TextureId id, 
   const Result<PictureInfo> picture = read_picture_info(texture.path, texture.bytes.get());
   check(picture);
   const int width = picture.value().width, height = picture.value().height;
-  if (int64_t{width} * height > import_.limits.max_pixels)
-    info.fail("expected a smaller picture", ErrorCode::kTooLarge);
-  Image image(width, height, 3);
+  texels_made_ += int64_t{width} * height;
+  if (texels_made_ > 8 * import_.limits.max_pixels) {
+    import_.warn(info, "too many texels of glossiness: drawn with the factor alone");
+    return {};
+  }
+  Image image(width, height, 1);
   int y = 0;
   check(
       read_picture_rows(texture.path, texture.bytes.get(), height, [&](std::span<const float> row) {
@@ -99,7 +105,7 @@ TextureId GltfTextures::complement_of_alpha(const JsonNode& info, TextureId id, 
           const int alpha = picture.value().alpha_channel;
           const size_t at = static_cast<size_t>(x) * channels + static_cast<size_t>(alpha);
           const float a = alpha < 0 ? 1 : row[at] / (picture.value().is_8_bit ? 255.0f : 1.0f);
-          image.set_rgb(x, y, Rgb{std::clamp(1 - scale * a, 0.0f, 1.0f)});
+          image.at(x, y, 0) = std::clamp(1 - scale * a, 0.0f, 1.0f);
         }
         ++y;
       }));
@@ -108,7 +114,7 @@ TextureId GltfTextures::complement_of_alpha(const JsonNode& info, TextureId id, 
   texture.path = info.place() + ".exr";  // a name of its own
   texture.srgb = false;
   texture.bytes = std::make_shared<const Bytes>(std::move(bytes).value());
-  return add(std::move(texture));
+  return known->second = add(std::move(texture));
 }
 
 TextureId GltfTextures::add(Texture texture) {

@@ -19,7 +19,8 @@ class GltfTextures {
   };
   // The textureInfo `key` of `node`.
   Found find(const JsonNode& node, std::string_view key, bool srgb);
-  // Its alpha channel a as a picture of 1 - scale a in all channels.
+  // Its alpha channel a as a picture of 1 - scale a. None, with a warning, where that would be too
+  // many texels in all: unlike other pictures these are made at once.
   TextureId complement_of_alpha(const JsonNode& info, TextureId id, float scale);
 
  private:
@@ -29,6 +30,8 @@ class GltfTextures {
   GltfImport& import_;
   // By texture, encoding and uv transform.
   std::map<std::tuple<int, bool, std::array<float, 6>>, TextureId> known_;
+  std::map<std::pair<TextureId, float>, TextureId> complements_;
+  int64_t texels_made_ = 0;
 };
 
 }  // namespace qray

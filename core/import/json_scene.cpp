@@ -16,8 +16,8 @@ using Names = std::map<std::string, Id, std::less<>>;
 
 class Reader {
  public:
-  Reader(const std::filesystem::path& path, const SceneLimits& limits)
-      : folder_(scene_folder(path)), limits_(limits) {}
+  Reader(const std::filesystem::path& path, const SceneLimits& limits, const LoadWatch& watch)
+      : folder_(scene_folder(path)), limits_(limits), watch_(watch) {}
 
   JsonScene read(const JsonNode& root) {
     root.only({"name", "size", "max_depth", "camera", "textures", "materials", "environment",
@@ -140,6 +140,7 @@ class Reader {
 
   void read_meshes(const JsonNode& list) {
     for (size_t i = 0; i < list.size(); ++i) {
+      told_read(watch_, static_cast<double>(i) / static_cast<double>(list.size()));
       const JsonNode node = list.at(i);
       node.only({"name", "material", "positions", "triangles", "quads", "normals", "uvs", "colors",
                  "file", "quad", "box", "sphere", "cylinder", "disk", "transform", "flip"});
@@ -233,6 +234,7 @@ class Reader {
 
   std::filesystem::path folder_;
   const SceneLimits& limits_;
+  const LoadWatch& watch_;
   JsonScene out_;
   Names<TextureId> textures_;
   Names<MaterialId> materials_;
@@ -246,12 +248,13 @@ class Reader {
 
 }  // namespace
 
-JsonScene read_json_scene(const std::filesystem::path& path, const SceneLimits& limits) {
+JsonScene read_json_scene(const std::filesystem::path& path, const SceneLimits& limits,
+                          const LoadWatch& watch) {
   const Result<Bytes> text = read_file(path, kMaxJsonBytes);
   if (!text.ok()) throw ImportFailure{text.error()};
   const std::string file = path.filename();
   const JsonValue tree = parse_json(text.value(), file);
-  return Reader(path, limits).read(JsonNode(tree, file + ":"));
+  return Reader(path, limits, watch).read(JsonNode(tree, file + ":"));
 }
 
 }  // namespace qray

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/import/json_tree.h"
+#include "core/import/load_watch.h"
 #include "core/scene/scene.h"
 #include "core/scene/validate.h"
 
@@ -21,7 +22,8 @@ struct JsonScene {
   std::vector<std::string> instance_pointers;  // of scene.instances[i]
 };
 
-JsonScene read_json_scene(const std::filesystem::path& path, const SceneLimits& limits);
+JsonScene read_json_scene(const std::filesystem::path& path, const SceneLimits& limits,
+                          const LoadWatch& watch = {});
 
 // The parts, one file each.
 using TextureNames = std::map<std::string, TextureId, std::less<>>;

@@ -17,8 +17,8 @@
 namespace qray {
 namespace {
 
-JsonScene from_obj(const std::filesystem::path& path, const SceneLimits& limits) {
-  ObjContents contents = read_obj(path, limits);
+JsonScene from_obj(const std::filesystem::path& path, const LoadOptions& options) {
+  ObjContents contents = read_obj(path, options.limits, options.watch);
   JsonScene out;
   out.scene.meshes = std::move(contents.meshes);
   out.scene.materials = std::move(contents.materials);
@@ -87,26 +87,27 @@ std::string document_pointer(const std::string& pointer, const JsonScene& read) 
   return pointer;
 }
 
-JsonScene read_any(const std::filesystem::path& path, const SceneLimits& limits) {
+JsonScene read_any(const std::filesystem::path& path, const LoadOptions& options) {
+  const SceneLimits& limits = options.limits;
   const std::string extension = path.extension();
   if (extension == ".json") {
-    JsonScene read = read_json_scene(path, limits);
+    JsonScene read = read_json_scene(path, limits, options.watch);
     if (read.scene.name.empty()) read.scene.name = path.parent_path().filename();
     return read;
   }
   if (extension == ".xml") {
-    JsonScene read = read_mitsuba_scene(path, limits);
+    JsonScene read = read_mitsuba_scene(path, limits, options.watch);
     read.scene.name = std::filesystem::absolute(path).parent_path().filename();
     return read;
   }
   if (extension == ".gltf" || extension == ".glb") {
-    JsonScene read = read_gltf_scene(path, limits);
+    JsonScene read = read_gltf_scene(path, limits, options.watch);
     read.scene.name = path.stem();
     return read;
   }
   JsonScene read;
   if (extension == ".obj")
-    read = from_obj(path, limits);
+    read = from_obj(path, options);
   else if (extension == ".ply")
     read = from_ply(path, limits);
   else
@@ -118,14 +119,13 @@ JsonScene read_any(const std::filesystem::path& path, const SceneLimits& limits)
 
 }  // namespace
 
-Result<LoadedScene> load_scene(const std::filesystem::path& path, const SceneLimits& limits,
-                               bool strict) {
+Result<LoadedScene> load_scene(const std::filesystem::path& path, const LoadOptions& options) {
   try {
-    JsonScene read = read_any(path, limits);
-    if (strict && !read.warnings.empty())
+    JsonScene read = read_any(path, options);
+    if (options.strict && !read.warnings.empty())
       return Error{ErrorCode::kUnsupported, read.warnings.front(), ""};
     const std::string file = path.filename();
-    const Result<ValidateReport> report = validate(read.scene, limits);
+    const Result<ValidateReport> report = validate(read.scene, options.limits);
     if (!report.ok()) {
       Error error = report.error();
       error.where = file + ":" + document_pointer(error.where, read);

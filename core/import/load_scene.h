@@ -7,6 +7,7 @@
 #include <filesystem>
 
 #include "core/base/result.h"
+#include "core/import/load_watch.h"
 #include "core/scene/scene.h"
 #include "core/scene/validate.h"
 
@@ -19,8 +20,12 @@ struct LoadedScene {
   std::vector<std::string> warnings;  // things understood and left out, with their place
 };
 
-// `strict`: the first thing that would be drawn otherwise than the file says is an error.
-Result<LoadedScene> load_scene(const std::filesystem::path& path, const SceneLimits& limits = {},
-                               bool strict = false);
+struct LoadOptions {
+  SceneLimits limits;
+  bool strict = false;  // the first thing that would be drawn otherwise than the file says fails
+  LoadWatch watch;      // may be empty
+};
+
+Result<LoadedScene> load_scene(const std::filesystem::path& path, const LoadOptions& options = {});
 
 }  // namespace qray

@@ -11,6 +11,7 @@ namespace qray {
 struct MitsubaImport {
   const MitsubaDocument& document;
   const SceneLimits& limits;
+  const LoadWatch& watch;
   JsonScene out;
 
   // Something is drawn otherwise than the file says.

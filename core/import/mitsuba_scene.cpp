@@ -34,7 +34,10 @@ class Reader {
   void read() {
     const MitsubaNode* sensor = nullptr;
     import_.out.scene.max_depth = 128;  // as long as it takes
-    for (const MitsubaNode& child : import_.document.root.children) {
+    const std::vector<MitsubaNode>& parts = import_.document.root.children;
+    for (const MitsubaNode& child : parts) {
+      told_read(import_.watch,
+                static_cast<double>(&child - parts.data()) / static_cast<double>(parts.size()));
       const MitsubaNode& node = import_.document.resolve(child);
       if (node.tag == "shape") {
         read_shape(node);
@@ -201,9 +204,10 @@ void MitsubaImport::expect_only(const MitsubaNode& plugin,
   }
 }
 
-JsonScene read_mitsuba_scene(const std::filesystem::path& path, const SceneLimits& limits) {
+JsonScene read_mitsuba_scene(const std::filesystem::path& path, const SceneLimits& limits,
+                             const LoadWatch& watch) {
   const MitsubaDocument document = read_mitsuba_tree(path);
-  MitsubaImport import{document, limits, {}};
+  MitsubaImport import{document, limits, watch, {}};
   Reader(import).read();
   return std::move(import.out);
 }

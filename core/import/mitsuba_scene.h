@@ -6,6 +6,7 @@
 
 namespace qray {
 
-JsonScene read_mitsuba_scene(const std::filesystem::path& path, const SceneLimits& limits);
+JsonScene read_mitsuba_scene(const std::filesystem::path& path, const SceneLimits& limits,
+                             const LoadWatch& watch = {});
 
 }  // namespace qray

@@ -20,6 +20,32 @@ namespace {
 constexpr uint64_t kMaxObjBytes = uint64_t{1} << 30;
 constexpr uint64_t kMaxMtlBytes = uint64_t{16} << 20;
 
+// Of the time that reading takes, about.
+constexpr double kChecked = 0.3, kParsed = 0.7;
+
+// The text as a stream that tells how much of it was taken.
+class WatchedText : public std::streambuf {
+ public:
+  WatchedText(std::string& text, const LoadWatch& watch) : text_(text), watch_(watch) {}
+
+ protected:
+  int_type underflow() override {
+    constexpr size_t kChunk = 1 << 20;
+    if (at_ == text_.size()) return traits_type::eof();
+    told_read(watch_, kChecked + (kParsed - kChecked) * static_cast<double>(at_) /
+                                     static_cast<double>(text_.size()));
+    const size_t end = std::min(at_ + kChunk, text_.size());
+    setg(text_.data() + at_, text_.data() + at_, text_.data() + end);
+    at_ = end;
+    return traits_type::to_int_type(*gptr());
+  }
+
+ private:
+  std::string& text_;
+  const LoadWatch& watch_;
+  size_t at_ = 0;
+};
+
 // Finds the material libraries beside the OBJ; one that is missing is a warning.
 class MtlReader : public tinyobj::MaterialReader {
  public:
@@ -134,12 +160,13 @@ void add_meshes(const tinyobj::attrib_t& attrib, const tinyobj::shape_t& shape,
 
 }  // namespace
 
-ObjContents read_obj(const std::filesystem::path& path, const SceneLimits& limits) {
+ObjContents read_obj(const std::filesystem::path& path, const SceneLimits& limits,
+                     const LoadWatch& watch) {
   const std::string file = path.filename();
   const Result<Bytes> bytes = read_file(path, kMaxObjBytes);
   if (!bytes.ok()) throw ImportFailure{bytes.error()};
-  const std::string text(bytes.value().begin(), bytes.value().end());
-  check_obj_lines(text, file);
+  std::string text(bytes.value().begin(), bytes.value().end());
+  check_obj_lines(text, file, [&](double fraction) { told_read(watch, fraction * kChecked); });
 
   tinyobj::attrib_t attrib;
   std::vector<tinyobj::shape_t> shapes;
@@ -148,11 +175,13 @@ ObjContents read_obj(const std::filesystem::path& path, const SceneLimits& limit
   ObjContents out;
   const std::filesystem::path folder = scene_folder(path);
   MtlReader mtl(folder, out.warnings);
-  std::istringstream in(text);
+  WatchedText buffer(text, watch);
+  std::istream in(&buffer);
   if (!tinyobj::LoadObj(&attrib, &shapes, &materials, &warn, &err, &in, &mtl)) {
     std::replace(err.begin(), err.end(), '\n', ' ');
     fail_import(ErrorCode::kInvalid, err.empty() ? "not an OBJ file" : err, file);
   }
+  told_read(watch, kParsed);  // a stream hides what its buffer throws
   add_lines(warn, file, out.warnings);
 
   const auto grey_material = static_cast<uint32_t>(materials.size());

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "core/import/load_watch.h"
 #include "core/scene/scene.h"
 #include "core/scene/validate.h"
 
@@ -19,6 +20,7 @@ struct ObjContents {
   std::vector<std::string> warnings;
 };
 
-ObjContents read_obj(const std::filesystem::path& path, const SceneLimits& limits);
+ObjContents read_obj(const std::filesystem::path& path, const SceneLimits& limits,
+                     const LoadWatch& watch = {});
 
 }  // namespace qray

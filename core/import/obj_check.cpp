@@ -110,9 +110,13 @@ class LineChecker {
 
 }  // namespace
 
-void check_obj_lines(std::string_view text, const std::string& file) {
+void check_obj_lines(std::string_view text, const std::string& file,
+                     const std::function<void(double)>& told) {
+  constexpr int kLinesBetween = 4096;
   LineChecker checker(file);
-  while (!text.empty()) {
+  const auto size = static_cast<double>(text.size());
+  for (int64_t line = 0; !text.empty(); ++line) {
+    if (line % kLinesBetween == 0) told(1 - static_cast<double>(text.size()) / size);
     const size_t end = std::min(text.find('\n'), text.size());
     checker.check(text.substr(0, end));
     text.remove_prefix(std::min(end + 1, text.size()));

@@ -20,7 +20,6 @@ class PixelPlan {
   int step() const { return step_; }    // pixels
   int width() const { return width_; }  // of the grid
   int height() const { return height_; }
-  double sampled_part() const { return 1.0 / (step_ * step_); }  // of all pixels
 
   // As many samples as `samples` for each pixel of the grid would be. `noise`: null, not used.
   void start_pass(int samples, const NoiseEstimate* noise);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <span>
 
 #include "core/base/clock.h"
 #include "core/math/hash.h"
@@ -49,7 +50,8 @@ MeshShading mesh_shading(const PreparedScene& prepared, const Placement& placed)
   return m;
 }
 
-Result<std::shared_ptr<PreparedScene>> prepare(LoadedScene loaded, int build_threads) {
+Result<std::shared_ptr<PreparedScene>> prepare(LoadedScene loaded, int build_threads,
+                                               const LoadWatch& watch) {
   auto prepared = std::make_shared<PreparedScene>();
   prepared->scene = std::move(loaded.scene);
   prepared->hash = loaded.hash;
@@ -74,7 +76,9 @@ Result<std::shared_ptr<PreparedScene>> prepare(LoadedScene loaded, int build_thr
     return p->passes(ray, hit);
   };
   for (const MeshShading& mesh : prepared->meshes) filter.meshes.push_back(mesh.masked);
-  Result<std::unique_ptr<EmbreeScene>> accel = EmbreeScene::build(scene, build_threads, filter);
+  Result<std::unique_ptr<EmbreeScene>> accel = EmbreeScene::build(
+      scene, build_threads, filter,
+      [&watch](double fraction) { return !watch || watch(LoadStep::kBuilding, fraction); });
   if (!accel.ok()) return accel.error();
   prepared->accel = std::move(accel).value();
   prepared->lights.build(scene, prepared->bounds, prepared->textures);
@@ -149,24 +153,36 @@ bool PreparedScene::passes(const Ray& ray, const Hit& hit) const {
   return to_unit_float(static_cast<uint32_t>(key >> 32)) >= opacity;
 }
 
+size_t PreparedScene::size_bytes() const {
+  const auto bytes = [](const auto& values) { return std::span(values).size_bytes(); };
+  size_t sum = accel->size_bytes() + textures.size_bytes() + bytes(meshes) + bytes(materials) +
+               bytes(scene.instances) + bytes(scene.environment.image.data());
+  for (const Mesh& mesh : scene.meshes)
+    sum += bytes(mesh.positions) + bytes(mesh.normals) + bytes(mesh.uvs) + bytes(mesh.colors) +
+           bytes(mesh.triangles);
+  for (const Texture& texture : scene.textures)
+    if (texture.bytes) sum += texture.bytes->size();
+  return sum;
+}
+
 GuideSetup PreparedScene::guide_setup(const RenderSettings& settings) const {
   return {bounds, lights.brightest(), settings.max_table_bytes, settings.huang, settings.adaptive};
 }
 
 Result<std::shared_ptr<const PreparedScene>> prepare_scene(LoadedScene loaded, int build_threads) {
-  Result<std::shared_ptr<PreparedScene>> prepared = prepare(std::move(loaded), build_threads);
+  Result<std::shared_ptr<PreparedScene>> prepared = prepare(std::move(loaded), build_threads, {});
   if (!prepared.ok()) return prepared.error();
   return std::shared_ptr<const PreparedScene>(std::move(prepared).value());
 }
 
 Result<std::shared_ptr<const PreparedScene>> load_and_prepare_scene(
-    const std::filesystem::path& path, int build_threads, const SceneLimits& limits, bool strict) {
+    const std::filesystem::path& path, int build_threads, const LoadOptions& options) {
   const SteadyClock clock;
   const double start = clock.seconds();
-  Result<LoadedScene> loaded = load_scene(path, limits, strict);
+  Result<LoadedScene> loaded = load_scene(path, options);
   if (!loaded.ok()) return loaded.error();
   Result<std::shared_ptr<PreparedScene>> prepared =
-      prepare(std::move(loaded).value(), build_threads);
+      prepare(std::move(loaded).value(), build_threads, options.watch);
   if (!prepared.ok()) return prepared.error();
   prepared.value()->seconds = clock.seconds() - start;
   return std::shared_ptr<const PreparedScene>(std::move(prepared).value());

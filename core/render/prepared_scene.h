@@ -60,6 +60,7 @@ struct PreparedScene {
   const MaterialShading& resolve(const MaterialShading& material, TexturePoint uv, float u) const;
   // Radiance that a triangle's front emits; less where it is not opaque.
   Rgb emission_at(MeshId mesh, uint32_t triangle, Vec2 barycentric) const;
+  size_t size_bytes() const;  // of memory, about; grows as textures are looked up
   GuideSetup guide_setup(const RenderSettings& settings) const;
   // The material's parameters there, textures looked up.
   ShadingPoint shading_point(const MaterialShading& material, const SurfacePoint& surface) const {
@@ -78,7 +79,6 @@ struct PreparedScene {
 
 Result<std::shared_ptr<const PreparedScene>> prepare_scene(LoadedScene loaded, int build_threads);
 Result<std::shared_ptr<const PreparedScene>> load_and_prepare_scene(
-    const std::filesystem::path& path, int build_threads, const SceneLimits& limits = {},
-    bool strict = false);
+    const std::filesystem::path& path, int build_threads, const LoadOptions& options = {});
 
 }  // namespace qray

@@ -26,9 +26,6 @@ Status check_range(double value, double lo, double hi, const char* pointer) {
                "expected " + text(lo) + ".." + text(hi) + ", got " + text(value), pointer};
 }
 
-}  // namespace
-
-namespace {
 constexpr std::pair<Pixels, std::string_view> kPixels[] = {
     {Pixels::kAll, "all"}, {Pixels::kQuarter, "quarter"}, {Pixels::kAdaptive, "adaptive"}};
 }  // namespace

@@ -1,5 +1,7 @@
 #include "core/scene/scene_hash.h"
 
+#include <map>
+
 #include "core/base/byte_io.h"
 #include "core/base/file.h"
 
@@ -84,18 +86,22 @@ Digest hash_geometry(const Scene& scene) {
   return out.finish();
 }
 
-// A texture counts by its content and its meaning, whatever its path or index.
+// A texture counts by its content and its meaning, whatever its path or index. Many may show one
+// picture.
 Result<std::vector<Digest>> hash_textures(const Scene& scene) {
   std::vector<Digest> digests;
+  std::map<std::pair<std::filesystem::path, const Bytes*>, Digest> pictures;
   for (const Texture& texture : scene.textures) {
     HashWriter out("qray texture 2");
-    if (texture.bytes) {
-      out.digest(sha256(*texture.bytes));
-    } else {
+    const auto [picture, is_new] = pictures.try_emplace({texture.path, texture.bytes.get()});
+    if (is_new && texture.bytes) {
+      picture->second = sha256(*texture.bytes);
+    } else if (is_new) {
       const Result<Bytes> bytes = read_file(texture.path, kMaxTextureBytes);
       if (!bytes.ok()) return bytes.error();
-      out.digest(sha256(bytes.value()));
+      picture->second = sha256(bytes.value());
     }
+    out.digest(picture->second);
     out.u8(texture.srgb ? 1 : 0);
     out.u8(static_cast<uint8_t>(texture.wrap_u));
     out.u8(static_cast<uint8_t>(texture.wrap_v));

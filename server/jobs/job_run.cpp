@@ -6,6 +6,7 @@
 #include "proto/events.h"
 #include "proto/stats_json.h"
 #include "server/jobs/job_settings.h"
+#include "server/jobs/load_ticker.h"
 #include "server/jobs/progress_ticker.h"
 
 namespace qray::server {
@@ -52,8 +53,9 @@ void JobRun::run(const std::function<bool()>& stopping) {
 }
 
 Status JobRun::prepare() {
+  LoadTicker ticker(context_.stores.jobs, id_, context_.clock, context_.stop);
   Result<std::shared_ptr<const PreparedScene>> scene =
-      context_.stores.scenes.prepare(job_.request.scene);
+      context_.stores.scenes.prepare(job_.request.scene, ticker.watch());
   if (!scene.ok()) return context_.stores.scenes.without_folder(scene.error());
   scene_ = std::move(scene).value();
   warnings_ = scene_->warnings;

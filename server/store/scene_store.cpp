@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "core/import/resolve_scene.h"
+#include "core/math/hash.h"
 
 namespace qray::server {
 namespace fs = std::filesystem;
@@ -15,19 +16,22 @@ Result<fs::path> SceneStore::file_of(std::string_view name) const {
 
 bool SceneStore::has(std::string_view name) const { return file_of(name).ok(); }
 
-SceneStore::Stamp SceneStore::newest_change(const std::string& name) const {
+SceneStore::Stamp SceneStore::stamp(const std::string& name) const {
   constexpr int kMaxFiles = 10'000;
-  Stamp newest = Stamp::min();
+  Stamp sum = 0;  // in any order
   std::error_code ec;
   int seen = 0;
   for (fs::recursive_directory_iterator it(folder_ / name, ec), end; !ec && it != end;
        it.increment(ec)) {
     std::error_code missing;
-    const Stamp stamp = it->last_write_time(missing);
-    if (!missing) newest = std::max(newest, stamp);
+    uint64_t file = std::hash<std::string>()(it->path().string());
+    file = hash_combine(
+        file, static_cast<uint64_t>(it->last_write_time(missing).time_since_epoch().count()));
+    if (it->is_regular_file(missing)) file = hash_combine(file, it->file_size(missing));
+    sum += file;
     if (++seen >= kMaxFiles) break;
   }
-  return newest;
+  return sum;
 }
 
 std::vector<proto::SceneInfo> SceneStore::list() {
@@ -58,7 +62,7 @@ std::optional<std::pair<int, int>> SceneStore::size(const std::string& name) {
   if (!path.ok()) return std::nullopt;
   if (uploads_)
     if (const auto report = uploads_->find(name)) return std::pair(report->width, report->height);
-  const Stamp stamp = newest_change(name);
+  const Stamp stamp = this->stamp(name);
   {
     std::lock_guard lock(mutex_);
     const auto found = known_.find(name);
@@ -73,10 +77,11 @@ std::optional<std::pair<int, int>> SceneStore::size(const std::string& name) {
   return known.size;
 }
 
-Result<std::shared_ptr<const PreparedScene>> SceneStore::prepare(const std::string& name) {
+Result<std::shared_ptr<const PreparedScene>> SceneStore::prepare(const std::string& name,
+                                                                 const LoadWatch& watch) {
   Result<fs::path> path = file_of(name);
   if (!path.ok()) return path.error();
-  const Stamp stamp = newest_change(name);
+  const Stamp stamp = this->stamp(name);
   {
     std::lock_guard lock(mutex_);
     for (auto it = prepared_.begin(); it != prepared_.end(); ++it) {
@@ -86,7 +91,8 @@ Result<std::shared_ptr<const PreparedScene>> SceneStore::prepare(const std::stri
     }
   }
   Result<std::shared_ptr<const PreparedScene>> made =
-      load_and_prepare_scene(path.value(), build_threads_);
+      load_and_prepare_scene(path.value(), build_threads_, {{}, false, watch});
+  if (!made.ok() && made.error().code == ErrorCode::kCanceled) return made;
   std::lock_guard lock(mutex_);
   Known known{stamp, {}};
   if (made.ok()) known.size = {made.value()->scene.width, made.value()->scene.height};
@@ -94,8 +100,17 @@ Result<std::shared_ptr<const PreparedScene>> SceneStore::prepare(const std::stri
   if (!made.ok()) return made.error();
   std::erase_if(prepared_, [&](const Prepared& p) { return p.name == name; });
   prepared_.push_front({name, stamp, made.value()});
-  if (prepared_.size() > max_prepared_) prepared_.pop_back();
+  drop_oldest();
   return made.value();
+}
+
+// Jobs that still render a scene keep it alive.
+void SceneStore::drop_oldest() {
+  size_t bytes = 0;
+  for (auto it = prepared_.begin(); it != prepared_.end();) {
+    bytes += it->scene->size_bytes();
+    it = bytes > max_bytes_ && it != prepared_.begin() ? prepared_.erase(it) : std::next(it);
+  }
 }
 
 Error SceneStore::without_folder(Error error) const {

@@ -1,5 +1,6 @@
-// The scenes folder: names, and prepared scenes kept for the next job. A scene is loaded anew when
-// a file in its folder has changed; uploaded ones never do. Any thread.
+// The scenes folder: names, and prepared scenes kept for the next job, as many as memory allows. A
+// scene is loaded anew when a file in its folder has changed; uploaded ones never do. Any
+// thread.
 #pragma once
 
 #include <list>
@@ -15,8 +16,9 @@ namespace qray::server {
 
 class SceneStore {
  public:
-  SceneStore(std::filesystem::path folder, int build_threads, size_t max_prepared = 4)
-      : folder_(std::move(folder)), build_threads_(build_threads), max_prepared_(max_prepared) {}
+  // `max_bytes`: of the prepared scenes; the newest is kept whatever its size.
+  SceneStore(std::filesystem::path folder, int build_threads, size_t max_bytes)
+      : folder_(std::move(folder)), build_threads_(build_threads), max_bytes_(max_bytes) {}
 
   // Uploaded scenes too, from now on. Before any other call.
   void add_uploads(const UploadedScenes& uploads) { uploads_ = &uploads; }
@@ -26,13 +28,14 @@ class SceneStore {
   std::vector<proto::SceneInfo> list();
   // The picture size of one scene; none when it cannot be loaded.
   std::optional<std::pair<int, int>> size(const std::string& name);
-  // kNotFound, or what is wrong in the scene, with file and place.
-  Result<std::shared_ptr<const PreparedScene>> prepare(const std::string& name);
+  // kNotFound, kCanceled by the watch, or what is wrong in the scene, with file and place.
+  Result<std::shared_ptr<const PreparedScene>> prepare(const std::string& name,
+                                                       const LoadWatch& watch = {});
   // The error as a client may see it: files are named from the scenes folder on.
   Error without_folder(Error error) const;
 
  private:
-  using Stamp = std::filesystem::file_time_type;
+  using Stamp = uint64_t;  // of a folder's files: names, sizes, times
   struct Prepared {
     std::string name;
     Stamp stamp;
@@ -43,12 +46,13 @@ class SceneStore {
     std::optional<std::pair<int, int>> size;
   };
   Result<std::filesystem::path> file_of(std::string_view name) const;
-  Stamp newest_change(const std::string& name) const;
+  Stamp stamp(const std::string& name) const;
+  void drop_oldest();
 
   std::filesystem::path folder_;
   const UploadedScenes* uploads_ = nullptr;
   int build_threads_;
-  size_t max_prepared_;
+  size_t max_bytes_;
   std::mutex mutex_;
   std::list<Prepared> prepared_;  // newest use first
   std::map<std::string, Known> known_;

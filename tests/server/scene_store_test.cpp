@@ -7,6 +7,8 @@
 namespace qray::server {
 namespace {
 
+constexpr size_t kPlenty = 1 << 30;  // bytes
+
 class SceneStoreTest : public ::testing::Test {
  protected:
   void SetUp() override { test::write_text(scratch_ / "box/scene.json", test::kBoxScene); }
@@ -17,7 +19,7 @@ TEST_F(SceneStoreTest, NamesAreFoldersWithAScene) {
   test::write_text(scratch_ / "empty/readme", "");
   test::write_text(scratch_ / "bad name/scene.json", test::kBoxScene);
   test::write_text(scratch_ / "wrong/scene.json", "{");
-  SceneStore store(scratch_.path(), 1);
+  SceneStore store(scratch_.path(), 1, kPlenty);
   EXPECT_TRUE(store.has("box"));
   for (const char* name : {"", "empty", "bad name", "..", "box/", "./box", "nothing"}) {
     EXPECT_FALSE(store.has(name)) << name;
@@ -32,7 +34,7 @@ TEST_F(SceneStoreTest, NamesAreFoldersWithAScene) {
 }
 
 TEST_F(SceneStoreTest, PreparedScenesAreSharedUntilAFileChanges) {
-  SceneStore store(scratch_.path(), 1);
+  SceneStore store(scratch_.path(), 1, kPlenty);
   const auto first = store.prepare("box");
   ASSERT_TRUE(first.ok()) << first.error().text();
   EXPECT_EQ(store.prepare("box").value(), first.value());
@@ -47,19 +49,48 @@ TEST_F(SceneStoreTest, PreparedScenesAreSharedUntilAFileChanges) {
   EXPECT_NE(store.prepare("box").value(), second.value());
 }
 
-TEST_F(SceneStoreTest, FewAreKept) {
-  test::write_text(scratch_ / "other/scene.json", test::kBoxScene);
-  SceneStore store(scratch_.path(), 1, /*max_prepared=*/1);
-  std::weak_ptr<const PreparedScene> first = store.prepare("box").value();
-  EXPECT_FALSE(first.expired());
-  ASSERT_TRUE(store.prepare("other").ok());
-  EXPECT_TRUE(first.expired());
+TEST_F(SceneStoreTest, AChangeThatLooksOlderCounts) {
+  SceneStore store(scratch_.path(), 1, kPlenty);
+  const auto first = store.prepare("box").value();
+  const auto file = scratch_ / "box/scene.json";
+  std::filesystem::last_write_time(file,
+                                   std::filesystem::last_write_time(file) - std::chrono::hours(5));
+  EXPECT_NE(store.prepare("box").value(), first);
+}
+
+TEST_F(SceneStoreTest, AsManyAreKeptAsMemoryAllows) {
+  for (const char* name : {"b", "c"})
+    test::write_text(scratch_ / name / "scene.json", test::kBoxScene);
+  const size_t each = SceneStore(scratch_.path(), 1, kPlenty).prepare("box").value()->size_bytes();
+  EXPECT_GT(each, 1000u);
+  SceneStore store(scratch_.path(), 1, 2 * each + each / 2);
+  std::weak_ptr<const PreparedScene> a = store.prepare("box").value();
+  std::weak_ptr<const PreparedScene> b = store.prepare("b").value();
+  ASSERT_TRUE(store.prepare("box").ok());  // used again
+  ASSERT_TRUE(store.prepare("c").ok());
+  EXPECT_FALSE(a.expired());
+  EXPECT_TRUE(b.expired()) << "not used for the longest time";
+
+  SceneStore one(scratch_.path(), 1, 0);
+  a = one.prepare("box").value();
+  EXPECT_FALSE(a.expired()) << "the newest is kept whatever its size";
+}
+
+TEST_F(SceneStoreTest, LoadingCanBeStoppedAndTriedAgain) {
+  SceneStore store(scratch_.path(), 1, kPlenty);
+  for (const LoadStep stopped_at : {LoadStep::kReading, LoadStep::kBuilding}) {
+    const auto stopped =
+        store.prepare("box", [&](LoadStep step, double) { return step != stopped_at; });
+    ASSERT_FALSE(stopped.ok());
+    EXPECT_EQ(stopped.error().code, ErrorCode::kCanceled);
+  }
+  EXPECT_TRUE(store.prepare("box").ok());
 }
 
 TEST_F(SceneStoreTest, ErrorsNameFileAndPlace) {
   test::write_text(scratch_ / "wrong/scene.json",
                    std::string(test::kBoxScene).replace(20, 3, "foo"));
-  SceneStore store(scratch_.path(), 1);
+  SceneStore store(scratch_.path(), 1, kPlenty);
   const auto wrong = store.prepare("wrong");
   ASSERT_FALSE(wrong.ok());
   EXPECT_NE(wrong.error().where.find("scene.json"), std::string::npos) << wrong.error().text();

@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <fstream>
+
 #include "core/import/fit_camera.h"
 #include "core/import/primitives.h"
 #include "core/import/resolve_scene.h"
@@ -64,9 +67,40 @@ TEST(LoadScene, LimitsHoldForEveryFormat) {
                                 "4 0 1 2 3\n");
   for (const auto& path : {json, obj, ply}) {
     EXPECT_TRUE(load_scene(path).ok()) << path;
-    const auto loaded = load_scene(path, limits);
+    const auto loaded = load_scene(path, {limits, false, {}});
     ASSERT_FALSE(loaded.ok()) << path;
     EXPECT_EQ(loaded.error().code, ErrorCode::kTooLarge) << loaded.error().text();
+  }
+}
+
+TEST(LoadScene, TellsHowFarReadingIs) {
+  test::ScratchFolder folder;
+  std::ofstream obj(folder / "grid.obj");
+  constexpr int kVertices = 60'000;  // over a MiB of text
+  for (int i = 0; i < kVertices; ++i) obj << "v " << i << " " << i % 7 << " " << i % 11 << "\n";
+  for (int i = 1; i + 2 <= kVertices; i += 3)
+    obj << "f " << i << " " << i + 1 << " " << i + 2 << "\n";
+  obj.close();
+  for (const auto& path : {folder / "grid.obj", kScenes / "cornell-box" / "scene.json"}) {
+    std::vector<double> told;
+    const LoadWatch watch = [&](LoadStep step, double fraction) {
+      EXPECT_EQ(step, LoadStep::kReading);
+      told.push_back(fraction);
+      return true;
+    };
+    ASSERT_TRUE(load_scene(path, {{}, false, watch}).ok());
+    EXPECT_GE(told.size(), 5u) << path;
+    EXPECT_TRUE(std::is_sorted(told.begin(), told.end())) << path;
+    EXPECT_LE(told.back(), 1) << path;
+    EXPECT_GE(told.back(), 0.5) << path;
+    // Whenever it is told to stop it does.
+    for (size_t stop_at = 0; stop_at < told.size(); stop_at += 3) {
+      size_t calls = 0;
+      const auto stopped =
+          load_scene(path, {{}, false, [&](LoadStep, double) { return calls++ < stop_at; }});
+      ASSERT_FALSE(stopped.ok()) << path << " at " << stop_at;
+      EXPECT_EQ(stopped.error().code, ErrorCode::kCanceled) << path;
+    }
   }
 }
 
@@ -116,6 +150,23 @@ TEST(FitCamera, ChoosesByTheKindOfScene) {
   const Camera inside = fit_camera(room);
   EXPECT_GT(inside.position.z, 0.5f);
   EXPECT_LT(inside.position.z, 1);
+}
+
+// Where fronts are known, a closed box is a thing, and one turned inside out is a room.
+TEST(FitCamera, FrontsTellRoomsFromThings) {
+  Scene scene;
+  scene.meshes = {make_box({-2, 0, -4}, {2, 2, 4})};
+  EXPECT_TRUE(sees_all(scene, fit_camera(scene, /*fronts_are_known=*/true)));
+  flip_winding(scene.meshes[0]);
+  const Camera inside = fit_camera(scene, /*fronts_are_known=*/true);
+  EXPECT_LT(std::abs(inside.position.x), 2);
+  EXPECT_LT(std::abs(inside.position.z), 4);
+  EXPECT_GT(length(inside.target - inside.position), 2);  // along the room, not across
+  EXPECT_EQ(inside.target.y, inside.position.y);
+
+  // Two things with a gap between them.
+  scene.meshes = {make_box({-2, 0, 0}, {-0.1f, 2, 2}), make_box({0.1f, 0, 0}, {2, 2, 2})};
+  EXPECT_TRUE(sees_all(scene, fit_camera(scene, /*fronts_are_known=*/true)));
 }
 
 TEST(ResolveScene, FindsNamesFoldersAndFiles) {

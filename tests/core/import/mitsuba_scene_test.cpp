@@ -334,13 +334,13 @@ TEST(MitsubaScene, WhatIsNotReadIsAWarningOrStrictlyAnError) {
     const std::vector<std::string>& warnings = loaded.value().warnings;
     ASSERT_FALSE(warnings.empty()) << body;
     EXPECT_TRUE(warnings[0].starts_with("scene.xml:4: ")) << warnings[0];
-    const auto strict = load_scene(path, {}, /*strict=*/true);
+    const auto strict = load_scene(path, {{}, true, {}});
     ASSERT_FALSE(strict.ok());
     EXPECT_EQ(strict.error().text(), warnings[0]);
     EXPECT_EQ(strict.error().code, ErrorCode::kUnsupported);
   }
   const auto plain = folder.write("scene.xml", mitsuba_scene("<shape type=\"cube\"/>"));
-  EXPECT_TRUE(load_scene(plain, {}, /*strict=*/true).ok());
+  EXPECT_TRUE(load_scene(plain, {{}, true, {}}).ok());
 }
 
 }  // namespace
