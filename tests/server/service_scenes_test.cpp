@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "core/base/sha256.h"
+#include "core/image/image_io.h"
 #include "tests/server/make_zip.h"
 #include "tests/server/test_service.h"
 
@@ -183,19 +184,27 @@ TEST_F(ServiceScenes, FilesOutsideOfTheSceneAreOutOfReach) {
 }
 
 TEST_F(ServiceScenes, APictureThatBreaksOffIsRefused) {
-  const std::string png = "\x89PNG\r\n\x1a\n and then nothing";
-  const std::string scene =
+  Image image(64, 64, 3);
+  for (size_t i = 0; i < image.data().size(); ++i)
+    image.data()[i] = static_cast<float>(i * 7919 % 256) / 255;
+  const Bytes bytes = encode_image(ImageFormat::kPng, image).value();
+  const std::string png(bytes.begin(), bytes.end());
+  const std::string obj =
       "mtllib a.mtl\nvt 0 0\nv 0 0 0\nv 1 0 0\nv 1 1 0\nusemtl m\nf 1/1 2/1 3/1\n";
-  expect_fault(
-      post_files({{"a.obj", scene}, {"a.mtl", "newmtl m\nmap_Kd t.png\n"}, {"t.png", png}}, 422),
-      "/files/t.png", "t.png");
+  std::map<std::string, std::string> files = {
+      {"a.obj", obj}, {"a.mtl", "newmtl m\nmap_Kd in/t.png\n"}, {"in/t.png", png}};
+  post_files(files, 201);
+  for (const size_t size : {png.size() / 2, size_t{20}, size_t{0}}) {
+    files["in/t.png"] = png.substr(0, size);
+    expect_fault(post_files(files, 422), "/files/in~1t.png", "in/t.png");
+  }
 }
 
 TEST_F(ServiceScenes, OneThatTakesTooLongIsEndedAndTheServerGoesOn) {
   s_.stop();
   s_.config.import_seconds = 1;
   s_.start();
-  expect_fault(post_files({{"a.obj", tall_obj(1'200'000)}}, 422), "/files/a.obj",
+  expect_fault(post_files({{"a.obj", tall_obj(2'400'000)}}, 422), "/files/a.obj",
                "within 1 s and 2048 MiB");
   EXPECT_EQ(s_.get("/healthz")["status"], "ok");
   EXPECT_EQ(scene_folders(), 0u);
