@@ -53,14 +53,8 @@ void SceneHandlers::remove(httplib::Response& res, const std::string& name) {
     if (!uses_.scenes.has(name)) return reply_error(res, no_scene());
     return reply_error(res, {ErrorCode::kConflict, "only uploaded scenes can be deleted", ""});
   }
-  const Result<std::optional<JobId>> user = uses_.jobs.open_job_of(name);
-  if (!user.ok()) return reply_error(res, user.error());
-  if (user.value())
-    return reply_error(res,
-                       {ErrorCode::kConflict,
-                        "job " + user.value()->text() + ", which has not ended, renders it", ""});
-  if (Status removed = uses_.uploads.remove(name); !removed.ok())
-    return reply_error(res, removed.error());
+  const Status removed = uses_.jobs.remove_scene(name, [&] { return uses_.uploads.remove(name); });
+  if (!removed.ok()) return reply_error(res, removed.error());
   uses_.assets.remove_unused();
   res.status = 204;
 }

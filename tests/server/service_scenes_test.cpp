@@ -277,6 +277,27 @@ TEST_F(ServiceScenes, AreDeletedWhenNoJobNeedsThem) {
   s_.post("/v1/jobs", Json{{"scene", name}}.dump(), 422);
 }
 
+TEST_F(ServiceScenes, AJobAndADeletionAtOnceDoNotMeet) {
+  for (int i = 0; i < 6; ++i) {
+    const std::string name = post_zip({{"scene.json", test::kBoxScene}}, 201)["name"];
+    const Json job = {{"scene", name}, {"samples", 1}, {"method", "none"}};
+    int posted = 0, deleted = 0;
+    {
+      std::jthread one(
+          [&] { posted = s_.client().Post("/v1/jobs", job.dump(), "application/json")->status; });
+      deleted = s_.client().Delete("/v1/scenes/" + name)->status;
+    }
+    const Json newest = s_.get("/v1/jobs?limit=1")["jobs"];
+    if (posted == 202) {
+      EXPECT_EQ(s_.wait_end(newest[0]["id"])["state"], "succeeded");
+    } else {
+      EXPECT_EQ(posted, 422);
+      EXPECT_EQ(deleted, 204);
+    }
+    s_.client().Delete("/v1/scenes/" + name);
+  }
+}
+
 TEST_F(ServiceScenes, AreCounted) {
   s_.stop();
   for (int i = 0; i < 1000; ++i) {
