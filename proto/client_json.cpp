@@ -87,6 +87,26 @@ std::string job_submission_json(const JobSubmission& s) {
   return object.dump(-1, ' ', false, json::error_handler_t::replace);
 }
 
+std::string scene_submission_json(const SceneSubmission& s) {
+  json object = json::object();
+  if (!s.files.empty()) object["files"] = s.files;
+  if (!s.entry.empty()) object["entry"] = s.entry;
+  if (!s.asset.empty()) object["asset"] = s.asset;
+  if (!s.type.empty()) object["type"] = s.type;
+  return object.dump(-1, ' ', false, json::error_handler_t::replace);
+}
+
+Result<SceneView> parse_scene(std::string_view text) {
+  const std::optional<json> object = parse_object(text);
+  const std::optional<std::string> name = object ? text_of(*object, "name") : std::nullopt;
+  if (!name) return Error{ErrorCode::kCorrupt, "the server's answer is not a scene", ""};
+  SceneView scene{*name, {}};
+  if (const json* warnings = find(*object, "warnings"); warnings && warnings->is_array())
+    for (const json& warning : *warnings)
+      if (warning.is_string()) scene.warnings.push_back(warning.get<std::string>());
+  return scene;
+}
+
 Result<JobView> parse_job(std::string_view text) {
   const std::optional<json> object = parse_object(text);
   if (!object) return Error{ErrorCode::kInvalid, "expected a job as JSON", "the server's answer"};

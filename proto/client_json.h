@@ -4,9 +4,11 @@
 
 #include <array>
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "core/base/result.h"
 
@@ -24,6 +26,21 @@ struct JobSubmission {
   std::optional<float> alpha, gamma;
 };
 std::string job_submission_json(const JobSubmission& submission);
+
+// POST /v1/scenes: files by name with their SHA-256, or one asset of a type.
+struct SceneSubmission {
+  std::map<std::string, std::string> files;
+  std::string entry;  // empty: left to the server
+  std::string asset, type;
+};
+std::string scene_submission_json(const SceneSubmission& submission);
+
+// The part of a scene that the command shows.
+struct SceneView {
+  std::string name;
+  std::vector<std::string> warnings;
+};
+Result<SceneView> parse_scene(std::string_view json);
 
 // The part of a job that the command shows.
 struct JobView {

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
+#include "core/base/file_names.h"
 #include "proto/messages.h"
 
 namespace qray::proto {
@@ -326,6 +327,58 @@ void read_merge(const Json& tree, std::vector<std::string>& tables,
   in.refuse_unknown();
 }
 
+bool is_sha256(const Json& value) {
+  const std::string* text = value.get_ptr<const std::string*>();
+  return text && text->size() == 64 &&
+         text->find_first_not_of("0123456789abcdef") == std::string::npos;
+}
+
+constexpr const char* kExpectedSha256 = "expected a SHA-256 (64 digits of 0-9 and a-f), got ";
+
+void read_files(const Json& files, SceneRequest& out, std::vector<FieldError>& errors) {
+  if (!files.is_object() || files.empty()) {
+    errors.push_back({"/files", "expected an object of names and SHA-256s, got " + shown(files)});
+    return;
+  }
+  FileNames names;
+  for (const auto& [name, hash] : files.items()) {
+    if (const auto fault = names.add(name)) errors.push_back({file_pointer(name), *fault});
+    if (!is_sha256(hash)) errors.push_back({file_pointer(name), kExpectedSha256 + shown(hash)});
+    if (errors.size() >= 32) return;
+    out.files[name] = hash.is_string() ? hash.get<std::string>() : "";
+  }
+}
+
+void read_scene(const Json& tree, SceneRequest& out, std::vector<FieldError>& errors) {
+  ObjectReader in(tree, "", errors);
+  const Json* files = in.find("files");
+  const Json* asset = in.find("asset");
+  std::string type;
+  in.one_of("type", {"glb", "zip"}, type);
+  if (const std::string* entry = in.string("entry")) out.entry = *entry;
+  in.refuse_unknown();
+  if (!files == !asset) {
+    errors.push_back({"", std::string("expected \"files\" or \"asset\", got ") +
+                              (files ? "both" : "none of the two")});
+  } else if (files) {
+    read_files(*files, out, errors);
+    if (!out.entry.empty() && errors.empty() && !out.files.contains(out.entry))
+      in.wrong("entry", "expected one of the files, got " + shown(out.entry));
+    if (!type.empty()) in.wrong("type", "belongs to \"asset\"");
+  } else if (!is_sha256(*asset)) {
+    in.wrong("asset", kExpectedSha256 + shown(*asset));
+  } else if (type == "glb") {
+    out.files["scene.glb"] = asset->get<std::string>();
+    if (!out.entry.empty()) in.wrong("entry", "a .glb is a scene by itself");
+    out.entry = "scene.glb";
+  } else {
+    out.archive = asset->get<std::string>();
+    if (type.empty() && errors.empty()) in.wrong("type", "expected glb or zip, got nothing");
+    if (const auto fault = FileNames().add(out.entry); fault && !out.entry.empty())
+      in.wrong("entry", *fault);
+  }
+}
+
 // A request that `read(tree, request, errors)` takes apart.
 template <class Request, class Read>
 std::variant<Request, Problem> parse_request(std::string_view json, const RequestLimits& limits,
@@ -353,6 +406,11 @@ std::variant<JobRequest, Problem> parse_job_request(std::string_view json,
     read_request(tree, limits, request, errors);
   };
   return parse_request<JobRequest>(json, limits, "Wrong job request", read);
+}
+
+std::variant<SceneRequest, Problem> parse_scene_request(std::string_view json,
+                                                        const RequestLimits& limits) {
+  return parse_request<SceneRequest>(json, limits, "Wrong scene", read_scene);
 }
 
 std::variant<std::vector<std::string>, Problem> parse_merge_request(std::string_view json,

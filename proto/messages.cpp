@@ -111,6 +111,13 @@ Json weights_json(const WeightsInfo& w) {
           {"held_out", or_null(w.held_out)}};
 }
 
+Json scene_json(const SceneInfo& s) {
+  return {{"name", s.name},
+          {"width", or_null(s.width)},
+          {"height", or_null(s.height)},
+          {"uploaded", s.uploaded}};
+}
+
 }  // namespace
 
 std::string time_to_text(int64_t ms) {
@@ -154,11 +161,62 @@ std::string weights_list_to_json(std::span<const WeightsInfo> weights) {
 
 std::string scene_list_to_json(std::span<const SceneInfo> scenes) {
   Json list = Json::array();
-  for (const SceneInfo& s : scenes) {
-    list.push_back({{"name", s.name}, {"width", or_null(s.width)}, {"height", or_null(s.height)}});
-  }
+  for (const SceneInfo& s : scenes) list.push_back(scene_json(s));
   return text_of({{"scenes", std::move(list)}});
 }
+
+std::string scene_to_json(const SceneInfo& scene, const SceneReport* report) {
+  Json out = scene_json(scene);
+  if (report) {
+    out["entry"] = report->entry;
+    out["triangles"] = report->triangles;
+    out["warnings"] = report->warnings;
+  }
+  return text_of(out);
+}
+
+std::string scene_report_to_json(const SceneReport& report) {
+  Json out = {{"entry", report.entry},
+              {"width", report.width},
+              {"height", report.height},
+              {"triangles", report.triangles},
+              {"unpacked_bytes", report.unpacked_bytes},
+              {"warnings", report.warnings}};
+  if (report.error)
+    out["error"] = {{"message", report.error->message}, {"where", report.error->where}};
+  return text_of(out);
+}
+
+std::optional<SceneReport> parse_scene_report(std::string_view json) {
+  const Json tree = Json::parse(json, nullptr, false);
+  if (!tree.is_object()) return std::nullopt;
+  try {
+    SceneReport report{{},
+                       tree.at("entry"),
+                       tree.at("width"),
+                       tree.at("height"),
+                       tree.at("triangles"),
+                       tree.at("unpacked_bytes"),
+                       tree.at("warnings")};
+    if (const auto error = tree.find("error"); error != tree.end())
+      report.error = JobError{error->at("message"), error->at("where")};
+    return report;
+  } catch (const Json::exception&) {
+    return std::nullopt;
+  }
+}
+
+std::string scene_manifest(const SceneRequest& request) {
+  return text_of({{"entry", request.entry}, {"files", request.files}, {"zip", request.archive}});
+}
+
+std::string file_pointer(std::string_view name) {
+  std::string pointer = "/files/";
+  for (char c : name) pointer += c == '~' ? "~0" : c == '/' ? "~1" : std::string(1, c);
+  return pointer;
+}
+
+std::string asset_to_json(std::string_view sha256) { return text_of({{"sha256", sha256}}); }
 
 std::string health_to_json() { return R"({"status":"ok"})"; }
 

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <span>
 #include <string>
@@ -52,6 +53,13 @@ struct JobRequest {
   bool operator==(const JobRequest&) const = default;
 };
 
+// POST /v1/scenes: what a scene is made of, by the SHA-256 of uploaded files.
+struct SceneRequest {
+  std::map<std::string, std::string> files;  // name -> SHA-256; empty: `archive` has them
+  std::string archive;                       // a zip's SHA-256
+  std::string entry;                         // the scene's file; empty: to be found
+};
+
 struct RequestLimits {
   std::vector<std::string> methods;  // names that are known; empty: any
   size_t max_bytes = 4u << 20;
@@ -70,6 +78,13 @@ std::variant<JobRequest, Problem> parse_job_request(std::string_view json,
 constexpr size_t kMaxMergedTables = 16;
 std::variant<std::vector<std::string>, Problem> parse_merge_request(std::string_view json,
                                                                     const RequestLimits& limits);
+// Problems as above. A file's name is one that FileNames takes.
+std::variant<SceneRequest, Problem> parse_scene_request(std::string_view json,
+                                                        const RequestLimits& limits);
+// The same text for the same scene, whatever the order it was given in.
+std::string scene_manifest(const SceneRequest& request);
+// "/files/textures~1a.png"
+std::string file_pointer(std::string_view name);
 // Gives the same request back when parsed.
 std::string job_request_to_json(const JobRequest& request);
 
@@ -115,6 +130,17 @@ struct WeightsInfo {
 struct SceneInfo {
   std::string name;
   std::optional<int> width, height;  // absent: the scene cannot be loaded
+  bool uploaded = false;
+};
+
+// What the process that reads an upload found: a scene, or why it is none. Kept with the scene.
+struct SceneReport {
+  std::optional<JobError> error;
+  std::string entry;  // the scene's file among the others
+  int width = 0, height = 0;
+  uint64_t triangles = 0;
+  uint64_t unpacked_bytes = 0;  // that an archive's files take
+  std::vector<std::string> warnings;
 };
 
 std::string job_to_json(const JobInfo& job);
@@ -124,7 +150,12 @@ std::string table_to_json(const TableInfo& table);
 std::string table_list_to_json(std::span<const TableInfo> tables);
 std::string weights_to_json(const WeightsInfo& weights);
 std::string weights_list_to_json(std::span<const WeightsInfo> weights);
+// `report`: of an uploaded scene.
+std::string scene_to_json(const SceneInfo& scene, const SceneReport* report);
+std::string scene_report_to_json(const SceneReport& report);
+std::optional<SceneReport> parse_scene_report(std::string_view json);
 std::string scene_list_to_json(std::span<const SceneInfo> scenes);
+std::string asset_to_json(std::string_view sha256);
 std::string health_to_json();
 std::string problem_to_json(const Problem& problem);
 

@@ -37,6 +37,25 @@ ParsedConfig parse_config(int argc, const char* const* argv) {
                  "memory for loaded scenes that the next job may want")
       ->check(CLI::Range(0, 1 << 19))
       ->capture_default_str();
+  app.add_option("--asset-mib", config.asset_mib, "size of one uploaded file")
+      ->check(CLI::Range(1, 1 << 14))
+      ->capture_default_str();
+  app.add_option("--assets-gib", config.assets_gib, "disk that uploads may take together")
+      ->check(CLI::Range(1, 1 << 20))
+      ->capture_default_str();
+  app.add_option("--import-mib", config.import_mib,
+                 "address space for reading an uploaded scene; 600 MiB of it are libraries")
+      ->check(CLI::Range(1024, 1 << 20))
+      ->capture_default_str();
+  app.add_option("--import-seconds", config.import_seconds, "time for reading an uploaded scene")
+      ->check(CLI::Range(1, 3600))
+      ->capture_default_str();
+  app.add_option("--unpacked-mib", config.unpacked_mib, "size of an uploaded zip's files")
+      ->check(CLI::Range(1, 1 << 20))
+      ->capture_default_str();
+  app.add_option("--imports", config.imports, "uploaded scenes that are read at once")
+      ->check(CLI::Range(1, 64))
+      ->capture_default_str();
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {

@@ -129,7 +129,7 @@ std::optional<proto::Problem> check_field(std::string_view line, const HeadLimit
 }
 
 std::optional<proto::Problem> check_body(Fields& fields, std::string_view method,
-                                         const HeadLimits& limits, size_t& body_bytes) {
+                                         size_t max_body_bytes, size_t& body_bytes) {
   if (fields.lengths > 1) {
     return refuse(400, "Bad length", "expected one Content-Length, got several");
   }
@@ -146,9 +146,9 @@ std::optional<proto::Problem> check_body(Fields& fields, std::string_view method
   if (!digits || (error != std::errc{} && error != std::errc::result_out_of_range)) {
     return refuse(400, "Bad length", "expected Content-Length to be a decimal number");
   }
-  if (error == std::errc::result_out_of_range || length > limits.max_body_bytes) {
+  if (error == std::errc::result_out_of_range || length > max_body_bytes) {
     return refuse(413, "Content too large",
-                  "expected at most " + std::to_string(limits.max_body_bytes) + " bytes");
+                  "expected at most " + std::to_string(max_body_bytes) + " bytes");
   }
   if (length > 0 && !may_have_body) {
     return refuse(400, "Body not expected", "expected no body with " + std::string(method));
@@ -163,7 +163,8 @@ std::optional<proto::Problem> check_body(Fields& fields, std::string_view method
 }  // namespace
 
 std::variant<AcceptedHead, proto::Problem> check_head(std::string_view head,
-                                                      const HeadLimits& limits) {
+                                                      const HeadLimits& limits,
+                                                      const BodyLimit& body_limit) {
   const auto next_line = [&]() -> std::optional<std::string_view> {
     const size_t end = head.find("\r\n");
     if (end == std::string_view::npos) return std::nullopt;
@@ -191,7 +192,11 @@ std::variant<AcceptedHead, proto::Problem> check_head(std::string_view head,
   }
 
   AcceptedHead accepted;
-  if (auto bad = check_body(fields, request->method, limits, accepted.body_bytes)) return *bad;
+  const std::string_view path = request->target.substr(0, request->target.find('?'));
+  const size_t max_body_bytes =
+      body_limit ? body_limit(request->method, path) : limits.max_body_bytes;
+  if (auto bad = check_body(fields, request->method, max_body_bytes, accepted.body_bytes))
+    return *bad;
   accepted.close = fields.connection == "close" ||
                    (request->version == "HTTP/1.0" && fields.connection != "keep-alive");
   accepted.text.append(*first).append("\r\n").append(fields.kept).append("\r\n");

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstddef>
+#include <functional>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -27,9 +28,13 @@ struct AcceptedHead {
   bool close = false;     // the client asks for the connection to end
 };
 
+// The most bytes that a body may have by its request's method and path (without a query).
+using BodyLimit = std::function<size_t(std::string_view method, std::string_view path)>;
+
 // `head` ends with the empty line. RFC 9112 sections 3, 5 and 6; a refused head ends the
-// connection.
+// connection. Without `body_limit`, any body may have `max_body_bytes`.
 std::variant<AcceptedHead, proto::Problem> check_head(std::string_view head,
-                                                      const HeadLimits& limits);
+                                                      const HeadLimits& limits,
+                                                      const BodyLimit& body_limit = {});
 
 }  // namespace qray::server

@@ -71,7 +71,8 @@ class HttpServer::Impl final : public httplib::Server {
  public:
   Impl(Router router, const HttpLimits& limits)
       : router_(std::move(router)), limits_(limits), connections_(limits.max_connections) {
-    set_payload_max_length(limits.head.max_body_bytes);
+    // The library's one limit; the head check keeps each route's own.
+    set_payload_max_length(std::max(limits.head.max_body_bytes, router_.max_body_bytes()));
     set_keep_alive_max_count(limits.max_requests_per_connection);
     set_keep_alive_timeout(
         std::chrono::duration_cast<std::chrono::seconds>(limits.stream.idle).count());
@@ -80,12 +81,13 @@ class HttpServer::Impl final : public httplib::Server {
     // through to have their body read, and only when a route knows them.
     set_pre_routing_handler([this](const httplib::Request& req, httplib::Response& res) {
       const bool pass_on = (req.method == "POST" || req.method == "PUT") && !foreign_origin(req) &&
-                           router_.find(req.method, req.path).handler;
+                           router_.find(req.method, req.path).found();
       if (!pass_on) dispatch(req, res);
       return pass_on ? HandlerResponse::Unhandled : HandlerResponse::Handled;
     });
-    const auto with_body = [this](const httplib::Request& req, httplib::Response& res) {
-      dispatch(req, res);
+    const auto with_body = [this](const httplib::Request& req, httplib::Response& res,
+                                  const httplib::ContentReader& reader) {
+      dispatch_with_body(req, res, reader);
     };
     Post(".*", with_body);
     Put(".*", with_body);
@@ -144,6 +146,19 @@ class HttpServer::Impl final : public httplib::Server {
     reply_problem(res, {405, "Method not allowed", "expected " + match.allow, {}});
   }
 
+  void dispatch_with_body(const httplib::Request& req, httplib::Response& res,
+                          const httplib::ContentReader& reader) {
+    const Router::Match match = router_.find(req.method, req.path);
+    if (match.stream) return (*match.stream)(req, res, match.id, reader);
+    httplib::Request whole = req;
+    const bool arrived = reader([&](const char* data, size_t size) {
+      whole.body.append(data, size);
+      return true;
+    });
+    if (!arrived) return reply_problem(res, {400, "Bad request", "the body did not arrive", {}});
+    (*match.handler)(whole, res, match.id);
+  }
+
   void accept_loop(int listener, std::stop_token stop) {
     while (!stop.stop_requested()) {
       pollfd p{listener, POLLIN, 0};
@@ -194,7 +209,7 @@ class HttpServer::Impl final : public httplib::Server {
         break;
     }
     connections_.set_idle(id, false);
-    auto checked = check_head(head, limits_.head);
+    auto checked = check_head(head, limits_.head, body_limit_);
     if (const proto::Problem* problem = std::get_if<proto::Problem>(&checked)) {
       refuse_raw(stream, *problem);
       return false;
@@ -209,6 +224,9 @@ class HttpServer::Impl final : public httplib::Server {
 
   Router router_;
   HttpLimits limits_;
+  const BodyLimit body_limit_ = [this](std::string_view method, std::string_view path) {
+    return router_.max_body_bytes(method, path).value_or(limits_.head.max_body_bytes);
+  };
   Connections connections_;
   std::jthread acceptor_;
 };

@@ -1,14 +1,17 @@
-// qrayd: starts the service, says where, and waits for SIGTERM or SIGINT.
+// qrayd: starts the service, says where, and waits for SIGTERM or SIGINT. Or reads one upload for
+// the qrayd that started it.
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 
 #include <csignal>
 #include <cstdio>
 
+#include "server/check_scene.h"
 #include "server/service.h"
 
 int main(int argc, char** argv) {
   using namespace qray;
+  if (const auto check = server::CheckScene::parse(argc, argv)) return server::check_scene(*check);
   const server::ParsedConfig parsed = server::parse_config(argc, argv);
   if (!parsed.config) return parsed.exit_code;
   const server::Config& config = *parsed.config;

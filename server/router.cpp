@@ -17,12 +17,36 @@ std::vector<std::string> split(std::string_view path) {
 }  // namespace
 
 void Router::add(std::string method, std::string_view pattern, RouteHandler handler) {
-  routes_.push_back({std::move(method), split(pattern), std::move(handler)});
+  routes_.push_back({std::move(method), split(pattern), std::move(handler), {}, 0});
+}
+
+void Router::add_stream(std::string method, std::string_view pattern, size_t max_body_bytes,
+                        StreamHandler handler) {
+  routes_.push_back({std::move(method), split(pattern), {}, std::move(handler), max_body_bytes});
 }
 
 Router::Match Router::find(std::string_view method, std::string_view path) const {
+  Found found = find_route(method, path);
+  if (!found.route) return {nullptr, nullptr, "", std::move(found.allow)};
+  if (found.route->stream) return {nullptr, &found.route->stream, std::move(found.id), ""};
+  return {&found.route->handler, nullptr, std::move(found.id), ""};
+}
+
+std::optional<size_t> Router::max_body_bytes(std::string_view method, std::string_view path) const {
+  const Route* route = find_route(method, path).route;
+  if (!route || !route->stream) return std::nullopt;
+  return route->max_body_bytes;
+}
+
+size_t Router::max_body_bytes() const {
+  size_t largest = 0;
+  for (const Route& route : routes_) largest = std::max(largest, route.max_body_bytes);
+  return largest;
+}
+
+Router::Found Router::find_route(std::string_view method, std::string_view path) const {
   const std::vector<std::string> segments = split(path);
-  Match match;
+  Found match;
   for (const Route& route : routes_) {
     if (route.segments.size() != segments.size()) continue;
     std::string id;
@@ -36,7 +60,7 @@ Router::Match Router::find(std::string_view method, std::string_view path) const
     }
     if (!same) continue;
     if (route.method == method || (route.method == "GET" && method == "HEAD")) {
-      return {&route.handler, std::move(id), ""};
+      return {&route, std::move(id), ""};
     }
     match.allow += (match.allow.empty() ? "" : ", ") + route.method;
   }

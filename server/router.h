@@ -5,6 +5,7 @@
 #include <httplib.h>
 
 #include <functional>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -14,21 +15,33 @@ namespace qray::server {
 // `id`: what {id} stood for, empty without one.
 using RouteHandler =
     std::function<void(const httplib::Request&, httplib::Response&, const std::string& id)>;
+// Takes the body as it arrives; what it leaves is passed over.
+using StreamHandler = std::function<void(const httplib::Request&, httplib::Response&,
+                                         const std::string& id, const httplib::ContentReader&)>;
 
 class Router {
  public:
   void add(std::string method, std::string_view pattern, RouteHandler handler);
+  // For bodies too large for memory: up to `max_body_bytes` instead of the server's own limit.
+  void add_stream(std::string method, std::string_view pattern, size_t max_body_bytes,
+                  StreamHandler handler);
   // For GET paths that no route matches; true when it answered.
   void set_fallback(std::function<bool(const httplib::Request&, httplib::Response&)> fallback) {
     fallback_ = std::move(fallback);
   }
 
   struct Match {
-    const RouteHandler* handler = nullptr;
+    const RouteHandler* handler = nullptr;  // at most one of the two
+    const StreamHandler* stream = nullptr;
     std::string id;
     std::string allow;  // methods of this path, when there are others than the one asked
+    bool found() const { return handler || stream; }
   };
   Match find(std::string_view method, std::string_view path) const;
+  // Of the body of a request; none: the server's own limit.
+  std::optional<size_t> max_body_bytes(std::string_view method, std::string_view path) const;
+  // The largest of them; 0 without any.
+  size_t max_body_bytes() const;
   bool fallback(const httplib::Request& req, httplib::Response& res) const {
     return fallback_ && fallback_(req, res);
   }
@@ -38,7 +51,15 @@ class Router {
     std::string method;
     std::vector<std::string> segments;
     RouteHandler handler;
+    StreamHandler stream;
+    size_t max_body_bytes = 0;
   };
+  struct Found {
+    const Route* route = nullptr;
+    std::string id, allow;
+  };
+  Found find_route(std::string_view method, std::string_view path) const;
+
   std::vector<Route> routes_;
   std::function<bool(const httplib::Request&, httplib::Response&)> fallback_;
 };

@@ -7,6 +7,7 @@
 #include <cstring>
 #include <thread>
 
+#include "server/handlers_assets.h"
 #include "server/handlers_events.h"
 #include "server/handlers_health.h"
 #include "server/handlers_jobs.h"
@@ -66,6 +67,7 @@ struct Service::Parts {
         db(std::move(database)),
         jobs(*db, events, now_ms),
         results(config.data),
+        upload_quota(config.assets_gib << 30),
         scenes(config.scenes, render_threads(config.threads), config.scene_mib << 20),
         web(config.web),
         event_handlers(events, jobs) {}
@@ -77,6 +79,9 @@ struct Service::Parts {
   std::unique_ptr<TableStore> tables;
   std::unique_ptr<WeightsStore> weights;
   ResultStore results;
+  DiskQuota upload_quota;
+  std::unique_ptr<AssetStore> assets;
+  std::unique_ptr<UploadedScenes> uploads;
   SceneStore scenes;
   SteadyClock clock;
   std::unique_ptr<JobRunner> runner;
@@ -84,6 +89,9 @@ struct Service::Parts {
   std::unique_ptr<ViewHandlers> view_handlers;
   std::unique_ptr<TableHandlers> table_handlers;
   std::unique_ptr<WeightsHandlers> weights_handlers;
+  std::unique_ptr<SceneImporter> importer;
+  std::unique_ptr<SceneHandlers> scene_handlers;
+  std::unique_ptr<AssetHandlers> asset_handlers;
   WebHandlers web;
   EventHandlers event_handlers;
   std::unique_ptr<HttpServer> http;
@@ -109,6 +117,14 @@ Result<std::unique_ptr<Service>> Service::start(const Config& config, const Http
   Result<std::unique_ptr<WeightsStore>> weights = WeightsStore::open(config.data);
   if (!weights.ok()) return weights.error();
   parts->weights = std::move(weights).value();
+  Result<std::unique_ptr<AssetStore>> assets = AssetStore::open(config.data, parts->upload_quota);
+  if (!assets.ok()) return assets.error();
+  parts->assets = std::move(assets).value();
+  Result<std::unique_ptr<UploadedScenes>> uploads =
+      UploadedScenes::open(config.data, parts->upload_quota);
+  if (!uploads.ok()) return uploads.error();
+  parts->uploads = std::move(uploads).value();
+  parts->scenes.add_uploads(*parts->uploads);
   Result<std::vector<JobId>> queued = parts->jobs.recover();
   if (!queued.ok()) return queued.error();
 
@@ -120,6 +136,13 @@ Result<std::unique_ptr<Service>> Service::start(const Config& config, const Http
   parts->view_handlers = std::make_unique<ViewHandlers>(stores);
   parts->table_handlers = std::make_unique<TableHandlers>(*parts->tables, now_ms);
   parts->weights_handlers = std::make_unique<WeightsHandlers>(*parts->weights);
+  const ImportLimits import_limits{config.program, config.import_mib, config.import_seconds,
+                                   config.unpacked_mib << 20};
+  parts->importer = std::make_unique<SceneImporter>(
+      *parts->assets, *parts->uploads, parts->upload_quota, import_limits, config.imports);
+  parts->scene_handlers = std::make_unique<SceneHandlers>(SceneHandlers::Uses{
+      *parts->importer, parts->scenes, *parts->uploads, *parts->assets, parts->jobs});
+  parts->asset_handlers = std::make_unique<AssetHandlers>(*parts->assets, config.asset_mib << 20);
   Router router;
   parts->job_handlers->add_to(router);
   parts->view_handlers->add_to(router);
@@ -127,7 +150,8 @@ Result<std::unique_ptr<Service>> Service::start(const Config& config, const Http
   parts->web.add_to(router);
   parts->table_handlers->add_to(router);
   parts->weights_handlers->add_to(router);
-  add_scene_routes(router, parts->scenes);
+  parts->asset_handlers->add_to(router);
+  parts->scene_handlers->add_to(router);
   add_health_routes(router);
   parts->http = std::make_unique<HttpServer>(std::move(router), http);
   Result<int> port = parts->http->start(config.host, config.port);
@@ -143,6 +167,7 @@ void Service::stop() {
   if (!parts_->http) return;
   parts_->events.close();
   parts_->view_handlers->stop();
+  parts_->importer->stop();
   parts_->http->stop();
   parts_->runner->stop();
   parts_->http.reset();

@@ -78,12 +78,16 @@ SocketStream::HeadRead SocketStream::read_head(size_t max_bytes, std::string& he
   }
 }
 
+SocketStream::Time SocketStream::read_deadline() const {
+  return std::min(body_deadline_, steady_clock::now() + limits_.body);
+}
+
 void SocketStream::begin(std::string head, size_t body_bytes) {
   front_ = std::move(head);
   front_at_ = 0;
   body_left_ = body_bytes;
   begun_ = steady_clock::now();
-  body_deadline_ = begun_ + limits_.body;
+  body_deadline_ = begun_ + limits_.body + milliseconds(body_bytes / 100);
 }
 
 bool SocketStream::skip_rest() {
@@ -106,7 +110,7 @@ void SocketStream::linger(milliseconds time) {
 
 bool SocketStream::is_readable() const {
   return front_at_ < front_.size() ||
-         (body_left_ > 0 && (!raw_.empty() || wait(POLLIN, body_deadline_)));
+         (body_left_ > 0 && (!raw_.empty() || wait(POLLIN, read_deadline())));
 }
 
 // Also how an open event stream learns that its reader has gone. A client may shut its sending side
@@ -131,7 +135,7 @@ ssize_t SocketStream::read(char* out, size_t size) {
     return static_cast<ssize_t>(take);
   }
   if (body_left_ == 0) return 0;
-  if (raw_.empty() && receive(body_deadline_) <= 0) return -1;
+  if (raw_.empty() && receive(read_deadline()) <= 0) return -1;
   const size_t take = std::min({size, raw_.size(), body_left_});
   std::memcpy(out, raw_.data(), take);
   raw_.erase(0, take);

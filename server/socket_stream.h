@@ -12,7 +12,7 @@ namespace qray::server {
 struct StreamLimits {
   std::chrono::milliseconds idle{15'000};  // between requests
   std::chrono::milliseconds head{5'000};   // from a request's first byte to its empty line
-  std::chrono::milliseconds body{30'000};
+  std::chrono::milliseconds body{30'000};  // per read; the whole has 1 s more for each 100 KB
   std::chrono::milliseconds write_stall{10'000};  // per write, plus 1 s for each 100 KB
 };
 
@@ -42,6 +42,7 @@ class SocketStream final : public httplib::Stream {
  private:
   using Time = std::chrono::steady_clock::time_point;
   bool wait(short events, Time deadline) const;
+  Time read_deadline() const;      // of the body's next bytes
   ssize_t receive(Time deadline);  // appends to raw_
 
   int fd_;

@@ -37,14 +37,26 @@ export const get_job = (id) => get_json(job_path(id));
 export const list_scenes = async () => (await get_json('/v1/scenes')).scenes;
 export const list_tables = async () => (await get_json('/v1/tables')).tables;
 
-export async function post_job(request) {
-  const response = await call('/v1/jobs', {
-    method: 'POST',
-    headers: { 'content-type': 'application/json' },
-    body: JSON.stringify(request),
-  });
-  return response.json();
+const post_json = async (path, request) => (await call(path, {
+  method: 'POST',
+  headers: { 'content-type': 'application/json' },
+  body: JSON.stringify(request),
+})).json();
+
+export const post_job = (request) => post_json('/v1/jobs', request);
+export const post_scene = (request) => post_json('/v1/scenes', request);
+
+export async function has_asset(sha256) {
+  try {
+    await call(`/v1/assets/${sha256}`, { method: 'HEAD' });
+    return true;
+  } catch (error) {
+    if (error.status === 404) return false;
+    throw error;
+  }
 }
+export const put_asset = (sha256, bytes) =>
+  call(`/v1/assets/${sha256}`, { method: 'PUT', body: bytes });
 
 export const cancel_job = async (id) =>
   (await call(`${job_path(id)}/cancel`, { method: 'POST' })).json();

@@ -6,6 +6,7 @@ import { has_ended, state_words } from './format.js';
 import { JobForm } from './job_form.js';
 import { JobList } from './job_list.js';
 import { JobStore } from './job_store.js';
+import { SceneDrop } from './scene_drop.js';
 import { Viewer } from './viewer.js';
 
 const by_id = (id) => document.getElementById(id);
@@ -34,6 +35,11 @@ const form = new JobForm(by_id('job-form'), (jobs) => {
   location.hash = address(jobs[0].id, jobs[1]?.id);
   if (matchMedia('(max-width: 800px)').matches) by_id('new-job').open = false;
   by_id('viewer').scrollIntoView({ block: 'nearest' });
+});
+
+new SceneDrop(by_id('upload'), by_id('upload-status'), async ({ name }) => {
+  form.show_scenes(await list_scenes());
+  await form.render(name);
 });
 
 function ask_for_selected() {

@@ -47,6 +47,15 @@ export class JobForm {
     this.#follow();
   }
 
+  // Posts the form as it is, but with this scene at its own size.
+  render(scene) {
+    const { scene: select, width, height } = this.#form.elements;
+    select.value = scene;
+    width.value = height.value = '';
+    this.#follow();
+    return this.#submit();
+  }
+
   // Fields that follow others: the scene's own size as the hint, and what learning alone needs.
   #follow() {
     const { scene, width, height, method, table, twin, pixels, recover, full } =

@@ -62,6 +62,13 @@ Result<Bytes> read_file(const std::filesystem::path& path, uint64_t max_bytes) {
   return result;
 }
 
+void sync_folder(const std::filesystem::path& folder) {
+  const int fd = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (fd < 0) return;
+  ::fsync(fd);
+  ::close(fd);
+}
+
 Status write_file_atomic(const std::filesystem::path& path, std::span<const uint8_t> bytes) {
   static std::atomic<uint64_t> counter{0};
   std::filesystem::path temp = path;
@@ -80,12 +87,7 @@ Status write_file_atomic(const std::filesystem::path& path, std::span<const uint
     ::unlink(temp.c_str());
     return error;
   }
-  const std::filesystem::path folder = path.has_parent_path() ? path.parent_path() : ".";
-  const int dir_fd = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  if (dir_fd >= 0) {
-    ::fsync(dir_fd);
-    ::close(dir_fd);
-  }
+  sync_folder(path.has_parent_path() ? path.parent_path() : ".");
   return {};
 }
 

@@ -11,6 +11,8 @@
 namespace qray {
 
 Result<Bytes> read_file(const std::filesystem::path& path, uint64_t max_bytes);
+// Makes renames and removals in the folder last. Best effort: some file systems cannot.
+void sync_folder(const std::filesystem::path& folder);
 Status write_file_atomic(const std::filesystem::path& path, std::span<const uint8_t> bytes);
 
 }  // namespace qray

@@ -5,6 +5,7 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
+#include <fstream>
 #include <regex>
 
 #include "core/cmd/report.h"
@@ -13,7 +14,8 @@ namespace qray::cmd {
 namespace {
 
 constexpr int kConnectSeconds = 5;
-constexpr int kReadSeconds = 30;  // of silence; the server's heartbeats come every 10 s
+constexpr int kReadSeconds = 30;    // of silence; the server's heartbeats come every 10 s
+constexpr int kSceneSeconds = 600;  // the server reads the scene before it answers
 constexpr size_t kMaxImageBytes = size_t{1} << 30;
 
 ErrorCode code_of_status(int status) {
@@ -86,6 +88,37 @@ Result<std::unique_ptr<ServiceClient>> ServiceClient::open(const std::string& ur
   auto impl = std::make_unique<Impl>(match[1].str());
   if (!impl->http.is_valid()) return bad;
   return std::unique_ptr<ServiceClient>(new ServiceClient(std::move(impl)));
+}
+
+Status ServiceClient::put_asset(const std::string& sha256, const std::filesystem::path& file,
+                                uint64_t bytes) {
+  const std::string address = "/v1/assets/" + sha256;
+  const httplib::Result there = impl_->http.Head(address);
+  if (!there) return impl_->unreachable(there.error());
+  if (there->status == 200) return {};
+  std::ifstream in(file, std::ios::binary);
+  std::vector<char> block(size_t{1} << 20);
+  const auto provide = [&](size_t, size_t length, httplib::DataSink& sink) {
+    in.read(block.data(), static_cast<std::streamsize>(std::min(length, block.size())));
+    const auto got = static_cast<size_t>(in.gcount());
+    return got > 0 && sink.write(block.data(), got);
+  };
+  const char* type = "application/octet-stream";
+  const httplib::Result result = bytes > 0 ? impl_->http.Put(address, bytes, provide, type)
+                                           : impl_->http.Put(address, std::string(), type);
+  if (!result) return impl_->unreachable(result.error());
+  if (result->status / 100 == 2) return {};
+  return refusal(result->status, result->body, file.string());
+}
+
+Result<proto::SceneView> ServiceClient::post_scene(const proto::SceneSubmission& submission) {
+  impl_->http.set_read_timeout(kSceneSeconds);
+  const httplib::Result result =
+      impl_->http.Post("/v1/scenes", proto::scene_submission_json(submission), "application/json");
+  impl_->http.set_read_timeout(kReadSeconds);
+  if (!result) return impl_->unreachable(result.error());
+  if (result->status / 100 != 2) return refusal(result->status, result->body, impl_->url);
+  return proto::parse_scene(result->body);
 }
 
 Result<proto::JobView> ServiceClient::submit(const proto::JobSubmission& submission) {

@@ -3,6 +3,7 @@
 // what it says is wrong.
 #pragma once
 
+#include <filesystem>
 #include <functional>
 #include <memory>
 #include <string>
@@ -26,6 +27,9 @@ class ServiceClient {
   ServiceClient(const ServiceClient&) = delete;
   ServiceClient& operator=(const ServiceClient&) = delete;
 
+  // Sends the file's `bytes` bytes unless the server has them.
+  Status put_asset(const std::string& sha256, const std::filesystem::path& file, uint64_t bytes);
+  Result<proto::SceneView> post_scene(const proto::SceneSubmission& submission);
   Result<proto::JobView> submit(const proto::JobSubmission& submission);
   Result<proto::JobView> job(const std::string& id);
   Result<proto::JobView> cancel(const std::string& id);

@@ -1,10 +1,10 @@
-// qray submit: post a job to a server; prints its id.
+// qray submit: post a job to a server, with its scene where that is a file here; prints its id.
 #include <CLI/CLI.hpp>
 #include <cstdio>
 
 #include "core/cmd/commands.h"
 #include "core/cmd/render_options.h"
-#include "core/cmd/service_client.h"
+#include "core/cmd/upload.h"
 
 namespace qray::cmd {
 namespace {
@@ -20,6 +20,12 @@ Status run(const Options& o) {
   if (!o.table.empty()) submission.value().table = o.table;
   Result<std::unique_ptr<ServiceClient>> client = ServiceClient::open(o.server);
   if (!client) return client.error();
+  std::error_code ec;
+  if (std::filesystem::exists(o.render.scene, ec)) {
+    Result<std::string> scene = upload_scene(*client.value(), o.render.scene);
+    if (!scene) return scene.error();
+    submission.value().scene = std::move(scene).value();
+  }
   const Result<proto::JobView> job = client.value()->submit(submission.value());
   if (!job) return job.error();
   std::printf("%s\n", job.value().id.c_str());
@@ -30,7 +36,10 @@ Status run(const Options& o) {
 
 void add_submit(CLI::App& app, int& exit_code) {
   auto o = std::make_shared<Options>();
-  CLI::App* sub = app.add_subcommand("submit", "post a job to a server and print its id");
+  CLI::App* sub = app.add_subcommand(
+      "submit",
+      "post a job to a server, sending its scene where that is a file or folder here; "
+      "prints the job's id");
   add_render_options(*sub, o->render);
   sub->add_option("--table", o->table, "auto (default), none, or a table's id");
   add_server_option(*sub, o->server);

@@ -4,6 +4,7 @@
 #include "core/image/image_io.h"
 #include "core/import/obj.h"
 #include "core/import/ply.h"
+#include "core/import/scene_folder.h"
 
 namespace qray {
 namespace {
@@ -16,7 +17,7 @@ using Names = std::map<std::string, Id, std::less<>>;
 class Reader {
  public:
   Reader(const std::filesystem::path& path, const SceneLimits& limits, const LoadWatch& watch)
-      : folder_(path.parent_path()), limits_(limits), watch_(watch) {}
+      : folder_(scene_folder(path)), limits_(limits), watch_(watch) {}
 
   JsonScene read(const JsonNode& root) {
     root.only({"name", "size", "max_depth", "camera", "textures", "materials", "environment",
@@ -56,11 +57,9 @@ class Reader {
 
   // A file beside the scene's; it must be there.
   std::filesystem::path resolve(const JsonNode& node) const {
-    const std::filesystem::path path = folder_ / node.string();
-    std::error_code ec;
-    if (!std::filesystem::is_regular_file(path, ec))
-      node.fail("no such file: \"" + node.string() + "\"", ErrorCode::kNotFound);
-    return path;
+    const Result<std::filesystem::path> path = find_within(folder_, folder_, node.string());
+    if (!path.ok()) node.fail(path.error().message, path.error().code);
+    return path.value();
   }
 
   template <class Id>

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <map>
 
+#include "core/import/scene_folder.h"
+
 namespace qray {
 namespace {
 
@@ -75,14 +77,13 @@ class Converter {
     const auto [it, is_new] =
         ids_.try_emplace(name, TextureId(static_cast<uint32_t>(out_.textures.size())));
     if (!is_new) return it->second;
-    const std::filesystem::path path = folder_ / name;
-    std::error_code ec;
-    if (!std::filesystem::is_regular_file(path, ec)) {
-      warn(in, "map_Kd \"" + name + "\" is not there");
+    const Result<std::filesystem::path> path = find_within(folder_, folder_, name);
+    if (!path.ok()) {
+      warn(in, "map_Kd: " + path.error().message);
       return it->second = TextureId{};
     }
     Texture& texture = out_.textures.emplace_back();
-    texture.path = std::filesystem::absolute(path);
+    texture.path = path.value();
     if (in.diffuse_texopt.clamp) texture.wrap_u = texture.wrap_v = TextureWrap::kClamp;
     return it->second;
   }

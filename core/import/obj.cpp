@@ -11,6 +11,7 @@
 #include "core/import/import_failure.h"
 #include "core/import/mtl.h"
 #include "core/import/obj_check.h"
+#include "core/import/scene_folder.h"
 #include "core/math/hash.h"
 
 namespace qray {
@@ -53,7 +54,9 @@ class MtlReader : public tinyobj::MaterialReader {
 
   bool operator()(const std::string& name, std::vector<tinyobj::material_t>* materials,
                   std::map<std::string, int>* ids, std::string* warn, std::string* err) override {
-    const Result<Bytes> text = read_file(folder_ / name, kMaxMtlBytes);
+    const Result<std::filesystem::path> path = find_within(folder_, folder_, name);
+    const Result<Bytes> text =
+        path.ok() ? read_file(path.value(), kMaxMtlBytes) : Result<Bytes>(path.error());
     if (!text.ok()) {
       warnings_.push_back(name + ": " + text.error().message + "; its materials are grey");
       return true;
@@ -170,7 +173,8 @@ ObjContents read_obj(const std::filesystem::path& path, const SceneLimits& limit
   std::vector<tinyobj::material_t> materials;
   std::string warn, err;
   ObjContents out;
-  MtlReader mtl(path.parent_path(), out.warnings);
+  const std::filesystem::path folder = scene_folder(path);
+  MtlReader mtl(folder, out.warnings);
   WatchedText buffer(text, watch);
   std::istream in(&buffer);
   if (!tinyobj::LoadObj(&attrib, &shapes, &materials, &warn, &err, &in, &mtl)) {
@@ -191,7 +195,7 @@ ObjContents read_obj(const std::filesystem::path& path, const SceneLimits& limit
     add_meshes(attrib, shape, grey_material, out.meshes);
   }
   if (out.meshes.empty()) fail_import(ErrorCode::kInvalid, "expected at least one face", file);
-  convert_materials(materials, path.parent_path(), out);
+  convert_materials(materials, folder, out);
   out.materials.emplace_back().name = "grey";
   return out;
 }

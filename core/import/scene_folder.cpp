@@ -4,6 +4,13 @@
 
 namespace qray {
 
+std::filesystem::path scene_folder(const std::filesystem::path& file) {
+  const std::filesystem::path folder = std::filesystem::absolute(file).parent_path();
+  std::error_code ec;
+  std::filesystem::path canonical = std::filesystem::canonical(folder, ec);
+  return ec ? folder : canonical;
+}
+
 bool is_within(const std::filesystem::path& path, const std::filesystem::path& folder) {
   const auto [end, ignored] = std::mismatch(folder.begin(), folder.end(), path.begin(), path.end());
   return end == folder.end();

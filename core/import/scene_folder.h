@@ -8,6 +8,9 @@
 
 namespace qray {
 
+// Of the scene file, canonical; links in the file's own name are not followed.
+std::filesystem::path scene_folder(const std::filesystem::path& file);
+
 // Both canonical.
 bool is_within(const std::filesystem::path& path, const std::filesystem::path& folder);
 

@@ -67,6 +67,11 @@ Result<JobRecord> JobRunner::submit(const proto::JobRequest& request) {
   }
   Result<JobRecord> job = stores_.jobs.insert(request);
   if (!job.ok()) return job;
+  // From the insertion on it cannot be deleted; it may have been just before.
+  if (!stores_.scenes.has(request.scene)) {
+    (void)stores_.jobs.move(job.value().id, JobState::kCanceled);
+    return Error{ErrorCode::kInvalid, "the scene was deleted", "/scene"};
+  }
   if (Status s = queue_.push(job.value().id); !s.ok()) return s.error();
   spdlog::info("{} queued: {} {}", job.value().id.text(), request.scene, request.method);
   return job;

@@ -152,6 +152,22 @@ Result<std::vector<JobRecord>> JobStore::list(size_t limit, std::optional<JobId>
   return jobs;
 }
 
+Status JobStore::remove_scene(const std::string& scene,
+                              const std::function<Status()>& remove) const {
+  Database::Session session(db_);
+  Query user(session.handle(),
+             "SELECT id FROM jobs WHERE state NOT IN ('succeeded','canceled','failed') AND "
+             "json_extract(request, '$.scene')=? LIMIT 1");
+  user.bind(scene);
+  if (user.next())
+    return Error{ErrorCode::kConflict,
+                 "job " + JobId{static_cast<uint64_t>(user.integer(0))}.text() +
+                     ", which has not ended, renders it",
+                 ""};
+  if (Status s = user.status(); !s.ok()) return s;
+  return remove();
+}
+
 Result<JobRecord> JobStore::move(JobId id, JobState to, const Change& change) {
   Database::Session session(db_);
   if (Status s = reserve_event_ids(); !s.ok()) return s.error();

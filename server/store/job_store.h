@@ -22,6 +22,9 @@ class JobStore {
 
   Result<JobRecord> insert(const proto::JobRequest& request);
   Result<JobRecord> get(JobId id) const;  // kNotFound
+  // Does `remove` unless a job that has not ended renders this scene (kConflict). No job is
+  // inserted meanwhile.
+  Status remove_scene(const std::string& scene, const std::function<Status()>& remove) const;
   // Newest first, ids below `before` (none: from the newest).
   Result<std::vector<JobRecord>> list(size_t limit, std::optional<JobId> before) const;
 

@@ -8,7 +8,13 @@
 namespace qray::server {
 namespace fs = std::filesystem;
 
-bool SceneStore::has(std::string_view name) const { return resolve_scene_name(name, folder_).ok(); }
+Result<fs::path> SceneStore::file_of(std::string_view name) const {
+  if (!uploads_ || !UploadedScenes::is_name(name)) return resolve_scene_name(name, folder_);
+  if (std::optional<fs::path> file = uploads_->file(name)) return *file;
+  return Error{ErrorCode::kNotFound, "no scene of this name", std::string(name)};
+}
+
+bool SceneStore::has(std::string_view name) const { return file_of(name).ok(); }
 
 SceneStore::Stamp SceneStore::stamp(const std::string& name) const {
   constexpr int kMaxFiles = 10'000;
@@ -35,23 +41,27 @@ std::vector<proto::SceneInfo> SceneStore::list() {
     std::string name = it->path().filename().string();
     if (has(name)) names.push_back(std::move(name));
   }
-  std::sort(names.begin(), names.end());
   std::vector<proto::SceneInfo> scenes;
+  if (uploads_) scenes = uploads_->list();
   for (std::string& name : names) {
     const auto wh = size(name);
-    proto::SceneInfo info{std::move(name), {}, {}};
+    proto::SceneInfo info{std::move(name), {}, {}, false};
     if (wh) {
       info.width = wh->first;
       info.height = wh->second;
     }
     scenes.push_back(std::move(info));
   }
+  std::sort(scenes.begin(), scenes.end(),
+            [](const auto& a, const auto& b) { return a.name < b.name; });
   return scenes;
 }
 
 std::optional<std::pair<int, int>> SceneStore::size(const std::string& name) {
-  Result<fs::path> path = resolve_scene_name(name, folder_);
+  Result<fs::path> path = file_of(name);
   if (!path.ok()) return std::nullopt;
+  if (uploads_)
+    if (const auto report = uploads_->find(name)) return std::pair(report->width, report->height);
   const Stamp stamp = this->stamp(name);
   {
     std::lock_guard lock(mutex_);
@@ -69,7 +79,7 @@ std::optional<std::pair<int, int>> SceneStore::size(const std::string& name) {
 
 Result<std::shared_ptr<const PreparedScene>> SceneStore::prepare(const std::string& name,
                                                                  const LoadWatch& watch) {
-  Result<fs::path> path = resolve_scene_name(name, folder_);
+  Result<fs::path> path = file_of(name);
   if (!path.ok()) return path.error();
   const Stamp stamp = this->stamp(name);
   {
@@ -104,9 +114,11 @@ void SceneStore::drop_oldest() {
 }
 
 Error SceneStore::without_folder(Error error) const {
-  const std::string folder = (folder_ / "").string();
-  for (std::string* text : {&error.message, &error.where}) {
-    for (size_t at; (at = text->find(folder)) != std::string::npos;) text->erase(at, folder.size());
+  for (const fs::path& from : {folder_, uploads_ ? uploads_->folder() : folder_}) {
+    const std::string folder = (from / "").string();
+    for (std::string* text : {&error.message, &error.where})
+      for (size_t at; (at = text->find(folder)) != std::string::npos;)
+        text->erase(at, folder.size());
   }
   return error;
 }

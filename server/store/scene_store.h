@@ -1,5 +1,6 @@
 // The scenes folder: names, and prepared scenes kept for the next job, as many as memory allows. A
-// scene is loaded anew when a file in its folder has changed. Any thread.
+// scene is loaded anew when a file in its folder has changed; uploaded ones never do. Any
+// thread.
 #pragma once
 
 #include <list>
@@ -9,6 +10,7 @@
 
 #include "core/render/prepared_scene.h"
 #include "proto/messages.h"
+#include "server/store/uploaded_scenes.h"
 
 namespace qray::server {
 
@@ -17,6 +19,9 @@ class SceneStore {
   // `max_bytes`: of the prepared scenes; the newest is kept whatever its size.
   SceneStore(std::filesystem::path folder, int build_threads, size_t max_bytes)
       : folder_(std::move(folder)), build_threads_(build_threads), max_bytes_(max_bytes) {}
+
+  // Uploaded scenes too, from now on. Before any other call.
+  void add_uploads(const UploadedScenes& uploads) { uploads_ = &uploads; }
 
   bool has(std::string_view name) const;
   // Sorted by name. A scene's size is known once it was loaded without error since it last changed.
@@ -40,10 +45,12 @@ class SceneStore {
     Stamp stamp;
     std::optional<std::pair<int, int>> size;
   };
+  Result<std::filesystem::path> file_of(std::string_view name) const;
   Stamp stamp(const std::string& name) const;
   void drop_oldest();
 
   std::filesystem::path folder_;
+  const UploadedScenes* uploads_ = nullptr;
   int build_threads_;
   size_t max_bytes_;
   std::mutex mutex_;

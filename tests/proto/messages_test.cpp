@@ -85,6 +85,38 @@ TEST(Messages, TablesAndScenes) {
   EXPECT_TRUE(list["scenes"][1]["width"].is_null());
 }
 
+TEST(Messages, ASceneReportComesBackAsItWas) {
+  SceneReport report{JobError{"bad", "a.obj:3"}, "a.obj", 640, 480, 7, 8, {"w\n1", "w2"}};
+  const auto back = parse_scene_report(scene_report_to_json(report));
+  ASSERT_TRUE(back);
+  EXPECT_EQ(back->error->where, "a.obj:3");
+  EXPECT_EQ(back->entry, "a.obj");
+  EXPECT_EQ(back->height, 480);
+  EXPECT_EQ(back->triangles, 7u);
+  EXPECT_EQ(back->unpacked_bytes, 8u);
+  EXPECT_EQ(back->warnings, report.warnings);
+  for (const char* wrong : {"", "{", "[]", "{}", R"({"entry":1})"})
+    EXPECT_FALSE(parse_scene_report(wrong)) << wrong;
+  const std::string text = scene_report_to_json(report);
+  for (size_t cut = 0; cut < text.size(); ++cut)
+    EXPECT_FALSE(parse_scene_report(std::string_view(text).substr(0, cut))) << cut;
+}
+
+TEST(Messages, AManifestIsTheSameInAnyOrder) {
+  const std::string a(64, 'a'), b(64, 'b');
+  const auto manifest = [](const std::string& json) {
+    return scene_manifest(std::get<SceneRequest>(parse_scene_request(json, {})));
+  };
+  const std::string one =
+      manifest(R"({"files":{"x":")" + a + R"(","y":")" + b + R"("},"entry":"x"})");
+  EXPECT_EQ(one, manifest(R"({"entry":"x","files":{"y":")" + b + R"(","x":")" + a + R"("}})"));
+  EXPECT_NE(one, manifest(R"({"entry":"y","files":{"y":")" + b + R"(","x":")" + a + R"("}})"));
+  EXPECT_NE(one, manifest(R"({"entry":"x","files":{"y":")" + a + R"(","x":")" + b + R"("}})"));
+  EXPECT_EQ(manifest(R"({"type":"glb","asset":")" + a + "\"}"),
+            manifest(R"({"files":{"scene.glb":")" + a + R"("},"entry":"scene.glb"})"));
+  EXPECT_EQ(file_pointer("a/b~c.png"), "/files/a~1b~0c.png");
+}
+
 TEST(Messages, Problem) {
   const Json json = Json::parse(problem_to_json({422, "Wrong", "", {{"/a", "expected b"}}}));
   EXPECT_EQ(json["type"], "about:blank");

@@ -286,6 +286,18 @@ TEST(JsonScene, NamesThePlaceOfEveryFault) {
   }
 }
 
+TEST(JsonScene, FilesOutsideOfItsFolderAreRefused) {
+  const test::SceneFolder folder;
+  const auto outside = folder.write("out.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+  folder.write("in/deep/a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+  std::filesystem::create_symlink(outside, folder.write("in/x", "").parent_path() / "link.obj");
+  for (const std::string& name : {std::string("../out.obj"), outside.string(),
+                                  std::string("deep/../../out.obj"), std::string("link.obj")}) {
+    EXPECT_EQ(folder.failure("in/scene.json", with_mesh(R"({"file": ")" + name + "\"}")),
+              "scene.json:/meshes/0/file: \"" + name + "\" lies outside the scene's folder");
+  }
+}
+
 TEST(JsonScene, AFileOfSeveralMeshesKeepsItsPlaceInErrors) {
   const test::SceneFolder folder;
   folder.write("two.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\ng a\nf 1 2 3\ng b\nf 3 2 1\n");

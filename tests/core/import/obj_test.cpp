@@ -151,6 +151,21 @@ TEST(Obj, AMissingLibraryIsAWarningAndGrey) {
   EXPECT_EQ(loaded.value().scene.meshes[0].material, MaterialId(0));
 }
 
+TEST(Obj, FilesOutsideOfItsFolderAreNotRead) {
+  const test::SceneFolder folder;
+  folder.write("a.mtl", "newmtl red\nKd 1 0 0\n");
+  folder.write("t.png", "");
+  folder.write("in/b.mtl", "newmtl b\nKd 1 0 0\nmap_Kd ../t.png\n");
+  const ObjContents contents = read_obj(
+      folder.write("in/a.obj", "mtllib ../a.mtl\nmtllib b.mtl\n" + kTriangle + "f 1 2 3\n"), {});
+  EXPECT_TRUE(contents.textures.empty());
+  ASSERT_EQ(contents.warnings.size(), 2u);
+  EXPECT_EQ(contents.warnings[0],
+            "../a.mtl: \"../a.mtl\" lies outside the scene's folder; its materials are grey");
+  EXPECT_NE(contents.warnings[1].find("\"../t.png\" lies outside"), std::string::npos)
+      << contents.warnings[1];
+}
+
 TEST(Obj, PublicDomainCornellBoxesLoad) {
   const std::filesystem::path folder = std::filesystem::path(QRAY_TESTDATA_DIR) / "obj-cornell-dev";
   if (!std::filesystem::is_directory(folder))

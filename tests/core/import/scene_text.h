@@ -15,6 +15,7 @@ namespace qray::test {
 class SceneFolder {
  public:
   std::filesystem::path write(const std::string& name, std::string_view text) const {
+    std::filesystem::create_directories((folder_ / name).parent_path());
     std::ofstream out(folder_ / name, std::ios::binary);
     out << text;
     EXPECT_TRUE(out.flush().good());
