@@ -9,7 +9,8 @@ class Target {
   Target() {
     folder_.add_schema_corpus();
     std::string bytes;
-    for (int i = 0; i < 64; ++i) bytes += std::string("\0\0\x80\x3f", i % 3 ? 4 : 0) + '\1';
+    for (int i = 0; i < 64; ++i)
+      bytes += std::string_view(i % 4 == i / 16 ? "\0\0\x80\x3f" : "\0\0\0\0", 4);
     folder_.write("a.bin", bytes);
   }
 

@@ -120,11 +120,11 @@ Bytes serialized_file() {
 
 // A few events in a corner of a room.
 Bytes table(std::string_view method) {
-  constexpr int kPasses = 3, kEvents = 24;
+  constexpr int kPasses = 3, kEvents = 150;
   GuideSetup setup;
   setup.bounds = {{-1, -1, -1}, {1, 1, 1}};
   setup.huang.grid = 4;
-  setup.adaptive.split_samples = 6;
+  setup.adaptive.split_samples = 100;
   const std::unique_ptr<Guide> guide = make_guide(method, setup).value();
   test::Random random(1);
   for (int pass = 0; pass < kPasses; ++pass) {
