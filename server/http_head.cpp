@@ -130,6 +130,9 @@ std::optional<proto::Problem> check_field(std::string_view line, const HeadLimit
 
 std::optional<proto::Problem> check_body(Fields& fields, std::string_view method,
                                          size_t max_body_bytes, size_t& body_bytes) {
+  if (fields.content_type.starts_with("multipart/")) {
+    return refuse(415, "Unsupported media type", "multipart is refused");
+  }
   if (fields.lengths > 1) {
     return refuse(400, "Bad length", "expected one Content-Length, got several");
   }
@@ -152,9 +155,6 @@ std::optional<proto::Problem> check_body(Fields& fields, std::string_view method
   }
   if (length > 0 && !may_have_body) {
     return refuse(400, "Body not expected", "expected no body with " + std::string(method));
-  }
-  if (fields.content_type.starts_with("multipart/")) {
-    return refuse(415, "Unsupported media type", "multipart is refused");
   }
   body_bytes = static_cast<size_t>(length);
   return std::nullopt;

@@ -1,5 +1,6 @@
 // AdaptiveGuide's tables: two made one, and what stands in a file.
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "core/base/check.h"
@@ -10,6 +11,11 @@ namespace qray {
 namespace {
 
 constexpr uint32_t kMaxLoadedDepth = 16;  // of directions
+constexpr uint32_t kMaxCount = std::numeric_limits<uint32_t>::max();
+
+bool fit_together(const DirectionTrees::Sums& a, const DirectionTrees::Sums& b) {
+  return a.s <= DirectionTrees::kMaxSum - b.s && a.n <= kMaxCount - b.n;
+}
 
 }  // namespace
 
@@ -41,9 +47,16 @@ Status AdaptiveGuide::merge(const Guide& other) {
   for (uint32_t leaf = 0; leaf < to.states_.size(); ++leaf) {
     const uint32_t same = from.tree_.leaf_with(to.states_[leaf].key);
     const auto sums = to.sums_[leaf].all(), add = from.sums_[same].all();
-    for (size_t i = 0; i < sums.size(); ++i) *sums[i] += *add[i];
+    bool fits = true;
+    for (size_t i = 0; i < sums.size(); ++i) {
+      fits = fits && *sums[i] <= DirectionTrees::kMaxSum - *add[i];
+      if (fits) *sums[i] += *add[i];
+    }
     Cells cells = to.directions_.take(to.states_[leaf].root);
-    DirectionTrees::add_cells(cells, from.directions_.take(from.states_[same].root));
+    const Cells more = from.directions_.take(from.states_[same].root);
+    if (!fits || !fit_together(DirectionTrees::total(cells), DirectionTrees::total(more)))
+      return Error{ErrorCode::kTooLarge, "both tables have counted too much for one", "table"};
+    DirectionTrees::add_cells(cells, more);
     DirectionTrees::estimate(cells, params_.direction.shrinkage);
     const uint64_t key = to.states_[leaf].key;
     to.states_[leaf] = {};  // as load() would
@@ -89,15 +102,19 @@ Status AdaptiveGuide::load_state(ByteReader& in, uint32_t leaf) {
   bool good = true;
   for (auto* v : sums.all()) {
     *v = in.i64();
-    good = good && *v >= 0;
+    good = good && *v >= 0 && *v <= DirectionTrees::kMaxSum;
   }
   good = good && sums.n > 0 && sums.second <= sums.n;
+  DirectionTrees::Sums total;
   Cells cells = read_cells(in, kMaxLoadedDepth, [&](Cell& c, const Cell* four) {
-    if (!four) c.sums = {in.i64(), in.u32()};
-    return c.sums.s >= 0;
+    if (four) return true;
+    c.sums = {in.i64(), in.u32()};
+    if (c.sums.s < 0 || !fit_together(c.sums, total)) return false;
+    total = {total.s + c.sums.s, total.n + c.sums.n};
+    return true;
   });
   if (!good || cells.empty())
-    return Error{ErrorCode::kCorrupt, "expected sums >= 0 and whole trees", ""};
+    return Error{ErrorCode::kCorrupt, "expected sums of 0..2^60 and whole trees", ""};
   add_states();
   DirectionTrees::estimate(cells, params_.direction.shrinkage);
   states_[leaf].root = directions_.put(cells);

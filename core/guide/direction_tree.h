@@ -49,6 +49,8 @@ class DirectionTrees {
     bool even = false;  // a leaf that was cut once, and its quarters were alike
   };
   using Cells = std::vector<Cell>;
+  // Of a tree that is read or merged: far more than is learned, and what is added to it still fits.
+  static constexpr int64_t kMaxSum = int64_t{1} << 60;
 
   // Density at u, over the unit square.
   float pdf(uint32_t root, Vec2 u) const;

@@ -61,7 +61,7 @@ class Checker {
       check_index(node, "source", "images");
       check_index(node, "sampler", "samplers");
     });
-    each(root_, "samplers", [this](const JsonNode& node) {
+    each(root_, "samplers", [](const JsonNode& node) {
       check_text(node);
       for (const char* key : {"magFilter", "minFilter"})
         if (const auto v = node.find(key)) v->integer(0, INT_MAX);

@@ -36,7 +36,6 @@ class LineChecker {
 
   void check(std::string_view line) {
     ++line_number_;
-    if (line.ends_with('\r')) line.remove_suffix(1);
     const std::string_view keyword = next_token(line);
     if (keyword == "v") {
       numbers(line, 3);
@@ -117,9 +116,11 @@ void check_obj_lines(std::string_view text, const std::string& file,
   const auto size = static_cast<double>(text.size());
   for (int64_t line = 0; !text.empty(); ++line) {
     if (line % kLinesBetween == 0) told(1 - static_cast<double>(text.size()) / size);
-    const size_t end = std::min(text.find('\n'), text.size());
+    // CR alone ends a line too, as the parser has it.
+    const size_t end = std::min(text.find_first_of("\r\n"), text.size());
     checker.check(text.substr(0, end));
-    text.remove_prefix(std::min(end + 1, text.size()));
+    const size_t mark = text.substr(end).starts_with("\r\n") ? 2 : 1;
+    text.remove_prefix(std::min(end + mark, text.size()));
   }
 }
 

@@ -82,6 +82,7 @@ TEST(HttpHead, Refuses) {
       {post + "Content-Length: 4194305\r\n\r\n", 413},
       {post + "Content-Length: 99999999999999999999999\r\n\r\n", 413},
       {post + "Content-Type: Multipart/form-data; boundary=x\r\nContent-Length: 1\r\n\r\n", 415},
+      {post + "Content-Type: multipart/mixed\r\n\r\n", 415},
       {"GET /" + std::string(1100, 'a') + " HTTP/1.1\r\nHost: x\r\n\r\n", 414},
       {get + "A: " + std::string(5000, 'b') + "\r\n\r\n", 431},
   };

@@ -178,7 +178,8 @@ TEST(Adaptive, AMergeWithoutRoomLeavesTheTableAsItWas) {
 }
 
 // A record as save() writes it: of one leaf of the directions in each quarter.
-void write_state(ByteWriter& out, uint64_t key, int64_t n = 100, int64_t second = 40) {
+void write_state(ByteWriter& out, uint64_t key, int64_t n = 100, int64_t second = 40,
+                 int64_t sum_of_cell = int64_t{1} << 30) {
   out.u64(key);
   out.i64(n);
   out.i64(second);
@@ -186,7 +187,7 @@ void write_state(ByteWriter& out, uint64_t key, int64_t n = 100, int64_t second 
   out.u8(1);
   for (int q = 0; q < 4; ++q) {
     out.u8(0);
-    out.i64(int64_t{1} << 30);
+    out.i64(sum_of_cell);
     out.u32(25);
   }
 }
@@ -199,6 +200,27 @@ Status load_states(std::initializer_list<uint64_t> keys, int64_t n = 100, int64_
   for (uint64_t key : keys) write_state(out, key, n, second);
   sections[1].bytes = out.take();
   return guide.load(sections);
+}
+
+Status load_sum(AdaptiveGuide& guide, int64_t sum_of_cell) {
+  std::vector<TableSection> sections = guide.save();
+  ByteWriter out;
+  out.u64(1);
+  write_state(out, /*the floor*/ 1 << 3 | 2, 100, 40, sum_of_cell);
+  sections[1].bytes = out.take();
+  return guide.load(sections);
+}
+
+TEST(Adaptive, SumsThatMayNotFitAreRefused) {
+  constexpr int64_t kMost = int64_t{1} << 58;  // in each quarter
+  AdaptiveGuide a(setup_of()), b(setup_of()), too_large(setup_of()), wrapped(setup_of());
+  EXPECT_EQ(load_sum(too_large, kMost + 1).error().code, ErrorCode::kCorrupt);
+  EXPECT_EQ(load_sum(wrapped, kMost << 4).error().code, ErrorCode::kCorrupt);
+  ASSERT_TRUE(load_sum(a, kMost).ok());
+  ASSERT_TRUE(load_sum(b, 1).ok());
+  const Bytes before = bytes_of(a);
+  EXPECT_EQ(a.merge(b).error().code, ErrorCode::kTooLarge);
+  EXPECT_EQ(bytes_of(a), before);
 }
 
 TEST(Adaptive, ItsRecordsAreChecked) {

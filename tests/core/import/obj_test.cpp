@@ -31,6 +31,8 @@ TEST(Obj, NamesTheLineOfEveryFault) {
       {kTriangle + "f 1//1 2//1 3//1\n",
        "a.obj:4: expected the index of one of the 0 normals so far, got 1"},
       {kTriangle + "\r\nf 1 2 x\r\n", "a.obj:5: expected a corner like 1/2/3, got \"x\""},
+      {"v 0 0 0\rv 1 0 0\rf 3 2 3\n",
+       "a.obj:3: expected the index of one of the 2 positions so far, got 3"},
       {kTriangle + "f 1 2 3/\n", "a.obj:4: expected a corner like 1/2/3, got \"3/\""},
       {kTriangle + "f 1 2 3/1/1/1\n",
        "a.obj:4: expected the index of one of the 0 texture coordinates so far, got 1"},
