@@ -2,6 +2,7 @@
 // after any input. A broken promise is a QRAY_CHECK, which the fuzzer reports as a crash.
 #pragma once
 
+#include <filesystem>
 #include <fstream>
 #include <span>
 #include <string>
@@ -33,11 +34,13 @@ class Folder {
     QRAY_CHECK(out.flush().good());
     return scratch_ / name;
   }
+  void add(const std::string& file_of_project, const std::string& name) const {
+    std::filesystem::copy(QRAY_SOURCE_DIR "/" + file_of_project, scratch_ / name);
+  }
   // A mesh, a picture and a sky for scenes to name.
   void add_schema_corpus() const {
-    for (const char* name : {"triangle.obj", "triangle.ply", "checker.ppm", "sky.hdr"})
-      std::filesystem::copy(QRAY_SOURCE_DIR "/tests/schema/corpus/" + std::string(name),
-                            scratch_ / name);
+    for (const std::string name : {"triangle.obj", "triangle.ply", "checker.ppm", "sky.hdr"})
+      add("tests/schema/corpus/" + name, name);
   }
 
  private:

@@ -8,6 +8,7 @@ class Target {
  public:
   Target() {
     folder_.add_schema_corpus();
+    folder_.add("tests/fuzz/corpus/serialized/two_shapes.serialized", "a.serialized");
     folder_.write("a.spd", "400 0.1\n550 0.9\n700 0.2\n");
     folder_.write("part.xml",
                   "<scene version=\"0.6.0\"><bsdf type=\"$kind\" id=\"part\"/></scene>\n");
