@@ -4,6 +4,7 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <csignal>
 #include <cstdio>
 #include <fstream>
 #include <regex>
@@ -85,6 +86,7 @@ Result<std::unique_ptr<ServiceClient>> ServiceClient::open(const std::string& ur
       R"((https?://([A-Za-z0-9.-]+|\[[0-9A-Fa-f:.]+\])(:[0-9]{1,5})?)/?)");
   std::smatch match;
   if (!std::regex_match(url, match, kForm)) return bad;
+  std::signal(SIGPIPE, SIG_IGN);  // a server that hangs up while we send is an error, not our end
   auto impl = std::make_unique<Impl>(match[1].str());
   if (!impl->http.is_valid()) return bad;
   return std::unique_ptr<ServiceClient>(new ServiceClient(std::move(impl)));
@@ -106,6 +108,11 @@ Status ServiceClient::put_asset(const std::string& sha256, const std::filesystem
   const char* type = "application/octet-stream";
   const httplib::Result result = bytes > 0 ? impl_->http.Put(address, bytes, provide, type)
                                            : impl_->http.Put(address, std::string(), type);
+  if (!result && result.error() == httplib::Error::Write)  // its answer is lost
+    return Error{ErrorCode::kTooLarge,
+                 "the server hung up while this was sent: it may be larger than it takes (64 MiB "
+                 "unless told otherwise)",
+                 file.string()};
   if (!result) return impl_->unreachable(result.error());
   if (result->status / 100 == 2) return {};
   return refusal(result->status, result->body, file.string());

@@ -65,6 +65,9 @@ class UploadServer {
         {"submit", scene, "--spp", "4", "--server", "http://127.0.0.1:" + std::to_string(port_)});
   }
 
+  // Answers 413 and closes the connection without reading on.
+  void refuse_over(size_t bytes) { http_.set_payload_max_length(bytes); }
+
   int put_status_ = 201, puts_ = 0;  // looked at between commands
   std::map<std::string, std::string> assets_;
   json scene_, job_;
@@ -127,6 +130,15 @@ TEST_F(Upload, TellsWhatTheServerRefuses) {
   EXPECT_NE(full.err.find("507"), std::string::npos) << full.err;
   EXPECT_NE(full.err.find("no room"), std::string::npos) << full.err;
   EXPECT_TRUE(server_.job_.is_null());
+}
+
+TEST_F(Upload, AServerThatHangsUpIsAnError) {
+  server_.refuse_over(1000);
+  write("a.glb", "");
+  fs::resize_file(scratch_ / "a.glb", size_t{64} << 20);  // more than a socket holds
+  const Outcome refused = server_.submit(scratch_ / "a.glb");
+  EXPECT_NE(refused.code, cmd::kExitOk);
+  EXPECT_NE(refused.err.find("a.glb"), std::string::npos) << refused.err;
 }
 
 TEST_F(Upload, TooMuchIsRefusedBeforeAnythingIsSent) {
