@@ -108,10 +108,11 @@ Status ServiceClient::put_asset(const std::string& sha256, const std::filesystem
   const char* type = "application/octet-stream";
   const httplib::Result result = bytes > 0 ? impl_->http.Put(address, bytes, provide, type)
                                            : impl_->http.Put(address, std::string(), type);
-  if (!result && result.error() == httplib::Error::Write)  // its answer is lost
+  // Its answer, if it gave one, is lost.
+  if (result.error() == httplib::Error::Write || result.error() == httplib::Error::Canceled)
     return Error{ErrorCode::kTooLarge,
                  "the server hung up while this was sent: it may be larger than it takes (64 MiB "
-                 "unless told otherwise)",
+                 "unless told otherwise), or shorter than it was",
                  file.string()};
   if (!result) return impl_->unreachable(result.error());
   if (result->status / 100 == 2) return {};
