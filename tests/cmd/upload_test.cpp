@@ -1,6 +1,9 @@
 // `qray submit` of files here, against a server that plays the part docs/api.md gives it.
 #include <gtest/gtest.h>
 #include <httplib.h>
+#include <netinet/in.h>
+#include <sys/socket.h>
+#include <unistd.h>
 
 #include <fstream>
 #include <map>
@@ -64,9 +67,6 @@ class UploadServer {
     return qray_command(
         {"submit", scene, "--spp", "4", "--server", "http://127.0.0.1:" + std::to_string(port_)});
   }
-
-  // Answers 413 and closes the connection without reading on.
-  void refuse_over(size_t bytes) { http_.set_payload_max_length(bytes); }
 
   int put_status_ = 201, puts_ = 0;  // looked at between commands
   std::map<std::string, std::string> assets_;
@@ -132,11 +132,47 @@ TEST_F(Upload, TellsWhatTheServerRefuses) {
   EXPECT_TRUE(server_.job_.is_null());
 }
 
+// Knows no asset, and hangs up when one comes.
+class RudeServer {
+ public:
+  RudeServer() {
+    listener_ = socket(AF_INET, SOCK_STREAM, 0);
+    sockaddr_in address{};
+    address.sin_family = AF_INET;
+    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    socklen_t size = sizeof address;
+    EXPECT_EQ(bind(listener_, reinterpret_cast<sockaddr*>(&address), size), 0);
+    EXPECT_EQ(listen(listener_, 8), 0);
+    getsockname(listener_, reinterpret_cast<sockaddr*>(&address), &size);
+    port = ntohs(address.sin_port);
+    thread_ = std::thread([this] {
+      for (int client; (client = accept(listener_, nullptr, nullptr)) >= 0; close(client)) {
+        char head[4096];
+        const ssize_t got = recv(client, head, sizeof head, 0);
+        if (got < 4 || std::string_view(head, 4) != "HEAD") continue;
+        constexpr std::string_view kNone = "HTTP/1.1 404 Not Found\r\nConnection: close\r\n\r\n";
+        (void)send(client, kNone.data(), kNone.size(), MSG_NOSIGNAL);
+      }
+    });
+  }
+  ~RudeServer() {
+    shutdown(listener_, SHUT_RDWR);
+    thread_.join();
+    close(listener_);
+  }
+  int port = 0;
+
+ private:
+  int listener_ = -1;
+  std::thread thread_;
+};
+
 TEST_F(Upload, AServerThatHangsUpIsAnError) {
-  server_.refuse_over(1000);
+  const RudeServer rude;
   write("a.glb", "");
   fs::resize_file(scratch_ / "a.glb", size_t{64} << 20);  // more than a socket holds
-  const Outcome refused = server_.submit(scratch_ / "a.glb");
+  const Outcome refused = qray_command(
+      {"submit", scratch_ / "a.glb", "--server", "http://127.0.0.1:" + std::to_string(rude.port)});
   EXPECT_NE(refused.code, cmd::kExitOk);
   EXPECT_NE(refused.err.find("a.glb: the server hung up"), std::string::npos) << refused.err;
 }
