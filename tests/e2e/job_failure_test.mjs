@@ -59,9 +59,13 @@ test('an address of a job that does not exist says so', async () => {
 });
 
 test('older jobs are listed when asked for', async () => {
+  let newest;
   for (let seed = 1; seed <= 52; ++seed) {
-    await all.server.post({ scene: 'cornell-box', samples: 1, width: 8, height: 8, seed });
+    newest = await all.server.post({
+      scene: 'cornell-box', samples: 1, width: 8, height: 8, seed });
   }
+  // An event of a job that still runs would show it before the list has come, or beyond its page.
+  await all.server.wait_until(newest, (job) => job.state === 'succeeded');
   const other = await all.browser.page(all.server.url);
   await other.locator('#jobs li').first().waitFor();
   assert.equal(await other.locator('#jobs li').count(), 50);
