@@ -38,8 +38,8 @@ for scene in "${with_reference[@]}"; do
     console.log(`| ${name} | ${diff.mean_ratio.toFixed(4)} | ${diff.flip.toFixed(4)} ` +
       `| ${run.samples} | ${Math.round(run.seconds)} |`);' \
     "$name" "$out/$name-diff.json" "$out/$name.json"
-  oiiotool "$out/$name.exr" --fit 480x480 --tocolorspace sRGB -o "$out/ours.png" \
-    "$reference" --fit 480x480 --tocolorspace sRGB -o "$out/theirs.png" 2> /dev/null
+  oiiotool "$out/$name.exr" --resize 480x0 --tocolorspace sRGB -o "$out/ours.png" \
+    "$reference" --resize 480x0 --tocolorspace sRGB -o "$out/theirs.png" 2> /dev/null
   oiiotool "$out/ours.png" "$out/theirs.png" --mosaic 1x2 -o "$out/$name.jpg"
   rm "$out/ours.png" "$out/theirs.png"
 done
@@ -48,5 +48,5 @@ for scene in "${without[@]}"; do
   name=$(tr / - <<< "${scene%.*}")
   "$qray" render "$data/$scene" --method "$method" --seconds "$((seconds / 10 + 1))" -q \
     -o "$out/$name.png" 2> "$out/$name.log"
-  oiiotool "$out/$name.png" --fit 320x320 -o "$out/$name.jpg"
+  oiiotool "$out/$name.png" --resize 320x0 -o "$out/$name.jpg"
 done
