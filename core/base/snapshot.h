@@ -84,6 +84,7 @@ class SnapshotReader {
   }
   bool ok() const { return ok_; }
   void fail() { ok_ = false; }
+  size_t remaining() const { return bytes_.size(); }
   bool whole() const { return ok_ && bytes_.empty(); }  // all was read
 
  private:
