@@ -2,7 +2,8 @@
 // which table it used and made, what it cost; pause, cancel and downloads.
 import { ApiError, act_on_job, exr_url, png_url } from './api.js';
 import { badge_word, big, bytes, can_cancel, count, exact, has_ended, is_recovered,
-  method_words, pause_or_resume, progress_words, samples_words, seconds, state_words } from './format.js';
+  method_words, pause_or_resume, progress_words, samples_words, seconds,
+  state_words } from './format.js';
 
 const kPixelsWords = {
   quarter: 'a quarter, the rest is not sampled',
