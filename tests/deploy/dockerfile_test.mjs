@@ -42,7 +42,8 @@ test('every instruction is known and every command in exec form', () => {
 
 test('what is copied is there and not ignored', () => {
   const ignored = read('.dockerignore').split('\n').filter(Boolean);
-  const stages = of('FROM').map(({ rest }) => /^debian:bookworm(?:-slim)?(?: AS (\w+))?$/.exec(rest));
+  const debian_12 = /^debian:bookworm(?:-slim)?(?: AS (\w+))?$/;
+  const stages = of('FROM').map(({ rest }) => debian_12.exec(rest));
   assert.ok(stages.every(Boolean), 'both stages are Debian 12');
   for (const { stage, rest } of of('COPY')) {
     const [, from, words] = /^(?:--from=(\w+) )?(.*)$/.exec(rest);

@@ -22,7 +22,7 @@ fail() {
 # Step 1: systemd's checks, with the program where it is here.
 bash "$root/docker/build.sh" "$scratch/prefix" "$build"
 unit="$scratch/qrayd.service"
-sed "s|/usr/local/bin/qrayd|$scratch/prefix/bin/qrayd|" "$root/docker/systemd/qrayd.service" > "$unit"
+sed "s|/usr/local/bin/|$scratch/prefix/bin/|" "$root/docker/systemd/qrayd.service" > "$unit"
 said="$(systemd-analyze verify "$unit" 2>&1)" || fail "verify: $said"
 [ -z "$said" ] || fail "verify: $said"
 systemd-analyze security --offline=yes --threshold="$worst_exposure" "$unit" \
