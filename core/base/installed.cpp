@@ -12,7 +12,7 @@ fs::path installed_or(std::string_view name, const fs::path& source) {
 fs::path installed_or(std::string_view name, const fs::path& source, const fs::path& bin) {
   const fs::path installed = bin.parent_path() / "share" / "qray" / name;
   std::error_code ec;
-  return fs::is_directory(installed, ec) ? installed : source;
+  return fs::exists(installed, ec) ? installed : source;
 }
 
 }  // namespace qray

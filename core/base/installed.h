@@ -1,4 +1,4 @@
-// Where the files that come with qray are: scenes, the page. Any thread.
+// Where the files that come with qray are: scenes, the page, the contract. Any thread.
 #pragma once
 
 #include <filesystem>
@@ -6,8 +6,8 @@
 
 namespace qray {
 
-// `share/qray/<name>` beside the running program's `bin`, when it was installed; else `source`, the
-// folder of the tree that it was built from.
+// `share/qray/<name>` beside the running program's `bin`, when it was installed; else `source`, in
+// the tree that it was built from.
 std::filesystem::path installed_or(std::string_view name, const std::filesystem::path& source);
 // The same for a program that is in the folder `bin`.
 std::filesystem::path installed_or(std::string_view name, const std::filesystem::path& source,
