@@ -1,5 +1,7 @@
 #include "server/reply.h"
 
+#include <spdlog/spdlog.h>
+
 namespace qray::server {
 namespace {
 
@@ -24,8 +26,9 @@ StatusText status_of(ErrorCode code) {
       return {409, "Canceled"};
     case ErrorCode::kBusy:
       return {429, "Too many jobs"};
-    case ErrorCode::kCorrupt:
     case ErrorCode::kIo:
+      return {503, "Not now"};  // such as a full disk
+    case ErrorCode::kCorrupt:
       break;
   }
   return {500, "Internal error"};
@@ -60,7 +63,10 @@ void reply_not_json(httplib::Response& res) {
 void reply_error(httplib::Response& res, const Error& error) {
   const auto [status, title] = status_of(error.code);
   proto::Problem problem{status, title, error.text(), {}};
-  if (status == 500) problem.detail.clear();  // the log has it; paths are not for clients
+  if (status >= 500) {  // paths are not for clients
+    spdlog::error("answered {}: {}", status, error.text());
+    problem.detail = status == 503 ? "the server's disk or system refused; try again later" : "";
+  }
   if (error.where.starts_with('/')) problem.errors.push_back({error.where, error.message});
   reply_problem(res, problem);
 }
