@@ -10,9 +10,9 @@ export const quantile = (values, q) =>
 export const median = (values) => quantile(values, 0.5);
 export const mib = (bytes) => bytes / (1 << 20);
 
-// Asks /healthz every `every_ms` over one kept connection, in a thread of its own event loop so that
-// a busy caller is not measured. stop() resolves to the milliseconds of each answer; Infinity for a
-// request that failed twice, or was not 200.
+// Asks /healthz every `every_ms` over one kept connection, in a thread of its own event loop so
+// that a busy caller is not measured. stop() resolves to the milliseconds of each answer; Infinity
+// for a request that failed twice, or was not 200.
 export function probe_health(port, every_ms = 20) {
   const worker = new Worker(new URL('./probe_worker.mjs', import.meta.url),
     { workerData: { port, every_ms } });

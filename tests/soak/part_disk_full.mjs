@@ -92,7 +92,7 @@ export async function run({ short }, report) {
     if (answer.status !== 202) await sleep(100);
   } while (answer.status !== 202 && performance.now() - begin < 30_000);
   const after = answer.status === 202 &&
-    await server.wait(JSON.parse(answer.body).id, undefined, 60).catch((error) => ({ state: error }));
+    await server.wait(JSON.parse(answer.body).id, undefined, 60).catch((state) => ({ state }));
   report.bar('disk-full: freed, a new job without a restart', 'succeeded', after.state ??
     answer.status, after.state === 'succeeded');
   const ended = await Promise.all([running, ...accepted].map((id) =>
@@ -109,7 +109,8 @@ export async function run({ short }, report) {
   const check = execFileSync('sqlite3', [join(disk, 'qray.sqlite'), 'PRAGMA integrity_check'],
     { encoding: 'utf8' }).trim();
   report.bar('disk-full: database', 'ok', check, check === 'ok');
-  const half = readdirSync(disk, { recursive: true }).filter((name) => /\.tmp\.|\.part$/.test(name));
+  const half = readdirSync(disk, { recursive: true })
+    .filter((name) => /\.tmp\.|\.part$/.test(name));
   report.bar('disk-full: half-written files left behind', '0', half.length, half.length === 0);
   server = await Server.start(data, { wrap });
   let torn = 0;

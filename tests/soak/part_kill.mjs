@@ -1,6 +1,6 @@
-// kill -9 at random moments under load. Acknowledged jobs are there once, end, and make the pictures
-// that an undisturbed server makes. A job is given up after three interrupted attempts (docs/api.md),
-// so one that was interrupted twice is left to end before the next kill.
+// kill -9 at random moments under load. Acknowledged jobs are there once, end, and make the
+// pictures that an undisturbed server makes. A job is given up after three interrupted attempts
+// (docs/api.md), so one that was interrupted twice is left to end before the next kill.
 import { execFileSync, spawn } from 'node:child_process';
 import { readdirSync } from 'node:fs';
 import { join } from 'node:path';

@@ -1,5 +1,5 @@
-// Minutes of everything that clients do: jobs, cancels, streams, tiles, pictures, uploads, refusals.
-// Memory grows no more once warm, and descriptors and threads come back to where they were.
+// Minutes of all that clients do: jobs, cancels, streams, tiles, pictures, uploads, refusals.
+// Memory grows no more once warm; descriptors and threads come back to where they were.
 import { createHash, randomBytes } from 'node:crypto';
 import { appendFileSync } from 'node:fs';
 import { join } from 'node:path';
@@ -28,7 +28,8 @@ async function a_job({ port }) {
 }
 
 async function an_upload({ port }) {
-  const obj = Buffer.from(`# ${randomBytes(8).toString('hex')}\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n`);
+  const obj = Buffer.from(
+    `# ${randomBytes(8).toString('hex')}\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n`);
   const hash = createHash('sha256').update(obj).digest('hex');
   await request(port, 'PUT', `/v1/assets/${hash}`, { body: obj });
   const made = await request(port, 'POST', '/v1/scenes', {
@@ -65,6 +66,8 @@ function growth(samples) {
 export async function run({ short, minutes }, report) {
   if (short) minutes = 0.2;
   const server = await Server.start(scratch_folder());
+  // The renderer's libraries start their threads with the first job.
+  await server.wait(await server.post({ scene: 'furnace', samples: 4, width: 256, height: 256 }));
   const begin = performance.now(), end_at = begin + 60_000 * minutes;
   const going = () => performance.now() < end_at && server.alive;
   const quiet = { descriptors: server.descriptors(), threads: server.threads() };
