@@ -1,12 +1,12 @@
 // 200 event streams and 64 clients as busy as the page, while a job renders on all processors.
 import http from 'node:http';
-import { median, open_stream, in_parallel, probe_health, quantile, request, sleep }
+import { in_parallel, median, open_stream, probe_health, quantile, request, sleep }
   from './measure.mjs';
-import { Server, scratch_folder } from './server.mjs';
+import { Server, if_known, scratch_folder } from './server.mjs';
 
 export async function run({ short }, report) {
   const stream_count = short ? 40 : 200, client_count = short ? 8 : 64, seconds = short ? 3 : 30;
-  const server = await Server.start(scratch_folder());
+  const server = await Server.start(scratch_folder(), { options: if_known('--max-streams', 256) });
   const streams = Array.from({ length: stream_count }, () => open_stream(server.port));
   await Promise.all(streams.map((stream) => stream.opened));
   const open = streams.filter((stream) => stream.status === 200).length;

@@ -1,6 +1,6 @@
 // A qrayd process under trial: started in any wrapping, killed, measured from outside. Linux only.
 import assert from 'node:assert/strict';
-import { spawn } from 'node:child_process';
+import { execFileSync, spawn } from 'node:child_process';
 import { mkdtempSync, readFileSync, readdirSync, rmSync } from 'node:fs';
 import http from 'node:http';
 import { tmpdir } from 'node:os';
@@ -44,6 +44,12 @@ export function request(port, method, path, { body, headers = {}, agent, timeout
 export const post_job = (port, job, more = {}) => request(port, 'POST', '/v1/jobs',
   { ...more, body: JSON.stringify(job),
     headers: { 'content-type': 'application/json', ...more.headers } });
+
+// `option value` when this qrayd has that option, else nothing.
+export function if_known(option, value) {
+  const help = execFileSync(process.env.QRAYD, ['--help'], { encoding: 'utf8' });
+  return help.includes(`${option} `) ? [option, String(value)] : [];
+}
 
 export class Server {
   #child;
