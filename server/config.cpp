@@ -2,12 +2,14 @@
 
 #include <CLI/CLI.hpp>
 
+#include "core/base/installed.h"
+
 namespace qray::server {
 
 Config default_config() {
   Config config;
-  config.scenes = QRAY_SCENES_DIR;
-  config.web = QRAY_WEB_DIR;
+  config.scenes = installed_or("scenes", QRAY_SCENES_DIR);
+  config.web = installed_or("web", QRAY_WEB_DIR);
   return config;
 }
 

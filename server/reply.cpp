@@ -29,7 +29,7 @@ StatusText status_of(ErrorCode code) {
     case ErrorCode::kBusy:
       return {429, "Too many jobs"};
     case ErrorCode::kIo:
-      return {503, "Storage failed"};
+      return {503, "Not now"};  // such as a full disk
     case ErrorCode::kCorrupt:
       break;
   }
@@ -97,8 +97,10 @@ void reply_error(httplib::Response& res, const Error& error) {
   const auto [status, title] = status_of(error.code);
   proto::Problem problem{status, title, error.text(), {}};
   if (status >= 500) {
-    spdlog::error("{}: {}", title, error.text());
-    problem.detail.clear();  // paths are not for clients
+    spdlog::error("answered {}: {}", status, error.text());
+    // Paths are not for clients.
+    problem.detail = status == 503 ? "the server's disk or system refused; try again later" : "";
+    return reply_problem(res, problem);
   }
   if (error.where.starts_with('/')) problem.errors.push_back({error.where, error.message});
   reply_problem(res, problem);
