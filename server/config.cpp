@@ -8,6 +8,7 @@ Config default_config() {
   Config config;
   config.scenes = QRAY_SCENES_DIR;
   config.web = QRAY_WEB_DIR;
+  config.openapi = QRAY_OPENAPI_FILE;
   return config;
 }
 

@@ -12,6 +12,7 @@ struct Config {
   int port = 8080;  // 0: any free one
   std::filesystem::path data = "data";
   std::filesystem::path scenes, web;  // default: the source tree's
+  std::filesystem::path openapi;      // the contract: the source tree's
   int threads = 0;                    // of rendering; 0: one a processor
   size_t max_queued = 1000;
   size_t table_mib = 256;   // of memory, that a job's table may take

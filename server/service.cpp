@@ -7,6 +7,8 @@
 #include <cstring>
 #include <thread>
 
+#include "core/base/file.h"
+#include "proto/openapi.h"
 #include "server/handlers_assets.h"
 #include "server/handlers_events.h"
 #include "server/handlers_health.h"
@@ -20,6 +22,8 @@
 namespace qray::server {
 namespace fs = std::filesystem;
 namespace {
+
+constexpr uint64_t kMaxOpenApiBytes = 1u << 20;
 
 int64_t now_ms() {
   return std::chrono::duration_cast<std::chrono::milliseconds>(
@@ -53,6 +57,13 @@ class FolderLock {
   explicit FolderLock(int fd) : fd_(fd) {}
   int fd_;
 };
+
+Result<std::string> read_openapi(const fs::path& file) {
+  const Result<Bytes> yaml = read_file(file, kMaxOpenApiBytes);
+  if (!yaml.ok()) return yaml.error();
+  return proto::openapi_to_json(
+      {reinterpret_cast<const char*>(yaml.value().data()), yaml.value().size()});
+}
 
 int render_threads(int wanted) {
   return wanted > 0 ? wanted : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
@@ -109,6 +120,9 @@ Result<std::unique_ptr<Service>> Service::start(const Config& config, const Http
   if (!db.ok()) return db.error();
   auto parts = std::make_unique<Parts>(config, std::move(lock).value(), std::move(db).value());
 
+  Result<std::string> openapi = read_openapi(config.openapi);
+  if (!openapi.ok()) return openapi.error();
+
   // Step 1: what the last run left.
   Result<std::unique_ptr<TableStore>> tables =
       TableStore::open(*parts->db, config.data, config.table_mib << 20);
@@ -152,7 +166,7 @@ Result<std::unique_ptr<Service>> Service::start(const Config& config, const Http
   parts->weights_handlers->add_to(router);
   parts->asset_handlers->add_to(router);
   parts->scene_handlers->add_to(router);
-  add_health_routes(router);
+  add_health_routes(router, std::move(openapi).value());
   parts->http = std::make_unique<HttpServer>(std::move(router), http);
   Result<int> port = parts->http->start(config.host, config.port);
   if (!port.ok()) return port.error();

@@ -47,6 +47,7 @@ inline Config scratch_config(const std::filesystem::path& folder) {
   config.data = folder / "data";
   config.scenes = folder / "scenes";
   config.web = folder / "web";
+  config.openapi = QRAY_SOURCE_DIR "/proto/openapi.yaml";
   config.threads = 2;
   return config;
 }
