@@ -17,12 +17,24 @@ std::vector<std::string> split(std::string_view path) {
 }  // namespace
 
 void Router::add(std::string method, std::string_view pattern, RouteHandler handler) {
-  routes_.push_back({std::move(method), split(pattern), std::move(handler), {}, 0});
+  routes_.push_back(
+      {std::move(method), std::string(pattern), split(pattern), std::move(handler), {}, 0});
 }
 
 void Router::add_stream(std::string method, std::string_view pattern, size_t max_body_bytes,
                         StreamHandler handler) {
-  routes_.push_back({std::move(method), split(pattern), {}, std::move(handler), max_body_bytes});
+  routes_.push_back({std::move(method),
+                     std::string(pattern),
+                     split(pattern),
+                     {},
+                     std::move(handler),
+                     max_body_bytes});
+}
+
+std::vector<Router::RouteInfo> Router::routes() const {
+  std::vector<RouteInfo> infos;
+  for (const Route& route : routes_) infos.push_back({route.method, route.pattern});
+  return infos;
 }
 
 Router::Match Router::find(std::string_view method, std::string_view path) const {

@@ -37,6 +37,10 @@ class Router {
     std::string allow;  // methods of this path, when there are others than the one asked
     bool found() const { return handler || stream; }
   };
+  struct RouteInfo {
+    std::string method, pattern;
+  };
+  std::vector<RouteInfo> routes() const;
   Match find(std::string_view method, std::string_view path) const;
   // Of the body of a request; none: the server's own limit.
   std::optional<size_t> max_body_bytes(std::string_view method, std::string_view path) const;
@@ -48,7 +52,7 @@ class Router {
 
  private:
   struct Route {
-    std::string method;
+    std::string method, pattern;
     std::vector<std::string> segments;
     RouteHandler handler;
     StreamHandler stream;

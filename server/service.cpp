@@ -105,6 +105,7 @@ struct Service::Parts {
   std::unique_ptr<AssetHandlers> asset_handlers;
   WebHandlers web;
   EventHandlers event_handlers;
+  std::vector<Router::RouteInfo> routes;
   std::unique_ptr<HttpServer> http;
   int port = 0;
 };
@@ -167,6 +168,7 @@ Result<std::unique_ptr<Service>> Service::start(const Config& config, const Http
   parts->asset_handlers->add_to(router);
   parts->scene_handlers->add_to(router);
   add_health_routes(router, std::move(openapi).value());
+  parts->routes = router.routes();
   parts->http = std::make_unique<HttpServer>(std::move(router), http);
   Result<int> port = parts->http->start(config.host, config.port);
   if (!port.ok()) return port.error();
@@ -188,6 +190,8 @@ void Service::stop() {
 }
 
 int Service::port() const { return parts_->port; }
+
+const std::vector<Router::RouteInfo>& Service::routes() const { return parts_->routes; }
 
 size_t Service::stream_count() const { return parts_->event_handlers.stream_count(); }
 

@@ -20,6 +20,7 @@ class Service {
   void stop();
 
   int port() const;
+  const std::vector<Router::RouteInfo>& routes() const;
   size_t stream_count() const;
   size_t connection_count() const;
 

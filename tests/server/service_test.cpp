@@ -320,6 +320,14 @@ TEST_F(ServiceTest, ScenesHealthAndPage) {
   }
 }
 
+TEST_F(ServiceTest, TheContractListsEveryRouteAndNoOther) {
+  std::vector<std::pair<std::string, std::string>> routes;
+  for (const Router::RouteInfo& route : s_.service->routes())
+    routes.emplace_back(route.method, qray::test::without_names(route.pattern));
+  std::sort(routes.begin(), routes.end());
+  EXPECT_EQ(routes, qray::test::Contract::instance().calls());
+}
+
 struct Wrong {
   const char* method;
   std::string path, body, type;

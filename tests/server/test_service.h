@@ -11,6 +11,7 @@
 #include <nlohmann/json.hpp>
 
 #include "server/service.h"
+#include "tests/support/contract.h"
 #include "tests/support/scratch.h"
 
 namespace qray::server::test {
@@ -75,6 +76,13 @@ class TestService {
   httplib::Client client() const {
     httplib::Client c("127.0.0.1", service->port());
     c.set_read_timeout(20);
+    // Whatever is asked: its answer must be one that the contract lists.
+    c.set_logger([](const httplib::Request& req, const httplib::Response& res) {
+      EXPECT_EQ(
+          qray::test::Contract::instance().fault(
+              {req.method, req.path, res.status, res.get_header_value("Content-Type"), res.body}),
+          "");
+    });
     return c;
   }
   // The answer's JSON; its status must be `status`.
