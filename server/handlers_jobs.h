@@ -11,7 +11,7 @@ namespace qray::server {
 
 class JobHandlers {
  public:
-  JobHandlers(JobRunner& runner, Stores stores);
+  JobHandlers(JobRunner& runner, Stores stores, const proto::RequestLimits& limits);
   void add_to(Router& router);
 
  private:

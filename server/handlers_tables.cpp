@@ -31,7 +31,7 @@ void TableHandlers::list(httplib::Response& res) const {
 
 void TableHandlers::merge(const httplib::Request& req, httplib::Response& res) {
   if (!is_json(req)) return reply_not_json(res);
-  const auto parsed = proto::parse_merge_request(req.body, {});
+  const auto parsed = proto::parse_merge_request(req.body, limits_);
   if (const auto* problem = std::get_if<proto::Problem>(&parsed))
     return reply_problem(res, *problem);
   const auto& ids = std::get<std::vector<std::string>>(parsed);

@@ -18,6 +18,8 @@ int main(int argc, char** argv) {
   spdlog::set_default_logger(spdlog::stderr_color_mt("qrayd"));
   spdlog::set_pattern("%Y-%m-%dT%H:%M:%S.%e%z %l %v");
 
+  for (const std::string& line : parsed.effective) spdlog::info("option {}", line);
+
   // Blocked before any thread starts, so that only sigwait below sees them.
   sigset_t ends;
   sigemptyset(&ends);

@@ -65,6 +65,34 @@ Result<std::string> read_openapi(const fs::path& file) {
       {reinterpret_cast<const char*>(yaml.value().data()), yaml.value().size()});
 }
 
+proto::RequestLimits request_limits(const Config& config) {
+  proto::RequestLimits limits;
+  limits.max_bytes = config.json_mib << 20;
+  limits.max_nesting = config.json_depth;
+  limits.max_pixels = config.max_pixels;
+  limits.max_seconds = config.max_job_seconds;
+  return limits;
+}
+
+HttpLimits http_limits(const Config& config) {
+  const auto ms = [](double seconds) {
+    return std::chrono::milliseconds(static_cast<int64_t>(seconds * 1000));
+  };
+  HttpLimits limits;
+  limits.head.max_body_bytes = config.json_mib << 20;
+  limits.stream.idle = ms(config.idle_seconds);
+  limits.stream.head = ms(config.head_seconds);
+  limits.stream.body = ms(config.body_seconds);
+  limits.max_connections = config.max_connections;
+  return limits;
+}
+
+SceneLimits scene_limits(const Config& config) {
+  SceneLimits limits;
+  limits.max_triangles = config.max_triangles;
+  return limits;
+}
+
 int render_threads(int wanted) {
   return wanted > 0 ? wanted : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
 }
@@ -79,9 +107,10 @@ struct Service::Parts {
         jobs(*db, events, now_ms),
         results(config.data),
         upload_quota(config.assets_gib << 30),
-        scenes(config.scenes, render_threads(config.threads), config.scene_mib << 20),
+        scenes(config.scenes, render_threads(config.threads), config.scene_mib << 20,
+               scene_limits(config)),
         web(config.web),
-        event_handlers(events, jobs) {}
+        event_handlers(events, jobs, config.max_streams) {}
 
   FolderLock lock;
   std::unique_ptr<Database> db;
@@ -114,7 +143,7 @@ Service::Service(std::unique_ptr<Parts> parts) : parts_(std::move(parts)) {}
 
 Service::~Service() { stop(); }
 
-Result<std::unique_ptr<Service>> Service::start(const Config& config, const HttpLimits& http) {
+Result<std::unique_ptr<Service>> Service::start(const Config& config) {
   Result<FolderLock> lock = FolderLock::take(config.data);
   if (!lock.ok()) return lock.error();
   Result<std::unique_ptr<Database>> db = Database::open(config.data / "qray.sqlite");
@@ -145,18 +174,19 @@ Result<std::unique_ptr<Service>> Service::start(const Config& config, const Http
 
   // Step 2: the routes, and the port: when it is taken, no job may start.
   const Stores stores{parts->jobs, *parts->tables, *parts->weights, parts->results, parts->scenes};
+  const proto::RequestLimits requests = request_limits(config);
   parts->runner = std::make_unique<JobRunner>(stores, render_threads(config.threads),
                                               config.max_queued, parts->clock, now_ms);
-  parts->job_handlers = std::make_unique<JobHandlers>(*parts->runner, stores);
+  parts->job_handlers = std::make_unique<JobHandlers>(*parts->runner, stores, requests);
   parts->view_handlers = std::make_unique<ViewHandlers>(stores);
-  parts->table_handlers = std::make_unique<TableHandlers>(*parts->tables, now_ms);
+  parts->table_handlers = std::make_unique<TableHandlers>(*parts->tables, requests, now_ms);
   parts->weights_handlers = std::make_unique<WeightsHandlers>(*parts->weights);
   const ImportLimits import_limits{config.program, config.import_mib, config.import_seconds,
-                                   config.unpacked_mib << 20};
+                                   config.unpacked_mib << 20, config.max_triangles};
   parts->importer = std::make_unique<SceneImporter>(
       *parts->assets, *parts->uploads, parts->upload_quota, import_limits, config.imports);
   parts->scene_handlers = std::make_unique<SceneHandlers>(SceneHandlers::Uses{
-      *parts->importer, parts->scenes, *parts->uploads, *parts->assets, parts->jobs});
+      *parts->importer, parts->scenes, *parts->uploads, *parts->assets, parts->jobs, requests});
   parts->asset_handlers = std::make_unique<AssetHandlers>(*parts->assets, config.asset_mib << 20);
   Router router;
   parts->job_handlers->add_to(router);
@@ -169,7 +199,7 @@ Result<std::unique_ptr<Service>> Service::start(const Config& config, const Http
   parts->scene_handlers->add_to(router);
   add_health_routes(router, std::move(openapi).value());
   parts->routes = router.routes();
-  parts->http = std::make_unique<HttpServer>(std::move(router), http);
+  parts->http = std::make_unique<HttpServer>(std::move(router), http_limits(config));
   Result<int> port = parts->http->start(config.host, config.port);
   if (!port.ok()) return port.error();
   parts->port = port.value();

@@ -13,7 +13,7 @@ namespace qray::server {
 class Service {
  public:
   // Takes the data folder (kConflict: another server has it), recovers its jobs, and serves.
-  static Result<std::unique_ptr<Service>> start(const Config& config, const HttpLimits& http = {});
+  static Result<std::unique_ptr<Service>> start(const Config& config);
   // As stop().
   ~Service();
   // Ends streams and connections; the running job goes back to the queue of the next start.

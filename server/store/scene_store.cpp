@@ -91,7 +91,7 @@ Result<std::shared_ptr<const PreparedScene>> SceneStore::prepare(const std::stri
     }
   }
   Result<std::shared_ptr<const PreparedScene>> made =
-      load_and_prepare_scene(path.value(), build_threads_, {{}, false, watch});
+      load_and_prepare_scene(path.value(), build_threads_, {limits_, false, watch});
   if (!made.ok() && made.error().code == ErrorCode::kCanceled) return made;
   std::lock_guard lock(mutex_);
   Known known{stamp, {}};

@@ -62,12 +62,10 @@ inline HttpLimits quick_limits() {
 
 class TestService {
  public:
-  explicit TestService(const HttpLimits& limits = {}) : limits_(limits) {
-    config = scratch_config(scratch.path());
-  }
+  TestService() : config(scratch_config(scratch.path())) {}
 
   void start() {
-    Result<std::unique_ptr<Service>> started = Service::start(config, limits_);
+    Result<std::unique_ptr<Service>> started = Service::start(config);
     ASSERT_TRUE(started.ok()) << started.error().text();
     service = std::move(started).value();
   }
@@ -130,7 +128,6 @@ class TestService {
     EXPECT_FALSE(json.is_discarded()) << what << ": " << result->body;
     return json;
   }
-  HttpLimits limits_;
 };
 
 // A connection without a client's manners.
