@@ -20,10 +20,10 @@ std::optional<std::string> bearer_token(const httplib::Request& req) {
   if (!req.has_header("Authorization")) return std::nullopt;
   const std::string value = req.get_header_value("Authorization");
   constexpr std::string_view kScheme = "bearer ";
-  const bool bearer =
-      value.size() > kScheme.size() &&
-      std::equal(kScheme.begin(), kScheme.end(), value.begin(),
-                 [](char a, char b) { return a == std::tolower(static_cast<unsigned char>(b)); });
+  const bool bearer = value.size() > kScheme.size() &&
+                      std::equal(kScheme.begin(), kScheme.end(), value.begin(), [](char a, char b) {
+                        return a == std::tolower(static_cast<unsigned char>(b));
+                      });
   return bearer ? value.substr(kScheme.size()) : std::string();
 }
 
@@ -37,9 +37,9 @@ std::string session_secret(const httplib::Request& req) {
 }
 
 void set_cookie(httplib::Response& res, const std::string& secret, int64_t seconds) {
-  res.set_header("Set-Cookie", std::string(kCookie) + secret +
-                                   "; Path=/; HttpOnly; SameSite=Strict; Max-Age=" +
-                                   std::to_string(seconds));
+  res.set_header("Set-Cookie",
+                 std::string(kCookie) + secret +
+                     "; Path=/; HttpOnly; SameSite=Strict; Max-Age=" + std::to_string(seconds));
 }
 
 }  // namespace
@@ -57,7 +57,8 @@ std::optional<proto::Problem> Access::judge(const httplib::Request& req, Scope n
   const std::optional<Scope> scope = scope_of(req);
   if (!scope) return unknown();
   if (*scope >= needed) return std::nullopt;
-  return proto::Problem{403, "Not allowed",
+  return proto::Problem{403,
+                        "Not allowed",
                         "expected a token of scope " + std::string(name_of(needed)) + ", got " +
                             std::string(name_of(*scope)),
                         {}};

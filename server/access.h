@@ -6,6 +6,7 @@
 #include <map>
 #include <mutex>
 
+#include "proto/messages.h"
 #include "server/router.h"
 #include "server/tokens.h"
 

@@ -31,6 +31,18 @@ void add_options(CLI::App& app, Config& c) {
   add(app, "web", c.web, "folder of the page");
   add(app, "threads", c.threads, "of rendering; 0: one a processor")->check(CLI::Range(0, 1024));
 
+  add(app, "tokens", c.tokens, "file of who may do what: see qrayd token");
+  app.add_flag("--no-auth", c.no_auth, "any address without tokens, behind something that checks")
+      ->envname(variable_of("no-auth"))
+      ->default_str("false");
+
+  add(app, "log-format", c.log_format, "lines of text, or of json")
+      ->check(CLI::IsMember({"text", "json"}));
+  add(app, "log-level", c.log_level, "debug has each request; info those with an error")
+      ->check(CLI::IsMember({"debug", "info", "warn", "error"}));
+  add(app, "min-free-mib", c.min_free_mib, "of the data folder's disk; less, and /readyz says so")
+      ->check(CLI::Range(0, 1 << 30));
+
   add(app, "json-mib", c.json_mib, "size of a body that is no asset")->check(CLI::Range(1, 64));
   add(app, "json-depth", c.json_depth, "levels of nesting in JSON")->check(CLI::Range(4, 128));
   add(app, "max-pixels", c.max_pixels, "of a job's picture")->check(CLI::Range(1, 1 << 26));
@@ -118,6 +130,7 @@ ParsedConfig parse_config(int argc, const char* const* argv) {
   app.set_config("--config", "", "a file of these options, as TOML")->envname("QRAYD_CONFIG");
   app.allow_config_extras(CLI::config_extras_mode::error);
   add_options(app, config);
+  app.footer("qrayd token NAME SCOPE makes a token and its line for the file of --tokens.");
   try {
     app.parse(arguments(app, argc, argv));
     return {config, 0, effective(app)};

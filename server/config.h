@@ -15,7 +15,11 @@ struct Config {
   std::filesystem::path data = "data";
   std::filesystem::path scenes, web;  // default: the source tree's
   std::filesystem::path openapi;      // the contract: the source tree's
-  int threads = 0;                    // of rendering; 0: one a processor
+  std::filesystem::path tokens;       // empty: nobody is asked for one
+  bool no_auth = false;               // so on any address
+  std::string log_format = "text", log_level = "info";
+  size_t min_free_mib = 256;  // of the data folder's disk; less, and /readyz says so
+  int threads = 0;            // of rendering; 0: one a processor
   // Of requests.
   size_t json_mib = 4;  // of any body but an asset's
   int json_depth = 32;

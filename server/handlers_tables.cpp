@@ -10,7 +10,9 @@ namespace qray::server {
 
 void TableHandlers::add_to(Router& router) {
   router.add("GET", "/v1/tables", [this](auto&, auto& res, auto&) { list(res); });
-  router.add("POST", "/v1/tables/merge", [this](auto& req, auto& res, auto&) { merge(req, res); });
+  router.add(
+      "POST", "/v1/tables/merge", [this](auto& req, auto& res, auto&) { merge(req, res); },
+      Scope::kAdmin);
   router.add("GET", "/v1/tables/{id}", [this](auto&, auto& res, auto& id) {
     const Result<proto::TableInfo> info = tables_.find(id);
     if (!info.ok()) return reply_error(res, info.error());

@@ -48,6 +48,7 @@ void reply_bytes(httplib::Response& res, const Bytes& bytes, const char* content
 void reply_problem(httplib::Response& res, const proto::Problem& problem) {
   res.status = problem.status;
   res.set_header("Cache-Control", "no-store");
+  if (problem.status == 401) res.set_header("WWW-Authenticate", "Bearer realm=\"qray\"");
   if (problem.status == 429 || problem.status == 503) res.set_header("Retry-After", "5");
   res.set_content(proto::problem_to_json(problem), "application/problem+json");
 }

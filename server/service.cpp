@@ -1,6 +1,7 @@
 #include "server/service.h"
 
 #include <fcntl.h>
+#include <spdlog/spdlog.h>
 #include <sys/file.h>
 #include <unistd.h>
 
@@ -9,6 +10,7 @@
 
 #include "core/base/file.h"
 #include "proto/openapi.h"
+#include "server/access.h"
 #include "server/handlers_assets.h"
 #include "server/handlers_events.h"
 #include "server/handlers_health.h"
@@ -18,6 +20,7 @@
 #include "server/handlers_views.h"
 #include "server/handlers_web.h"
 #include "server/handlers_weights.h"
+#include "server/metrics.h"
 
 namespace qray::server {
 namespace fs = std::filesystem;
@@ -87,6 +90,31 @@ HttpLimits http_limits(const Config& config) {
   return limits;
 }
 
+// Targets have no spaces and no control characters: the head check refuses them.
+void log_exchange(const Exchange& e) {
+  const auto level = e.status >= 500   ? spdlog::level::warn
+                     : e.status >= 400 ? spdlog::level::info
+                                       : spdlog::level::debug;
+  const auto or_dash = [](const std::string& text) { return text.empty() ? "-" : text; };
+  spdlog::log(level, "request={} method={} target={} status={} ms={:.1f} in={} out={}", e.id,
+              or_dash(e.method), or_dash(e.target), e.status, e.seconds * 1000, e.bytes_in,
+              e.bytes_out);
+}
+
+// Without tokens on an address that others reach, anybody could use this server.
+Result<Tokens> tokens_of(const Config& config) {
+  if (!config.tokens.empty()) return Tokens::read(config.tokens);
+  const std::string& host = config.host;
+  const bool only_here = host == "localhost" || host == "::1" || host.starts_with("127.");
+  if (!only_here && !config.no_auth) {
+    return Error{ErrorCode::kInvalid,
+                 "others reach this address, so tokens are needed: `qrayd token NAME admin` makes "
+                 "one and its line for a file that --tokens names; or --no-auth",
+                 "--host " + host};
+  }
+  return Tokens();
+}
+
 SceneLimits scene_limits(const Config& config) {
   SceneLimits limits;
   limits.max_triangles = config.max_triangles;
@@ -101,8 +129,9 @@ int render_threads(int wanted) {
 
 // In the order of their needs: what comes later uses what comes before.
 struct Service::Parts {
-  Parts(const Config& config, FolderLock taken, std::unique_ptr<Database> database)
-      : lock(std::move(taken)),
+  Parts(const Config& config, FolderLock taken, std::unique_ptr<Database> database, Tokens tokens)
+      : access(std::move(tokens), now_ms),
+        lock(std::move(taken)),
         db(std::move(database)),
         jobs(*db, events, now_ms),
         results(config.data),
@@ -112,8 +141,10 @@ struct Service::Parts {
         web(config.web),
         event_handlers(events, jobs, config.max_streams) {}
 
+  Access access;
   FolderLock lock;
   std::unique_ptr<Database> db;
+  Metrics metrics;
   EventLog events;
   JobStore jobs;
   std::unique_ptr<TableStore> tables;
@@ -132,6 +163,7 @@ struct Service::Parts {
   std::unique_ptr<SceneImporter> importer;
   std::unique_ptr<SceneHandlers> scene_handlers;
   std::unique_ptr<AssetHandlers> asset_handlers;
+  std::unique_ptr<HealthHandlers> health_handlers;
   WebHandlers web;
   EventHandlers event_handlers;
   std::vector<Router::RouteInfo> routes;
@@ -144,11 +176,14 @@ Service::Service(std::unique_ptr<Parts> parts) : parts_(std::move(parts)) {}
 Service::~Service() { stop(); }
 
 Result<std::unique_ptr<Service>> Service::start(const Config& config) {
+  Result<Tokens> tokens = tokens_of(config);
+  if (!tokens.ok()) return tokens.error();
   Result<FolderLock> lock = FolderLock::take(config.data);
   if (!lock.ok()) return lock.error();
   Result<std::unique_ptr<Database>> db = Database::open(config.data / "qray.sqlite");
   if (!db.ok()) return db.error();
-  auto parts = std::make_unique<Parts>(config, std::move(lock).value(), std::move(db).value());
+  auto parts = std::make_unique<Parts>(config, std::move(lock).value(), std::move(db).value(),
+                                       std::move(tokens).value());
 
   Result<std::string> openapi = read_openapi(config.openapi);
   if (!openapi.ok()) return openapi.error();
@@ -173,7 +208,8 @@ Result<std::unique_ptr<Service>> Service::start(const Config& config) {
   if (!queued.ok()) return queued.error();
 
   // Step 2: the routes, and the port: when it is taken, no job may start.
-  const Stores stores{parts->jobs, *parts->tables, *parts->weights, parts->results, parts->scenes};
+  const Stores stores{parts->jobs,    *parts->tables, *parts->weights,
+                      parts->results, parts->scenes,  &parts->metrics};
   const proto::RequestLimits requests = request_limits(config);
   parts->runner = std::make_unique<JobRunner>(stores, render_threads(config.threads),
                                               config.max_queued, parts->clock, now_ms);
@@ -188,7 +224,12 @@ Result<std::unique_ptr<Service>> Service::start(const Config& config) {
   parts->scene_handlers = std::make_unique<SceneHandlers>(SceneHandlers::Uses{
       *parts->importer, parts->scenes, *parts->uploads, *parts->assets, parts->jobs, requests});
   parts->asset_handlers = std::make_unique<AssetHandlers>(*parts->assets, config.asset_mib << 20);
+  parts->health_handlers = std::make_unique<HealthHandlers>(HealthHandlers::Uses{
+      *parts->db, parts->metrics, parts->event_handlers,
+      [&http = parts->http] { return http ? http->connection_count() : 0; }, now_ms, config.data,
+      uint64_t{config.min_free_mib} << 20, std::move(openapi).value()});
   Router router;
+  parts->access.add_to(router);
   parts->job_handlers->add_to(router);
   parts->view_handlers->add_to(router);
   parts->event_handlers.add_to(router);
@@ -197,9 +238,15 @@ Result<std::unique_ptr<Service>> Service::start(const Config& config) {
   parts->weights_handlers->add_to(router);
   parts->asset_handlers->add_to(router);
   parts->scene_handlers->add_to(router);
-  add_health_routes(router, std::move(openapi).value());
+  parts->health_handlers->add_to(router);
   parts->routes = router.routes();
-  parts->http = std::make_unique<HttpServer>(std::move(router), http_limits(config));
+  parts->http = std::make_unique<HttpServer>(
+      std::move(router), http_limits(config),
+      HttpHooks{[p = parts.get()](auto& req, Scope needed) { return p->access.judge(req, needed); },
+                [p = parts.get()](const Exchange& exchange) {
+                  p->metrics.add_exchange(exchange);
+                  log_exchange(exchange);
+                }});
   Result<int> port = parts->http->start(config.host, config.port);
   if (!port.ok()) return port.error();
   parts->port = port.value();
@@ -211,6 +258,7 @@ Result<std::unique_ptr<Service>> Service::start(const Config& config) {
 
 void Service::stop() {
   if (!parts_->http) return;
+  parts_->health_handlers->drain();
   parts_->events.close();
   parts_->view_handlers->stop();
   parts_->importer->stop();

@@ -115,8 +115,7 @@ std::optional<int> token_command(int argc, const char* const* argv) {
     return 1;
   }
   const std::string token = random_secret();
-  std::printf("%s\n", token.c_str());
-  std::printf("# The line above is the token, shown this once. For the file of --tokens:\n");
+  std::fprintf(stderr, "token, shown this once: %s\n", token.c_str());
   std::printf("%s %s %s\n", argv[2], argv[3], digest_of(token).hex().c_str());
   return 0;
 }

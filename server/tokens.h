@@ -37,8 +37,8 @@ Digest digest_of(std::string_view text);
 // 256 random bits as 64 hex digits.
 std::string random_secret();
 
-// `qrayd token NAME SCOPE`: prints a token, and its line for the file. The exit code, or none when
-// something else was asked for.
+// `qrayd token NAME SCOPE`: says a new token on stderr, and its line for the file on stdout. The
+// exit code, or none when something else was asked for.
 std::optional<int> token_command(int argc, const char* const* argv);
 
 }  // namespace qray::server

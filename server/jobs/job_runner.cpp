@@ -53,7 +53,7 @@ void JobRunner::work(std::stop_token stop) {
     }
     const Result<JobRecord> job = stores_.jobs.get(*id);
     if (job.ok()) {
-      spdlog::info("{} {} after {:.1f} s{}", id->text(), to_string(job.value().state),
+      spdlog::info("job={} {} after {:.1f} s{}", id->text(), to_string(job.value().state),
                    clock_.seconds() - start,
                    job.value().error ? ": " + job.value().error->message : "");
     }
@@ -73,7 +73,7 @@ Result<JobRecord> JobRunner::submit(const proto::JobRequest& request) {
     return Error{ErrorCode::kInvalid, "the scene was deleted", "/scene"};
   }
   if (Status s = queue_.push(job.value().id); !s.ok()) return s.error();
-  spdlog::info("{} queued: {} {}", job.value().id.text(), request.scene, request.method);
+  spdlog::info("job={} queued: {} {}", job.value().id.text(), request.scene, request.method);
   return job;
 }
 

@@ -17,12 +17,15 @@
 
 namespace qray::server {
 
+class Metrics;
+
 struct Stores {
   JobStore& jobs;
   TableStore& tables;
   WeightsStore& weights;
   ResultStore& results;
   SceneStore& scenes;
+  Metrics* metrics = nullptr;  // may be
 };
 
 class JobRunner {

@@ -142,16 +142,16 @@ std::string Contract::fault(const Answer& answer) const {
          fault + "\n" + answer.body.substr(0, 2000);
 }
 
-std::vector<std::pair<std::string, std::string>> Contract::calls() const {
-  std::vector<std::pair<std::string, std::string>> calls;
+std::map<std::string, std::string> Contract::calls() const {
+  std::map<std::string, std::string> calls;
   for (const auto& [pattern, item] : impl_->document["paths"].items()) {
     for (std::string method : kMethods) {
       if (!item.contains(method)) continue;
+      const std::string scope = item[method].value("x-scope", "");
       for (char& c : method) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
-      calls.emplace_back(method, without_names(pattern));
+      calls[method + " " + without_names(pattern)] = scope;
     }
   }
-  std::sort(calls.begin(), calls.end());
   return calls;
 }
 

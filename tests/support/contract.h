@@ -3,10 +3,9 @@
 // Any thread.
 #pragma once
 
+#include <map>
 #include <memory>
 #include <string>
-#include <utility>
-#include <vector>
 
 namespace qray::test {
 
@@ -23,8 +22,8 @@ class Contract {
 
   // What is not as the contract says; empty: nothing.
   std::string fault(const Answer& answer) const;
-  // Every ("GET", "/v1/jobs/{}"), sorted.
-  std::vector<std::pair<std::string, std::string>> calls() const;
+  // Every "GET /v1/jobs/{}", and its x-scope; empty: it says none.
+  std::map<std::string, std::string> calls() const;
 
  private:
   Contract();
