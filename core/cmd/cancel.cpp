@@ -9,7 +9,8 @@ namespace qray::cmd {
 namespace {
 
 struct Options {
-  std::string id, server;
+  std::string id;
+  ServerAddress server;
 };
 
 Status run(const Options& o) {

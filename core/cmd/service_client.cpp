@@ -79,7 +79,8 @@ struct ServiceClient::Impl {
 ServiceClient::ServiceClient(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 ServiceClient::~ServiceClient() = default;
 
-Result<std::unique_ptr<ServiceClient>> ServiceClient::open(const std::string& url) {
+Result<std::unique_ptr<ServiceClient>> ServiceClient::open(const ServerAddress& server) {
+  const std::string& url = server.url;
   const Error bad{ErrorCode::kInvalid,
                   "expected a server such as http://127.0.0.1:8080, got '" + url + "'", "--server"};
   static const std::regex kForm(
@@ -89,6 +90,9 @@ Result<std::unique_ptr<ServiceClient>> ServiceClient::open(const std::string& ur
   std::signal(SIGPIPE, SIG_IGN);  // a server that hangs up while we send is an error, not our end
   auto impl = std::make_unique<Impl>(match[1].str());
   if (!impl->http.is_valid()) return bad;
+  if (server.token.find_first_of("\r\n") != std::string::npos)
+    return Error{ErrorCode::kInvalid, "expected one line", "--token"};
+  if (!server.token.empty()) impl->http.set_bearer_token_auth(server.token.c_str());
   return std::unique_ptr<ServiceClient>(new ServiceClient(std::move(impl)));
 }
 
@@ -192,11 +196,13 @@ Status ServiceClient::events(const std::string& id, const std::string& after,
   return {};
 }
 
-void add_server_option(CLI::App& app, std::string& url) {
-  url = "http://127.0.0.1:8080";
-  app.add_option("--server", url, "the server's URL")
+void add_server_option(CLI::App& app, ServerAddress& server) {
+  server.url = "http://127.0.0.1:8080";
+  app.add_option("--server", server.url, "the server's URL")
       ->envname("QRAY_SERVER")
       ->capture_default_str();
+  app.add_option("--token", server.token, "for a server that asks for one; better as the variable")
+      ->envname("QRAY_TOKEN");
 }
 
 int report_client(const Error& error) {

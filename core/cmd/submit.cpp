@@ -11,7 +11,8 @@ namespace {
 
 struct Options {
   RenderOptions render;
-  std::string table, server;
+  std::string table;
+  ServerAddress server;
 };
 
 Status run(const Options& o) {

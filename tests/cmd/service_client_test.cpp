@@ -22,6 +22,7 @@ class FakeServer {
     http_.Post("/v1/jobs", [this](const httplib::Request& req, httplib::Response& res) {
       const std::lock_guard lock(mutex_);
       posted_ = req.body;
+      authorization_ = req.get_header_value("Authorization");
       answer_post(res);
     });
     http_.Get("/v1/jobs/j1", [this](const httplib::Request&, httplib::Response& res) {
@@ -60,6 +61,10 @@ class FakeServer {
     const std::lock_guard lock(mutex_);
     return posted_;
   }
+  std::string authorization() {
+    const std::lock_guard lock(mutex_);
+    return authorization_;
+  }
   std::string last_event_id() {
     const std::lock_guard lock(mutex_);
     return last_event_id_;
@@ -86,7 +91,7 @@ class FakeServer {
   int port_ = 0;
   std::thread thread_;
   std::mutex mutex_;
-  std::string posted_, last_event_id_;
+  std::string posted_, authorization_, last_event_id_;
   std::atomic<int> polls_{0};
   int streams_ = 0;
 };
@@ -108,6 +113,18 @@ TEST_F(ClientCommand, SubmitPostsTheOptionsAndPrintsTheId) {
   EXPECT_EQ(nlohmann::json::parse(server_.posted()),
             nlohmann::json::parse(R"({"scene":"cornell-box","samples":8,"nee":false,"width":64,
                                       "height":32,"table":"none"})"));
+}
+
+TEST_F(ClientCommand, ATokenIsSentWhenThereIsOne) {
+  client({"submit", "cornell-box"});
+  EXPECT_EQ(server_.authorization(), "");
+  client({"submit", "cornell-box", "--token", "abc"});
+  EXPECT_EQ(server_.authorization(), "Bearer abc");
+  ::setenv("QRAY_TOKEN", "def", 1);
+  client({"submit", "cornell-box"});
+  ::unsetenv("QRAY_TOKEN");
+  EXPECT_EQ(server_.authorization(), "Bearer def");
+  EXPECT_EQ(client({"submit", "cornell-box", "--token", "a\r\nb: c"}).code, cmd::kExitBadInput);
 }
 
 TEST_F(ClientCommand, SubmitTellsWhatTheServerRefuses) {
