@@ -1,16 +1,22 @@
 #!/usr/bin/env bash
-# Installs what is missing of docker/apt-packages.txt: `bash docker/install.sh build [test]`.
-# Needs root or sudo only when something is missing. `--list` prints the missing names instead.
+# Installs what is missing of docker/apt-packages.txt: `bash docker/install.sh build [test]`; its
+# groups are build, run, test and soak. Needs root or sudo only when something is missing. `--list`
+# prints the missing names instead; `--clean` drops apt's lists afterwards, as images want.
 set -euo pipefail
 
 here="$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)"
 list_only=no
+clean=no
 groups=" "
 for arg in "$@"; do
   case "$arg" in
     --list) list_only=yes ;;
-    build | test) groups+="$arg " ;;
-    *) echo "install.sh: expected build, test or --list, got '$arg'" >&2; exit 1 ;;
+    --clean) clean=yes ;;
+    build | run | test | soak) groups+="$arg " ;;
+    *)
+      echo "install.sh: expected build, run, test, soak, --list or --clean, got '$arg'" >&2
+      exit 1
+      ;;
   esac
 done
 [ "$groups" != " " ] || groups=" build "
@@ -47,3 +53,4 @@ echo "install.sh: installing ${missing[*]}"
 "${as_root[@]}" apt-get update -q
 "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive \
   apt-get install -y -q --no-install-recommends "${missing[@]}"
+[ "$clean" = no ] || "${as_root[@]}" rm -rf /var/lib/apt/lists

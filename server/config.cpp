@@ -6,6 +6,8 @@
 #include <cstdlib>
 #include <fstream>
 
+#include "core/base/installed.h"
+
 namespace qray::server {
 namespace {
 
@@ -49,6 +51,9 @@ void add_options(CLI::App& app, Config& c) {
   add(app, "max-job-seconds", c.max_job_seconds, "of rendering that a job may ask for")
       ->check(CLI::Range(1.0, 1e6));
   add(app, "max-queued", c.max_queued, "jobs that may wait")->check(CLI::Range(1, 100'000));
+  add(app, "jobs-at-once", c.jobs_at_once,
+      "jobs that share the render threads, by their priorities")
+      ->check(CLI::Range(1, 64));
 
   add(app, "max-connections", c.max_connections, "open at once")->check(CLI::Range(8, 900));
   add(app, "max-streams", c.max_streams, "event streams open at once")->check(CLI::Range(1, 900));
@@ -68,6 +73,12 @@ void add_options(CLI::App& app, Config& c) {
   add(app, "asset-mib", c.asset_mib, "size of one uploaded file")->check(CLI::Range(1, 1 << 14));
   add(app, "assets-gib", c.assets_gib, "disk that uploads may take together")
       ->check(CLI::Range(1, 1 << 20));
+  add(app, "checkpoint-mib", c.checkpoint_mib,
+      "disk for rendering more onto jobs that have succeeded")
+      ->check(CLI::Range(0, 1 << 24));
+  add(app, "keep-days", c.keep_days,
+      "after that an ended job and its picture are deleted; 0: never")
+      ->check(CLI::Range(0.0, 36500.0));
   add(app, "import-mib", c.import_mib,
       "address space for reading an uploaded scene; 600 MiB of it are libraries")
       ->check(CLI::Range(1024, 1 << 20));
@@ -116,9 +127,9 @@ size_t memory_bytes() {
 
 Config default_config() {
   Config config;
-  config.scenes = QRAY_SCENES_DIR;
-  config.web = QRAY_WEB_DIR;
-  config.openapi = QRAY_OPENAPI_FILE;
+  config.scenes = installed_or("scenes", QRAY_SCENES_DIR);
+  config.web = installed_or("web", QRAY_WEB_DIR);
+  config.openapi = installed_or("openapi.yaml", QRAY_OPENAPI_FILE);
   config.table_mib = std::clamp<size_t>(memory_bytes() / 4 >> 20, 1, 1 << 19);
   return config;
 }

@@ -26,16 +26,19 @@ struct Config {
   int64_t max_pixels = 4096LL * 4096;
   double max_job_seconds = 3600;  // that a job may ask for
   size_t max_queued = 1000;
+  int jobs_at_once = 2;
   // Of connections.
   size_t max_connections = 512;  // file numbers stay below FD_SETSIZE, which the library needs
-  size_t max_streams = 128;
+  size_t max_streams = 256;
   double idle_seconds = 15, head_seconds = 5, body_seconds = 30;
   // Of memory and disk.
   size_t table_mib = 256;   // that a job's table may take
   size_t scene_mib = 2048;  // for scenes that the next job may want
   size_t max_triangles = 5'000'000;
-  size_t asset_mib = 64;  // of one uploaded file
-  size_t assets_gib = 4;  // of the disk, that uploads may take together
+  size_t asset_mib = 64;         // of one uploaded file
+  size_t assets_gib = 4;         // of the disk, that uploads may take together
+  size_t checkpoint_mib = 2048;  // of disk, for going on with jobs that have succeeded
+  double keep_days = 0;          // jobs that have ended; 0: for ever
   // Of the process that reads an uploaded scene, and of what a zip unpacks to.
   size_t import_mib = 2048, import_seconds = 60, unpacked_mib = 1024;
   int imports = 1;                                   // such processes at once

@@ -14,15 +14,17 @@ bool Connections::start(int fd, std::function<void(uint64_t)> body) {
   uint64_t id;
   {
     std::unique_lock lock(mutex_);
-    if (open_.size() >= max_) evict_oldest_idle();
-    ended_.wait_for(lock, std::chrono::seconds(1),
-                    [&] { return open_.size() < max_ || stopping_; });
+    const auto room = [&] { return open_.size() < max_ || stopping_; };
+    for (int i = 0; i < 20 && !room(); ++i) {
+      evict_one();
+      ended_.wait_for(lock, std::chrono::milliseconds(50), room);
+    }
     if (open_.size() >= max_ || stopping_) {
       ::close(fd);
       return false;
     }
     id = next_id_++;
-    open_[id] = {fd, true, steady_clock::now()};
+    open_[id] = {.fd = fd, .since = steady_clock::now()};
   }
   const auto end = [this, id, fd] {
     std::lock_guard lock(mutex_);
@@ -49,14 +51,22 @@ void Connections::set_idle(uint64_t id, bool idle) {
   entry.since = steady_clock::now();
 }
 
-void Connections::evict_oldest_idle() {
-  Entry* oldest = nullptr;
+void Connections::set_stalled(uint64_t id, bool stalled) {
+  std::lock_guard lock(mutex_);
+  open_.at(id).stalled = stalled;
+}
+
+void Connections::evict_one() {
+  Entry* chosen = nullptr;
   for (auto& [id, entry] : open_) {
-    if (entry.idle && (!oldest || entry.since < oldest->since)) oldest = &entry;
+    if (entry.evicted || !(entry.idle || entry.stalled)) continue;
+    const bool better =
+        !chosen || (entry.idle != chosen->idle ? entry.idle : entry.since < chosen->since);
+    if (better) chosen = &entry;
   }
-  if (!oldest) return;
-  ::shutdown(oldest->fd, SHUT_RDWR);
-  oldest->idle = false;
+  if (!chosen) return;
+  ::shutdown(chosen->fd, SHUT_RDWR);
+  chosen->evicted = true;
 }
 
 void Connections::stop() {

@@ -1,5 +1,6 @@
 // The open connections, a thread each, and never more than a bound: when it is reached, the
-// connection that has waited longest for its next request makes room. Any thread.
+// connection that has waited longest for its next request makes room; when none does, of those that
+// wait for their client in the middle of one, the one whose request is oldest. Any thread.
 #pragma once
 
 #include <chrono>
@@ -22,6 +23,8 @@ class Connections {
   bool start(int fd, std::function<void(uint64_t id)> body);
   // Between requests a connection is idle, and may be closed to make room.
   void set_idle(uint64_t id, bool idle);
+  // In the middle of a request: the client sends nothing, or takes nothing.
+  void set_stalled(uint64_t id, bool stalled);
   // Shuts every connection down and waits for the threads.
   void stop();
   bool stopping() const;
@@ -30,10 +33,11 @@ class Connections {
  private:
   struct Entry {
     int fd = -1;
-    bool idle = true;
-    std::chrono::steady_clock::time_point since;
+    bool idle = true, stalled = false;
+    std::chrono::steady_clock::time_point since;  // idle, or serving this request
+    bool evicted = false;
   };
-  void evict_oldest_idle();  // with the mutex held
+  void evict_one();  // with the mutex held
 
   const size_t max_;
   mutable std::mutex mutex_;

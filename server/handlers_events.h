@@ -12,7 +12,9 @@ namespace qray::server {
 
 class EventHandlers {
  public:
-  EventHandlers(const EventLog& log, const JobStore& jobs, size_t max_streams = 128)
+  static constexpr size_t kMaxStreams = 256;  // half of the connections
+
+  EventHandlers(const EventLog& log, const JobStore& jobs, size_t max_streams = kMaxStreams)
       : log_(log), jobs_(jobs), max_streams_(max_streams) {}
   void add_to(Router& router);
   size_t stream_count() const { return *open_; }

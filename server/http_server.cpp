@@ -213,7 +213,8 @@ class HttpServer::Impl final : public httplib::Server {
 
   void serve(int fd, uint64_t id) {
     try {
-      SocketStream stream(fd, limits_.stream);
+      SocketStream stream(fd, limits_.stream,
+                          [this, id](bool stalled) { connections_.set_stalled(id, stalled); });
       for (size_t n = 1; n <= limits_.max_requests_per_connection; ++n) {
         connections_.set_idle(id, true);
         if (!serve_one(stream, id, n == limits_.max_requests_per_connection)) break;

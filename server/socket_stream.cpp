@@ -37,6 +37,16 @@ int status_of(std::string_view line) {
 }  // namespace
 
 bool SocketStream::wait(short events, Time deadline) const {
+  pollfd p{fd_, events, 0};
+  if (::poll(&p, 1, 0) > 0) return true;
+  if (!on_stall_) return wait_for_client(events, deadline);
+  on_stall_(true);
+  const bool ready = wait_for_client(events, deadline);
+  on_stall_(false);
+  return ready;
+}
+
+bool SocketStream::wait_for_client(short events, Time deadline) const {
   for (;;) {
     const auto left = std::chrono::duration_cast<milliseconds>(deadline - steady_clock::now());
     if (left.count() < 0) return false;

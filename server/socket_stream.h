@@ -5,6 +5,7 @@
 #include <httplib.h>
 
 #include <chrono>
+#include <functional>
 #include <string>
 
 namespace qray::server {
@@ -18,7 +19,9 @@ struct StreamLimits {
 
 class SocketStream final : public httplib::Stream {
  public:
-  SocketStream(int fd, const StreamLimits& limits) : fd_(fd), limits_(limits) {}
+  // `on_stall` is told when the client lets a read or a write wait, and when it goes on.
+  SocketStream(int fd, const StreamLimits& limits, std::function<void(bool stalled)> on_stall = {})
+      : fd_(fd), limits_(limits), on_stall_(std::move(on_stall)) {}
 
   enum class HeadRead { kOk, kClosed, kTimeout, kTooLarge };
   // Waits for the next request and reads up to its empty line.
@@ -46,11 +49,13 @@ class SocketStream final : public httplib::Stream {
  private:
   using Time = std::chrono::steady_clock::time_point;
   bool wait(short events, Time deadline) const;
+  bool wait_for_client(short events, Time deadline) const;
   Time read_deadline() const;      // of the body's next bytes
   ssize_t receive(Time deadline);  // appends to raw_
 
   int fd_;
   StreamLimits limits_;
+  std::function<void(bool)> on_stall_;
   std::string raw_;    // received, not handed out yet
   std::string front_;  // the accepted head
   size_t front_at_ = 0;

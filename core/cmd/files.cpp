@@ -7,6 +7,7 @@
 #include <thread>
 
 #include "core/base/file.h"
+#include "core/base/installed.h"
 #include "core/image/image_io.h"
 #include "core/image/tonemap.h"
 #include "core/import/resolve_scene.h"
@@ -46,7 +47,8 @@ Result<std::shared_ptr<const PreparedScene>> prepare_named_scene(const std::stri
                                                                  int threads, ProgressLine& line,
                                                                  std::stop_token stop,
                                                                  bool strict) {
-  Result<std::filesystem::path> path = resolve_scene_path(scene, QRAY_SCENES_DIR);
+  Result<std::filesystem::path> path =
+      resolve_scene_path(scene, installed_or("scenes", QRAY_SCENES_DIR));
   if (!path) return path.error();
   const SteadyClock clock;
   const double start = clock.seconds();

@@ -3,6 +3,7 @@
 #include <cstdio>
 
 #include "core/base/file.h"
+#include "core/base/installed.h"
 #include "core/cmd/commands.h"
 #include "core/cmd/files.h"
 #include "core/cmd/report.h"
@@ -86,7 +87,8 @@ Status verify(const Options& o) {
   const Result<TableCheck> check = check_table(read.value());
   if (!check) return at_file(check.error(), file);
   if (!o.scene.empty()) {
-    const Result<std::filesystem::path> path = resolve_scene_path(o.scene, QRAY_SCENES_DIR);
+    const Result<std::filesystem::path> path =
+        resolve_scene_path(o.scene, installed_or("scenes", QRAY_SCENES_DIR));
     if (!path) return path.error();
     const Result<LoadedScene> scene = load_scene(path.value());
     if (!scene) return scene.error();

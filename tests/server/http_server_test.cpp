@@ -20,6 +20,9 @@ Router small_router() {
   router.add("GET", "/healthz", [](auto&, auto& res, auto&) { reply_json(res, 200, "{}"); });
   router.add("POST", "/echo",
              [](auto& req, auto& res, auto&) { res.set_content(req.body, "text/plain"); });
+  router.add("GET", "/large", [](auto&, auto& res, auto&) {
+    res.set_content(std::string(32u << 20, 'a'), "text/plain");
+  });
   router.add("GET", "/boom", [](auto&, auto&, auto&) { throw std::runtime_error("secret"); });
   router.add("GET", "/stream", [](auto&, auto& res, auto&) {
     res.set_chunked_content_provider("text/event-stream", [](size_t, httplib::DataSink& sink) {
@@ -190,6 +193,24 @@ TEST_F(HttpServerTest, WhenFullTheOldestIdleConnectionMakesRoom) {
   }
   EXPECT_LE(server_->connection_count(), 8u);
   expect_alive();
+}
+
+TEST_F(HttpServerTest, WhenFullUnfinishedBodiesAndUnreadAnswersMakeRoom) {
+  HttpLimits limits;  // whose patience with each of these is longer than this test
+  limits.max_connections = 8;
+  start(limits);
+  std::vector<RawConnection> held;
+  for (int i = 0; i < 20; ++i) {
+    held.emplace_back(port_);
+    held.back().send("POST /echo HTTP/1.1\r\nHost: x\r\nContent-Length: 100\r\n\r\nabc");
+  }
+  for (int i = 0; i < 10; ++i) expect_alive();
+  for (int i = 0; i < 20; ++i) {
+    held.emplace_back(port_);
+    held.back().send("GET /large HTTP/1.1\r\nHost: x\r\n\r\n");
+  }
+  for (int i = 0; i < 10; ++i) expect_alive();
+  EXPECT_LE(server_->connection_count(), 8u);
 }
 
 TEST_F(HttpServerTest, StopsWithOpenStreamsAndIdleConnections) {

@@ -3,6 +3,7 @@
 
 #include <sstream>
 
+#include "server/handlers_events.h"
 #include "tests/server/test_service.h"
 
 namespace qray::server {
@@ -113,7 +114,7 @@ TEST_F(ServiceEventsTest, ProgressComesAtMostTwiceASecondWithTheCursor) {
 TEST_F(ServiceEventsTest, StreamsAreBoundedAndFreedWhenReadersLeave) {
   {
     std::vector<RawConnection> streams;
-    for (int i = 0; i < 128; ++i) streams.push_back(open(""));
+    for (size_t i = 0; i < EventHandlers::kMaxStreams; ++i) streams.push_back(open(""));
     const auto refused = s_.client().Get("/v1/events");
     ASSERT_TRUE(refused);
     EXPECT_EQ(refused->status, 503);

@@ -50,6 +50,7 @@ inline Config scratch_config(const std::filesystem::path& folder) {
   config.web = folder / "web";
   config.openapi = QRAY_SOURCE_DIR "/proto/openapi.yaml";
   config.threads = 2;
+  config.jobs_at_once = 1;  // one after another, as most tests expect
   return config;
 }
 
