@@ -21,7 +21,7 @@ const asked = { total: 0, refused: 0 };
 
 before(async () => {
   server = await Server.start(scratch_folder(),
-    { more: ['--max-queued', '100000', '--threads', '1'] });
+    { more: ['--max-queued', '100000', '--threads', '1', '--jobs-at-once', '1'] });
   contract = await (await server.get('/openapi.json')).json();
   ajv = new Ajv({ strict: false, validateFormats: false });
   ajv.addSchema({ $id: 'contract', ...contract });
@@ -210,7 +210,7 @@ test('bodies', async (t) => {
 test('bodies where none is asked for', async () => {
   for (const call of operations()) {
     if (!['POST', 'PUT'].includes(call.method)) continue;
-    if (call.pattern.endsWith('/cancel')) continue; // would end the job behind which others wait
+    if (/(cancel|pause)$/.test(call.pattern)) continue; // of the job behind which others wait
     for (const body of ['', '{', 'x'.repeat(65536)]) {
       const answer = await send(call.method, good_path(call),
         { 'content-type': 'application/octet-stream' }, body);
