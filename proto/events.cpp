@@ -52,4 +52,6 @@ std::string done_event(std::string_view job, std::string_view state) {
   return line_of({{"job", job}, {"state", state}});
 }
 
+std::string deleted_event(std::string_view job) { return line_of({{"job", job}}); }
+
 }  // namespace qray::proto

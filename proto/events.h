@@ -25,5 +25,6 @@ std::string progress_event(std::string_view job, const JobProgress& progress, ui
 std::string table_event(std::string_view job, std::string_view table,
                         std::span<const std::string> parents);
 std::string done_event(std::string_view job, std::string_view state);
+std::string deleted_event(std::string_view job);
 
 }  // namespace qray::proto

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <set>
+#include <utility>
 
 #include "core/base/file_names.h"
 #include "proto/messages.h"
@@ -103,12 +104,15 @@ class ObjectReader {
   void integer(const char* name, T least, T most, Out& out) {
     const Json* value = find(name);
     if (!value) return;
-    // Numbers such as 64.0 and 1e3 are whole too; JSON does not tell them apart.
-    if (value->is_number_unsigned() && value->get<uint64_t>() >= static_cast<uint64_t>(least) &&
-        value->get<uint64_t>() <= static_cast<uint64_t>(most)) {
-      out = static_cast<T>(value->get<uint64_t>());
+    const auto take = [&](auto v) {
+      if (std::cmp_less(v, least) || std::cmp_greater(v, most)) return false;
+      out = static_cast<T>(v);
+      return true;
+    };
+    if (value->is_number_unsigned() ? take(value->get<uint64_t>())
+                                    : value->is_number_integer() && take(value->get<int64_t>()))
       return;
-    }
+    // Numbers such as 64.0 and 1e3 are whole too; JSON does not tell them apart.
     if (value->is_number_float()) {
       const double v = value->get<double>();
       if (v == std::floor(v) && v >= static_cast<double>(least) && v <= 9007199254740992.0 &&
@@ -205,11 +209,7 @@ class ObjectReader {
   std::set<std::string, std::less<>> known_;
 };
 
-bool is_name(std::string_view text) {
-  return !text.empty() && text.size() <= 64 && std::all_of(text.begin(), text.end(), [](char c) {
-    return (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '-';
-  });
-}
+constexpr int kMostSamples = 1'000'000;  // a pixel
 
 // Of a table, or of weights.
 bool is_id(std::string_view text) {
@@ -235,6 +235,26 @@ void read_camera(const Json& tree, CameraRequest& camera, std::vector<FieldError
     in.wrong("target", "expected a point away from the position");
   }
   in.refuse_unknown();
+}
+
+void read_labels(const Json& labels, std::map<std::string, std::string>& out,
+                 std::vector<FieldError>& errors) {
+  const auto wrong = [&](std::string pointer, std::string detail) {
+    errors.push_back({"/labels" + std::move(pointer), std::move(detail)});
+  };
+  if (!labels.is_object() || labels.size() > kMaxLabels)
+    return wrong("", "expected an object of at most " + std::to_string(kMaxLabels) +
+                         " texts by name, got " + shown(labels));
+  for (const auto& [name, value] : labels.items()) {
+    if (!is_name(name)) {
+      wrong("", "expected names of 1..64 of a-z, 0-9 and -, got " + shown(name));
+    } else if (!value.is_string() || value.get_ref<const std::string&>().size() > kMaxLabelValue) {
+      wrong("/" + name, "expected text of at most " + std::to_string(kMaxLabelValue) +
+                            " bytes, got " + shown(value));
+    } else {
+      out[name] = value.get<std::string>();
+    }
+  }
 }
 
 void read_request(const Json& tree, const RequestLimits& limits, JobRequest& out,
@@ -264,13 +284,18 @@ void read_request(const Json& tree, const RequestLimits& limits, JobRequest& out
     }
   }
   in.boolean("nee", out.nee);
-  in.integer("samples", 1, 1'000'000, out.samples);
+  in.integer("samples", 1, kMostSamples, out.samples);
   in.number("seconds", 0, limits.max_seconds, out.seconds, /*above_least=*/true);
   if (tree.contains("samples") && tree.contains("seconds")) {
     in.wrong("seconds", "expected samples or seconds, got both");
   } else if (!tree.contains("samples") && !tree.contains("seconds")) {
-    out.samples = 64;
+    if (tree.contains("noise")) {
+      out.seconds = limits.max_seconds;
+    } else {
+      out.samples = 64;
+    }
   }
+  in.number("noise", 0, 1, out.noise, /*above_least=*/true);
   in.integer("seed", uint64_t{0}, UINT64_MAX, out.seed);
   if (const std::string* table = in.string("table")) {
     out.table = *table;
@@ -298,7 +323,23 @@ void read_request(const Json& tree, const RequestLimits& limits, JobRequest& out
       in.wrong("camera", "expected an object, got " + shown(*camera));
     }
   }
+  in.integer("priority", -kMaxPriority, kMaxPriority, out.priority);
+  if (const Json* labels = in.find("labels")) read_labels(*labels, out.labels, errors);
   in.refuse_unknown();
+}
+
+void read_extend(const Json& tree, const RequestLimits& limits, ExtendRequest& out,
+                 std::vector<FieldError>& errors) {
+  ObjectReader in(tree, "", errors);
+  in.integer("samples", 1, kMostSamples, out.samples);
+  in.number("seconds", 0, limits.max_seconds, out.seconds, /*above_least=*/true);
+  in.number("noise", 0, 1, out.noise, /*above_least=*/true);
+  in.refuse_unknown();
+  if (out.samples && out.seconds) in.wrong("seconds", "expected samples or seconds, got both");
+  if (errors.empty() && !out.samples && !out.seconds) {
+    if (!out.noise) errors.push_back({"", "expected samples, seconds or noise, got none of them"});
+    out.seconds = limits.max_seconds;
+  }
 }
 
 void read_merge(const Json& tree, std::vector<std::string>& tables,
@@ -400,12 +441,26 @@ std::variant<Request, Problem> parse_request(std::string_view json, const Reques
 
 }  // namespace
 
+bool is_name(std::string_view text) {
+  return !text.empty() && text.size() <= 64 && std::all_of(text.begin(), text.end(), [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '-';
+  });
+}
+
 std::variant<JobRequest, Problem> parse_job_request(std::string_view json,
                                                     const RequestLimits& limits) {
   const auto read = [&](const Json& tree, JobRequest& request, std::vector<FieldError>& errors) {
     read_request(tree, limits, request, errors);
   };
   return parse_request<JobRequest>(json, limits, "Wrong job request", read);
+}
+
+std::variant<ExtendRequest, Problem> parse_extend_request(std::string_view json,
+                                                          const RequestLimits& limits) {
+  const auto read = [&](const Json& tree, ExtendRequest& request, std::vector<FieldError>& errors) {
+    read_extend(tree, limits, request, errors);
+  };
+  return parse_request<ExtendRequest>(json, limits, "Wrong request for more", read);
 }
 
 std::variant<SceneRequest, Problem> parse_scene_request(std::string_view json,

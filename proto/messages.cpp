@@ -49,6 +49,7 @@ Json request_json(const JobRequest& r) {
   out["nee"] = r.nee;
   put("samples", r.samples);
   put("seconds", r.seconds);
+  put("noise", r.noise);
   out["seed"] = r.seed;
   out["table"] = r.table;
   out["pixels"] = r.pixels;
@@ -59,6 +60,8 @@ Json request_json(const JobRequest& r) {
   put("gamma", r.gamma);
   put("grid", r.grid);
   if (r.camera) out["camera"] = camera_json(*r.camera);
+  out["priority"] = r.priority;
+  if (!r.labels.empty()) out["labels"] = r.labels;
   return out;
 }
 
@@ -78,7 +81,8 @@ Json job_json(const JobInfo& job) {
               {"table_out", or_null(job.table_out)},
               {"stats", nullptr},
               {"biased", job.biased},
-              {"warnings", job.warnings}};
+              {"warnings", job.warnings},
+              {"extendable", job.extendable}};
   if (job.error) out["error"] = {{"message", job.error->message}, {"where", job.error->where}};
   if (!job.stats_json.empty()) {
     Json stats = Json::parse(job.stats_json, nullptr, false);

@@ -41,6 +41,9 @@ struct JobRequest {
   bool nee = true;
   std::optional<int> samples;     // a pixel
   std::optional<double> seconds;  // of rendering; exactly one of the two after parsing
+  std::optional<double> noise;    // stop when the picture's relative error is that low
+  int priority = 0;               // each step is twice the share of the machine
+  std::map<std::string, std::string> labels;
   uint64_t seed = 1;
   std::string table = "auto";           // "auto", "none" or a table's id
   std::string pixels = "all";           // "all", "quarter" or "adaptive"
@@ -51,6 +54,19 @@ struct JobRequest {
   std::optional<int> grid;
   std::optional<CameraRequest> camera;
   bool operator==(const JobRequest&) const = default;
+};
+
+// Of scenes and labels: 1..64 of a-z, 0-9 and -.
+bool is_name(std::string_view text);
+
+constexpr int kMaxPriority = 5;
+constexpr size_t kMaxLabels = 16, kMaxLabelValue = 256;  // bytes
+
+// POST /v1/jobs/{id}/extend: how much more, and until how little noise.
+struct ExtendRequest {
+  std::optional<int> samples;
+  std::optional<double> seconds;  // one of the two after parsing
+  std::optional<double> noise;
 };
 
 // POST /v1/scenes: what a scene is made of, by the SHA-256 of uploaded files.
@@ -73,6 +89,8 @@ struct RequestLimits {
 // 400: not JSON; 413: too large; 422: every field that is wrong, by pointer.
 std::variant<JobRequest, Problem> parse_job_request(std::string_view json,
                                                     const RequestLimits& limits);
+std::variant<ExtendRequest, Problem> parse_extend_request(std::string_view json,
+                                                          const RequestLimits& limits);
 // {"tables":[id, id...]}: two ids or more, at most `kMaxMergedTables`, each once. Problems as
 // above.
 constexpr size_t kMaxMergedTables = 16;
@@ -96,6 +114,7 @@ struct JobProgress {
 
 struct JobError {
   std::string message, where;
+  std::string text() const { return where.empty() ? message : where + ": " + message; }
 };
 
 struct JobInfo {
@@ -109,6 +128,7 @@ struct JobInfo {
   std::string stats_json;           // an object's text; empty: none yet
   bool biased = false;
   std::vector<std::string> warnings;
+  bool extendable = false;  // more can be rendered onto it
 };
 
 struct TableInfo {

@@ -8,8 +8,9 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
+Json known(double v) { return v > 0 ? Json(v) : Json(); }
+
 Json guide_pass(const GuidePass& p) {
-  const auto known = [](double v) { return v > 0 ? Json(v) : Json(); };
   return {{"samples", p.samples},
           {"guided", p.guided},
           {"learned", p.learned},
@@ -40,6 +41,7 @@ std::string stats_json(const RenderStats& stats, bool indent) {
       {"seconds", stats.seconds},
       {"prepare_seconds", stats.prepare_seconds},
       {"samples", stats.samples_per_pixel},
+      {"noise", known(stats.noise)},
       {"learning_samples", stats.learning_samples_per_pixel},
       {"passes", stats.passes},
       {"paths", stats.paths},

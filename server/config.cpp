@@ -31,6 +31,18 @@ ParsedConfig parse_config(int argc, const char* const* argv) {
   app.add_option("--max-queued", config.max_queued, "jobs that may wait")
       ->check(CLI::Range(1, 100'000))
       ->capture_default_str();
+  app.add_option("--jobs-at-once", config.jobs_at_once,
+                 "jobs that share the render threads, by their priorities")
+      ->check(CLI::Range(1, 64))
+      ->capture_default_str();
+  app.add_option("--checkpoint-mib", config.checkpoint_mib,
+                 "disk for rendering more onto jobs that have succeeded")
+      ->check(CLI::Range(0, 1 << 24))
+      ->capture_default_str();
+  app.add_option("--keep-days", config.keep_days,
+                 "after that an ended job and its picture are deleted; 0: never")
+      ->check(CLI::Range(0.0, 36500.0))
+      ->capture_default_str();
   app.add_option("--table-mib", config.table_mib,
                  "memory of a job's table: full, it adds no states")
       ->check(CLI::Range(1, 1 << 19))

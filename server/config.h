@@ -13,11 +13,14 @@ struct Config {
   std::filesystem::path data = "data";
   std::filesystem::path scenes, web;  // default: the source tree's
   int threads = 0;                    // of rendering; 0: one a processor
+  int jobs_at_once = 2;
   size_t max_queued = 1000;
-  size_t table_mib = 256;   // of memory, that a job's table may take
-  size_t scene_mib = 2048;  // of memory, for scenes that the next job may want
-  size_t asset_mib = 64;    // of one uploaded file
-  size_t assets_gib = 4;    // of the disk, that uploads may take together
+  size_t checkpoint_mib = 2048;  // of disk, for going on with jobs that have succeeded
+  double keep_days = 0;          // jobs that have ended; 0: for ever
+  size_t table_mib = 256;        // of memory, that a job's table may take
+  size_t scene_mib = 2048;       // of memory, for scenes that the next job may want
+  size_t asset_mib = 64;         // of one uploaded file
+  size_t assets_gib = 4;         // of the disk, that uploads may take together
   // Of the process that reads an uploaded scene, and of what a zip unpacks to.
   size_t import_mib = 2048, import_seconds = 60, unpacked_mib = 1024;
   int imports = 1;                                   // such processes at once

@@ -72,10 +72,8 @@ void EventHandlers::stream(const httplib::Request& req, httplib::Response& res) 
   auto reader = std::make_shared<Reader>();
   if (req.has_param("job")) {
     reader->job = req.get_param_value("job");
-    const std::optional<JobId> id = JobId::parse(reader->job);
-    if (!id || !jobs_.get(*id).ok()) {
-      return reply_error(res, {ErrorCode::kNotFound, "no such job", ""});
-    }
+    const Result<JobRecord> job = jobs_.find(reader->job);
+    if (!job.ok()) return reply_error(res, job.error());
   }
   if (open_->fetch_add(1) >= max_streams_) {
     open_->fetch_sub(1);

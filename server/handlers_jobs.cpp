@@ -1,29 +1,25 @@
 #include "server/handlers_jobs.h"
 
-#include <spdlog/spdlog.h>
+#include <algorithm>
 
-#include <cmath>
-
-#include "core/base/file.h"
+#include "core/base/sha256.h"
 #include "core/guide/surface_grid.h"
 #include "core/recover/included_networks.h"
 #include "server/jobs/job_settings.h"
 #include "server/query.h"
 #include "server/reply.h"
-#include "server/tile_stream.h"
 #include "server/turn.h"
 
 namespace qray::server {
 namespace {
 
-constexpr int kTilesAtOnce = 256;  // 4 MB
-constexpr uint64_t kMaxImageBytes = uint64_t{1} << 30;
-
-Error nothing_yet() { return {ErrorCode::kConflict, "nothing of this job has been rendered", ""}; }
+constexpr int kMaxWaiters = 64, kMaxWaitSeconds = 60;
+constexpr size_t kMaxKeyBytes = 255;
 
 }  // namespace
 
-JobHandlers::JobHandlers(JobRunner& runner, Stores stores) : runner_(runner), stores_(stores) {
+JobHandlers::JobHandlers(JobRunner& runner, Stores stores, const EventLog& events)
+    : runner_(runner), stores_(stores), events_(events), waiters_(kMaxWaiters) {
   for (std::string_view name : method_names()) limits_.methods.emplace_back(name);
   limits_.max_grid = SurfaceGrid::kMaxGrid;
 }
@@ -31,15 +27,26 @@ JobHandlers::JobHandlers(JobRunner& runner, Stores stores) : runner_(runner), st
 void JobHandlers::add_to(Router& router) {
   router.add("POST", "/v1/jobs", [this](auto& req, auto& res, auto&) { create(req, res); });
   router.add("GET", "/v1/jobs", [this](auto& req, auto& res, auto&) { list(req, res); });
-  router.add("GET", "/v1/jobs/{id}", [this](auto&, auto& res, auto& id) { get(res, id); });
-  router.add("POST", "/v1/jobs/{id}/cancel",
-             [this](auto&, auto& res, auto& id) { cancel(res, id); });
-  router.add("GET", "/v1/jobs/{id}/tiles",
-             [this](auto& req, auto& res, auto& id) { tiles(req, res, id); });
-  router.add("GET", "/v1/jobs/{id}/image.exr",
-             [this](auto& req, auto& res, auto& id) { exr(req, res, id); });
-  router.add("GET", "/v1/jobs/{id}/image.png",
-             [this](auto& req, auto& res, auto& id) { png(req, res, id); });
+  router.add("GET", "/v1/jobs/{id}", [this](auto& req, auto& res, auto& id) { get(req, res, id); });
+  router.add("DELETE", "/v1/jobs/{id}", [this](auto&, auto& res, auto& id) { remove(res, id); });
+  router.add("GET", "/v1/jobs/{id}/log", [this](auto&, auto& res, auto& id) { log(res, id); });
+  const auto action = [&](const char* name, Result<JobRecord> (JobRunner::*act)(JobId)) {
+    router.add("POST", std::string("/v1/jobs/{id}/") + name,
+               [this, act](auto&, auto& res, auto& id) {
+                 const Result<JobRecord> job = stores_.jobs.find(id);
+                 reply_job(res, 202, job.ok() ? (runner_.*act)(job.value().id) : job);
+               });
+  };
+  action("cancel", &JobRunner::cancel);
+  action("pause", &JobRunner::pause);
+  action("resume", &JobRunner::resume);
+  router.add("POST", "/v1/jobs/{id}/extend",
+             [this](auto& req, auto& res, auto& id) { extend(req, res, id); });
+}
+
+void JobHandlers::reply_job(Response& res, int status, const Result<JobRecord>& job) const {
+  if (!job.ok()) return reply_error(res, job.error());
+  reply_json(res, status, proto::job_to_json(info(job.value())));
 }
 
 proto::JobInfo JobHandlers::info(const JobRecord& job) const {
@@ -47,13 +54,8 @@ proto::JobInfo JobHandlers::info(const JobRecord& job) const {
   if (is_running(job.state)) {
     if (const auto live = runner_.live(job.id)) info.progress = live->progress();
   }
+  info.extendable = job.state == JobState::kSucceeded && stores_.checkpoints.has(job.id);
   return info;
-}
-
-Result<JobRecord> JobHandlers::find(const std::string& id) const {
-  const std::optional<JobId> parsed = JobId::parse(id);
-  if (!parsed) return Error{ErrorCode::kNotFound, "no such job", ""};
-  return stores_.jobs.get(*parsed);
 }
 
 // What the request names must be there; sizes that it leaves out are filled in for its answer.
@@ -101,153 +103,112 @@ void JobHandlers::create(const Request& req, Response& res) {
   proto::JobRequest request = std::get<proto::JobRequest>(std::move(parsed));
   if (const auto problem = check_references(request)) return reply_problem(res, *problem);
   fill_defaults(request);
-  Result<JobRecord> job = runner_.submit(request);
-  if (!job.ok()) return reply_error(res, job.error());
-  res.set_header("Location", "/v1/jobs/" + job.value().id.text());
-  reply_json(res, 202, proto::job_to_json(info(job.value())));
+  std::optional<JobStore::IdempotencyKey> key;
+  if (req.has_header("Idempotency-Key")) {
+    key.emplace(JobStore::IdempotencyKey{req.get_header_value("Idempotency-Key"), ""});
+    const bool plain =
+        std::all_of(key->key.begin(), key->key.end(), [](char c) { return c >= ' ' && c <= '~'; });
+    if (key->key.empty() || key->key.size() > kMaxKeyBytes || !plain)
+      return reply_problem(
+          res, {400, "Wrong Idempotency-Key", "expected 1..255 printable ASCII characters", {}});
+    key->request = sha256(proto::job_request_to_json(request)).hex();
+  }
+  const Result<JobRecord> job = runner_.submit(request, key);
+  if (job.ok()) res.set_header("Location", "/v1/jobs/" + job.value().id.text());
+  reply_job(res, 202, job);
 }
 
 void JobHandlers::list(const Request& req, Response& res) {
   const Result<int> limit = query_number(req, "limit", 1, 200, 50);
   if (!limit.ok()) return reply_error(res, limit.error());
-  std::optional<JobId> before;
+  const auto wrong = [&](const char* detail, const char* pointer) {
+    reply_error(res, {ErrorCode::kInvalid, detail, pointer});
+  };
+  JobStore::Filter filter;
   if (req.has_param("before")) {
-    before = JobId::parse(req.get_param_value("before"));
-    if (!before) return reply_error(res, {ErrorCode::kInvalid, "expected a job's id", "/before"});
+    filter.before = JobId::parse(req.get_param_value("before"));
+    if (!filter.before) return wrong("expected a job's id", "/before");
+  }
+  if (req.has_param("state")) {
+    filter.state = parse_job_state(req.get_param_value("state"));
+    if (!filter.state) return wrong("expected a job's state", "/state");
+  }
+  if (req.has_param("label")) {
+    const std::string label = req.get_param_value("label");
+    const size_t colon = label.find(':');
+    const std::string name = label.substr(0, colon);
+    if (colon == std::string::npos || !proto::is_name(name))
+      return wrong("expected name:value", "/label");
+    filter.label = {name, label.substr(colon + 1)};
   }
   const size_t wanted = static_cast<size_t>(limit.value());
-  Result<std::vector<JobRecord>> jobs = stores_.jobs.list(wanted + 1, before);
+  Result<std::vector<JobRecord>> jobs = stores_.jobs.list(wanted + 1, filter);
   if (!jobs.ok()) return reply_error(res, jobs.error());
   std::vector<proto::JobInfo> infos;
   for (const JobRecord& job : jobs.value()) {
     if (infos.size() < wanted) infos.push_back(info(job));
   }
   const std::string next = jobs.value().size() > wanted ? infos.back().id : "";
-  reply_json(res, 200, proto::job_list_to_json(infos, next));
+  reply_tagged(req, res, proto::job_list_to_json(infos, next));
 }
 
-void JobHandlers::get(Response& res, const std::string& id) {
-  const Result<JobRecord> job = find(id);
+// With `wait` the answer may take so many seconds: until it is another than the one that
+// If-None-Match names or, without that, until the job's state has changed or it has ended.
+void JobHandlers::get(const Request& req, Response& res, const std::string& id) {
+  using std::chrono::steady_clock;
+  Result<JobRecord> job = stores_.jobs.find(id);
   if (!job.ok()) return reply_error(res, job.error());
-  reply_json(res, 200, proto::job_to_json(info(job.value())));
-}
-
-void JobHandlers::cancel(Response& res, const std::string& id) {
-  const Result<JobRecord> job = find(id);
-  if (!job.ok()) return reply_error(res, job.error());
-  const Result<JobRecord> canceled = runner_.cancel(job.value().id);
-  if (!canceled.ok()) return reply_error(res, canceled.error());
-  reply_json(res, 202, proto::job_to_json(info(canceled.value())));
-}
-
-void JobHandlers::tiles(const Request& req, Response& res, const std::string& id) {
-  const Result<JobRecord> job = find(id);
-  if (!job.ok()) return reply_error(res, job.error());
-  const Result<uint64_t> since = query_number<uint64_t>(req, "since", 0, UINT64_MAX, 0);
-  if (!since.ok()) return reply_error(res, since.error());
-
-  const Result<Which> which = which_picture(req, job.value(), /*best=*/false);
-  if (!which.ok()) return reply_error(res, which.error());
-  int width = job.value().request.width.value_or(0);
-  int height = job.value().request.height.value_or(0);
-  Film::Changes changes;
-  if (const auto live = runner_.live(job.value().id)) {
-    width = live->film().width();
-    height = live->film().height();
-    changes = live->film().tiles_since(since.value(), kTilesAtOnce);
-  } else if (const auto picture = stores_.results.load(job.value().id); picture.ok()) {
-    width = picture.value()->image.width();
-    height = picture.value()->image.height();
-    if (which.value() == Which::kRecovered) {
-      Result<Image> recovered = stores_.results.load_recovered(job.value().id);
-      if (!recovered.ok()) return reply_error(res, recovered.error());
-      Picture whole = *picture.value();
-      whole.image = std::move(recovered).value();
-      changes = whole.tiles_since(since.value(), kTilesAtOnce);
-    } else {
-      changes = picture.value()->tiles_since(since.value(), kTilesAtOnce);
-    }
-  } else {
-    changes.cursor = since.value();
+  const Result<int> wait = query_number(req, "wait", 0, kMaxWaitSeconds, 0);
+  if (!wait.ok()) return reply_error(res, wait.error());
+  const auto deadline = steady_clock::now() + std::chrono::seconds(wait.value());
+  std::optional<Turn> turn;
+  if (wait.value() > 0) turn.emplace(waiters_, std::chrono::milliseconds(0));
+  if (turn && !turn->mine()) return reply_problem(res, {503, "Busy", "too many clients wait", {}});
+  const JobState first = job.value().state;
+  const std::string known = req.get_header_value("If-None-Match");
+  for (;;) {
+    const uint64_t cursor = events_.newest();
+    job = stores_.jobs.find(id);
+    if (!job.ok()) return reply_error(res, job.error());
+    const std::string json = proto::job_to_json(info(job.value()));
+    const JobState state = job.value().state;
+    const bool news = known.empty() ? state != first || has_ended(state) : !is_tag_of(known, json);
+    const auto left = deadline - steady_clock::now();
+    if (news || left <= steady_clock::duration::zero() || events_.closed())
+      return reply_tagged(req, res, json);
+    (void)events_.wait(cursor, id,
+                       std::min(std::chrono::duration_cast<std::chrono::milliseconds>(left),
+                                std::chrono::milliseconds(1000)));
   }
-  reply_bytes(res, encode_tiles(width, height, changes), "application/octet-stream");
 }
 
-Result<JobHandlers::Which> JobHandlers::which_picture(const Request& req, const JobRecord& job,
-                                                      bool best) const {
-  const std::string wanted = req.get_param_value("picture");
-  std::error_code ec;
-  const bool there = std::filesystem::exists(stores_.results.recovered_file(job.id), ec);
-  if (wanted.empty()) return best && there ? Which::kRecovered : Which::kSampled;
-  if (wanted == "sampled") return Which::kSampled;
-  if (wanted != "recovered")
-    return Error{ErrorCode::kInvalid, "expected sampled or recovered, got '" + wanted + "'",
-                 "/picture"};
-  if (there) return Which::kRecovered;
-  if (job.request.recover == "none")
-    return Error{ErrorCode::kNotFound, "this job's picture is not recovered", ""};
-  return Error{ErrorCode::kConflict, "this job's picture has not been recovered yet", ""};
-}
-
-Result<Image> JobHandlers::image_of(const JobRecord& job) {
-  if (const auto live = runner_.live(job.id)) {
-    if (live->film().version() == 0) return nothing_yet();
-    return live->film().develop();
-  }
-  const auto picture = stores_.results.load(job.id);
-  if (picture.ok()) return picture.value()->image;
-  if (picture.error().code == ErrorCode::kNotFound) return nothing_yet();
-  spdlog::error("{}: {}", job.id.text(), picture.error().text());
-  return picture.error();
-}
-
-void JobHandlers::exr(const Request& req, Response& res, const std::string& id) {
-  const Result<JobRecord> job = find(id);
+void JobHandlers::extend(const Request& req, Response& res, const std::string& id) {
+  const Result<JobRecord> job = stores_.jobs.find(id);
   if (!job.ok()) return reply_error(res, job.error());
-  const Turn turn(encoders_);
-  if (!turn.mine()) return reply_problem(res, {503, "Busy", "too many pictures at once", {}});
-  const JobRecord& record = job.value();
-  const Result<Which> which = which_picture(req, record, /*best=*/true);
-  if (!which.ok()) return reply_error(res, which.error());
-  const bool recovered = which.value() == Which::kRecovered;
-  if (recovered || !runner_.live(record.id)) {
-    const Result<Bytes> file = read_file(recovered ? stores_.results.recovered_file(record.id)
-                                                   : stores_.results.image_file(record.id),
-                                         kMaxImageBytes);
-    if (file.ok()) return reply_bytes(res, file.value(), "image/x-exr");
-    if (recovered) return reply_error(res, file.error());
-  }
-  const Result<Image> image = image_of(record);
-  if (!image.ok()) return reply_error(res, image.error());
-  const Result<Bytes> bytes = encode_image(ImageFormat::kExr, image.value(),
-                                           {{"scene", record.request.scene},
-                                            {"method", record.request.method},
-                                            {"seed", std::to_string(record.request.seed)},
-                                            {"unfinished", "true"}});
-  if (!bytes.ok()) return reply_error(res, bytes.error());
-  reply_bytes(res, bytes.value(), "image/x-exr");
+  if (!is_json(req)) return reply_not_json(res);
+  const auto parsed = proto::parse_extend_request(req.body, limits_);
+  if (const auto* problem = std::get_if<proto::Problem>(&parsed))
+    return reply_problem(res, *problem);
+  reply_job(res, 202, runner_.extend(job.value().id, std::get<proto::ExtendRequest>(parsed)));
 }
 
-void JobHandlers::png(const Request& req, Response& res, const std::string& id) {
-  const Result<JobRecord> job = find(id);
+void JobHandlers::remove(Response& res, const std::string& id) {
+  const Result<JobRecord> job = stores_.jobs.find(id);
   if (!job.ok()) return reply_error(res, job.error());
-  const Result<float> exposure = query_number(req, "exposure", -32.0f, 32.0f, 0.0f);
-  if (!exposure.ok()) return reply_error(res, exposure.error());
-  const Turn turn(encoders_);
-  if (!turn.mine()) return reply_problem(res, {503, "Busy", "too many pictures at once", {}});
-  const Result<Which> which = which_picture(req, job.value(), /*best=*/true);
-  if (!which.ok()) return reply_error(res, which.error());
-  Result<Image> image = which.value() == Which::kRecovered
-                            ? stores_.results.load_recovered(job.value().id)
-                            : image_of(job.value());
-  if (!image.ok()) return reply_error(res, image.error());
-  const float scale = std::exp2(exposure.value());
-  if (scale != 1) {
-    for (float& v : image.value().data()) v *= scale;
-  }
-  const Result<Bytes> bytes = encode_image(ImageFormat::kPng, image.value());
-  if (!bytes.ok()) return reply_error(res, bytes.error());
-  reply_bytes(res, bytes.value(), "image/png");
+  if (Status s = runner_.remove(job.value().id); !s.ok()) return reply_error(res, s.error());
+  res.status = 204;
+}
+
+void JobHandlers::log(Response& res, const std::string& id) {
+  const Result<JobRecord> job = stores_.jobs.find(id);
+  if (!job.ok()) return reply_error(res, job.error());
+  const Result<std::vector<JobStore::LogLine>> lines = stores_.jobs.log_of(job.value().id);
+  if (!lines.ok()) return reply_error(res, lines.error());
+  std::string text;
+  for (const JobStore::LogLine& line : lines.value())
+    text += proto::time_to_text(line.time_ms) + " " + line.level + " " + line.text + "\n";
+  res.set_header("Cache-Control", "no-store");
+  res.set_content(text, "text/plain; charset=utf-8");
 }
 
 }  // namespace qray::server

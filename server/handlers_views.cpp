@@ -54,9 +54,7 @@ void ViewHandlers::add_to(Router& router) {
 }
 
 Result<JobRecord> ViewHandlers::find(const std::string& id) const {
-  const std::optional<JobId> parsed = JobId::parse(id);
-  if (!parsed) return Error{ErrorCode::kNotFound, "no such job", ""};
-  Result<JobRecord> job = stores_.jobs.get(*parsed);
+  Result<JobRecord> job = stores_.jobs.find(id);
   if (!job.ok()) return job;
   if (job.value().state != JobState::kSucceeded)
     return conflict("the job has not succeeded: it is " +

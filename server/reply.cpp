@@ -2,6 +2,8 @@
 
 #include <spdlog/spdlog.h>
 
+#include "core/base/sha256.h"
+
 namespace qray::server {
 namespace {
 
@@ -34,6 +36,21 @@ StatusText status_of(ErrorCode code) {
   return {500, "Internal error"};
 }
 
+std::string tag_of(std::span<const uint8_t> content) {
+  return '"' + sha256(content).hex().substr(0, 32) + '"';
+}
+
+// Sets the ETag; true: the client has this content, and is told so.
+bool known_to(const httplib::Request& req, httplib::Response& res,
+              std::span<const uint8_t> content) {
+  const std::string tag = tag_of(content);
+  res.set_header("ETag", tag);
+  if (req.get_header_value("If-None-Match").find(tag) == std::string::npos) return false;
+  res.status = 304;
+  res.set_header("Cache-Control", "no-cache");
+  return true;
+}
+
 }  // namespace
 
 void reply_json(httplib::Response& res, int status, std::string json) {
@@ -46,6 +63,22 @@ void reply_bytes(httplib::Response& res, const Bytes& bytes, const char* content
   res.status = 200;
   res.set_header("Cache-Control", "no-store");
   res.set_content(reinterpret_cast<const char*>(bytes.data()), bytes.size(), content_type);
+}
+
+bool is_tag_of(const std::string& if_none_match, std::string_view content) {
+  const std::string tag =
+      tag_of({reinterpret_cast<const uint8_t*>(content.data()), content.size()});
+  return if_none_match.find(tag) != std::string::npos;
+}
+
+void reply_tagged(const httplib::Request& req, httplib::Response& res, std::string json) {
+  if (!known_to(req, res, {reinterpret_cast<const uint8_t*>(json.data()), json.size()}))
+    reply_json(res, 200, std::move(json));
+}
+
+void reply_tagged(const httplib::Request& req, httplib::Response& res, const Bytes& bytes,
+                  const char* content_type) {
+  if (!known_to(req, res, bytes)) reply_bytes(res, bytes, content_type);
 }
 
 void reply_problem(httplib::Response& res, const proto::Problem& problem) {
@@ -63,9 +96,11 @@ void reply_not_json(httplib::Response& res) {
 void reply_error(httplib::Response& res, const Error& error) {
   const auto [status, title] = status_of(error.code);
   proto::Problem problem{status, title, error.text(), {}};
-  if (status >= 500) {  // paths are not for clients
+  if (status >= 500) {
     spdlog::error("answered {}: {}", status, error.text());
+    // Paths are not for clients.
     problem.detail = status == 503 ? "the server's disk or system refused; try again later" : "";
+    return reply_problem(res, problem);
   }
   if (error.where.starts_with('/')) problem.errors.push_back({error.where, error.message});
   reply_problem(res, problem);

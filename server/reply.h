@@ -11,9 +11,16 @@ namespace qray::server {
 
 void reply_json(httplib::Response& res, int status, std::string json);
 void reply_bytes(httplib::Response& res, const Bytes& bytes, const char* content_type);
+// The same for a GET, with an ETag; 304 where the client has it already.
+void reply_tagged(const httplib::Request& req, httplib::Response& res, std::string json);
+void reply_tagged(const httplib::Request& req, httplib::Response& res, const Bytes& bytes,
+                  const char* content_type);
+// Whether an If-None-Match header names this content.
+bool is_tag_of(const std::string& if_none_match, std::string_view content);
 void reply_problem(httplib::Response& res, const proto::Problem& problem);
 void reply_not_json(httplib::Response& res);  // 415
-// The status follows the code; `where` becomes the pointer when it is one ("/table").
+// The status follows the code; `where` becomes the pointer when it is one ("/table"). What the
+// operating system refused is 503, and in the log.
 void reply_error(httplib::Response& res, const Error& error);
 
 }  // namespace qray::server

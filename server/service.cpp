@@ -11,11 +11,13 @@
 #include "server/handlers_events.h"
 #include "server/handlers_health.h"
 #include "server/handlers_jobs.h"
+#include "server/handlers_pictures.h"
 #include "server/handlers_scenes.h"
 #include "server/handlers_tables.h"
 #include "server/handlers_views.h"
 #include "server/handlers_web.h"
 #include "server/handlers_weights.h"
+#include "server/jobs/janitor.h"
 
 namespace qray::server {
 namespace fs = std::filesystem;
@@ -67,6 +69,7 @@ struct Service::Parts {
         db(std::move(database)),
         jobs(*db, events, now_ms),
         results(config.data),
+        checkpoints(config.data, config.checkpoint_mib << 20),
         upload_quota(config.assets_gib << 30),
         scenes(config.scenes, render_threads(config.threads), config.scene_mib << 20),
         web(config.web),
@@ -79,13 +82,16 @@ struct Service::Parts {
   std::unique_ptr<TableStore> tables;
   std::unique_ptr<WeightsStore> weights;
   ResultStore results;
+  CheckpointStore checkpoints;
   DiskQuota upload_quota;
   std::unique_ptr<AssetStore> assets;
   std::unique_ptr<UploadedScenes> uploads;
   SceneStore scenes;
   SteadyClock clock;
   std::unique_ptr<JobRunner> runner;
+  std::unique_ptr<Janitor> janitor;
   std::unique_ptr<JobHandlers> job_handlers;
+  std::unique_ptr<PictureHandlers> picture_handlers;
   std::unique_ptr<ViewHandlers> view_handlers;
   std::unique_ptr<TableHandlers> table_handlers;
   std::unique_ptr<WeightsHandlers> weights_handlers;
@@ -125,14 +131,24 @@ Result<std::unique_ptr<Service>> Service::start(const Config& config, const Http
   if (!uploads.ok()) return uploads.error();
   parts->uploads = std::move(uploads).value();
   parts->scenes.add_uploads(*parts->uploads);
-  Result<std::vector<JobId>> queued = parts->jobs.recover();
+  Result<std::vector<JobRecord>> queued = parts->jobs.recover();
   if (!queued.ok()) return queued.error();
+  parts->checkpoints.tidy([&](JobId id) {
+    using enum CheckpointStore::Keep;
+    const Result<JobRecord> job = parts->jobs.get(id);
+    if (!job.ok()) return kNo;
+    if (!has_ended(job.value().state)) return kOpen;
+    return job.value().state == JobState::kSucceeded ? kFinished : kNo;
+  });
 
   // Step 2: the routes, and the port: when it is taken, no job may start.
-  const Stores stores{parts->jobs, *parts->tables, *parts->weights, parts->results, parts->scenes};
-  parts->runner = std::make_unique<JobRunner>(stores, render_threads(config.threads),
-                                              config.max_queued, parts->clock, now_ms);
-  parts->job_handlers = std::make_unique<JobHandlers>(*parts->runner, stores);
+  const Stores stores{parts->jobs,    *parts->tables, *parts->weights,
+                      parts->results, parts->scenes,  parts->checkpoints};
+  const JobRunner::Limits runner_limits{render_threads(config.threads), config.jobs_at_once,
+                                        config.max_queued};
+  parts->runner = std::make_unique<JobRunner>(stores, runner_limits, parts->clock, now_ms);
+  parts->job_handlers = std::make_unique<JobHandlers>(*parts->runner, stores, parts->events);
+  parts->picture_handlers = std::make_unique<PictureHandlers>(*parts->runner, stores);
   parts->view_handlers = std::make_unique<ViewHandlers>(stores);
   parts->table_handlers = std::make_unique<TableHandlers>(*parts->tables, now_ms);
   parts->weights_handlers = std::make_unique<WeightsHandlers>(*parts->weights);
@@ -145,6 +161,7 @@ Result<std::unique_ptr<Service>> Service::start(const Config& config, const Http
   parts->asset_handlers = std::make_unique<AssetHandlers>(*parts->assets, config.asset_mib << 20);
   Router router;
   parts->job_handlers->add_to(router);
+  parts->picture_handlers->add_to(router);
   parts->view_handlers->add_to(router);
   parts->event_handlers.add_to(router);
   parts->web.add_to(router);
@@ -160,6 +177,7 @@ Result<std::unique_ptr<Service>> Service::start(const Config& config, const Http
 
   // Step 3: work.
   parts->runner->start(queued.value());
+  parts->janitor = std::make_unique<Janitor>(*parts->runner, parts->jobs, config.keep_days, now_ms);
   return std::unique_ptr<Service>(new Service(std::move(parts)));
 }
 
@@ -169,6 +187,7 @@ void Service::stop() {
   parts_->view_handlers->stop();
   parts_->importer->stop();
   parts_->http->stop();
+  parts_->janitor.reset();
   parts_->runner->stop();
   parts_->http.reset();
 }

@@ -8,8 +8,9 @@ namespace qray::server {
 
 class Turn {
  public:
-  explicit Turn(std::counting_semaphore<>& semaphore)
-      : semaphore_(semaphore), mine_(semaphore.try_acquire_for(std::chrono::seconds(10))) {}
+  explicit Turn(std::counting_semaphore<>& semaphore,
+                std::chrono::milliseconds patience = std::chrono::seconds(10))
+      : semaphore_(semaphore), mine_(semaphore.try_acquire_for(patience)) {}
   ~Turn() {
     if (mine_) semaphore_.release();
   }

@@ -58,8 +58,9 @@ export async function has_asset(sha256) {
 export const put_asset = (sha256, bytes) =>
   call(`/v1/assets/${sha256}`, { method: 'PUT', body: bytes });
 
-export const cancel_job = async (id) =>
-  (await call(`${job_path(id)}/cancel`, { method: 'POST' })).json();
+// `action`: cancel, pause, resume.
+export const act_on_job = async (id, action) =>
+  (await call(`${job_path(id)}/${action}`, { method: 'POST' })).json();
 
 export const list_weights = async () => (await get_json('/v1/weights')).weights;
 

@@ -2,7 +2,7 @@
 // Calls on_event(name, data) for each, on_sync() when everything must be fetched anew (each time
 // the stream opens, and on `reset`), and on_connection(true|false) when the stream comes or goes.
 
-const kNames = ['state', 'loading', 'progress', 'table', 'done'];
+const kNames = ['state', 'loading', 'progress', 'table', 'done', 'deleted'];
 const kNoticeDelayMs = 1500; // a stream that comes back at once is not worth a notice
 const kRetryMs = 2000;
 

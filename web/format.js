@@ -7,6 +7,8 @@ const kStateWords = {
   rendering: 'Rendering',
   finalizing: 'Finishing',
   succeeded: 'Done',
+  pausing: 'Pausing',
+  paused: 'Paused',
   canceling: 'Canceling',
   canceled: 'Canceled',
   failed: 'Failed',
@@ -31,6 +33,11 @@ export const is_recovered = (job) =>
   job.state === 'succeeded' && (job.request.recover ?? 'none') !== 'none';
 export const badge_word = (job) => (is_recovered(job) ? 'recovered' : job.biased ? 'biased' : '');
 export const can_cancel = (job) => !has_ended(job) && job.state !== 'canceling';
+// Which of the two a job's button does now; '' for neither.
+export const pause_or_resume = (job) => {
+  if (job.state === 'paused') return 'resume';
+  return ['queued', 'preparing', 'learning', 'rendering'].includes(job.state) ? 'pause' : '';
+};
 export const is_forming = (job) => ['learning', 'rendering'].includes(job.state);
 
 export function count(n) {

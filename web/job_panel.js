@@ -1,8 +1,9 @@
 // Everything about one selected job under its picture: state in words, progress, what it was asked,
-// which table it used and made, what it cost; cancel and downloads.
-import { ApiError, cancel_job, exr_url, png_url } from './api.js';
+// which table it used and made, what it cost; pause, cancel and downloads.
+import { ApiError, act_on_job, exr_url, png_url } from './api.js';
 import { badge_word, big, bytes, can_cancel, count, exact, has_ended, is_recovered,
-  method_words, progress_words, samples_words, seconds, state_words } from './format.js';
+  method_words, pause_or_resume, progress_words, samples_words, seconds,
+  state_words } from './format.js';
 
 const kPixelsWords = {
   quarter: 'a quarter, the rest is not sampled',
@@ -15,12 +16,14 @@ export class JobPanel {
   #link_to;
   #job = null;
   #exposure_ev = 0;
+  #pause = ''; // what its button does
 
   constructor(template, store, link_to) {
     this.#root = template.content.firstElementChild.cloneNode(true);
     this.#store = store;
     this.#link_to = link_to;
-    this.#part('cancel').addEventListener('click', () => this.#cancel());
+    this.#part('cancel').addEventListener('click', () => this.#act('cancel', 'cancel'));
+    this.#part('pause').addEventListener('click', () => this.#act('pause', this.#pause));
   }
 
   get root() {
@@ -55,6 +58,9 @@ export class JobPanel {
     this.#set('error-message', job.error?.message ?? '');
     this.#set('error-where', job.error?.where ?? '');
     this.#part('cancel').hidden = !can_cancel(job);
+    this.#pause = pause_or_resume(job);
+    this.#part('pause').hidden = !this.#pause;
+    this.#set('pause', this.#pause === 'resume' ? 'Resume' : 'Pause');
     this.#part('exr').hidden = this.#part('png').hidden = !has_picture;
     this.#part('samples').hidden = !has_picture || !is_recovered(job);
     this.#link_downloads();
@@ -79,11 +85,11 @@ export class JobPanel {
     this.#part('samples').href = exr_url(id, 'sampled');
   }
 
-  async #cancel() {
-    const button = this.#part('cancel');
+  async #act(part, action) {
+    const button = this.#part(part);
     button.disabled = true;
     try {
-      this.#store.put(await cancel_job(this.#job.id));
+      this.#store.put(await act_on_job(this.#job.id, action));
     } catch (error) {
       if (!(error instanceof ApiError)) throw error;
       await this.#store.refresh(this.#job.id); // 409: it ended by itself

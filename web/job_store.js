@@ -67,6 +67,7 @@ export class JobStore extends EventTarget {
     } catch (error) {
       if (error instanceof ApiError && error.status === 404) {
         this.#missing.add(id);
+        this.#jobs.delete(id);
         this.#changed(null);
       }
       // Otherwise the stream is lost too; everything is asked again when it is back.

@@ -7,6 +7,7 @@
 #include <atomic>
 #include <cerrno>
 #include <cstring>
+#include <utility>
 
 namespace qray {
 namespace {
@@ -69,26 +70,48 @@ void sync_folder(const std::filesystem::path& folder) {
   ::close(fd);
 }
 
-Status write_file_atomic(const std::filesystem::path& path, std::span<const uint8_t> bytes) {
+AtomicFile::AtomicFile(std::filesystem::path path) : path_(std::move(path)), temp_(path_) {
   static std::atomic<uint64_t> counter{0};
-  std::filesystem::path temp = path;
-  temp += ".tmp." + std::to_string(::getpid()) + "." + std::to_string(counter++);
-  const int fd = ::open(temp.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0644);
-  if (fd < 0) return io_error(temp, "cannot create");
-  const bool written = write_all(fd, bytes) && ::fsync(fd) == 0;
-  const Error failure = written ? Error{} : io_error(temp, "cannot write");
-  ::close(fd);
-  if (!written) {
-    ::unlink(temp.c_str());
-    return failure;
+  temp_ += ".tmp." + std::to_string(::getpid()) + "." + std::to_string(counter++);
+  fd_ = ::open(temp_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0644);
+  if (fd_ < 0) status_ = io_error(temp_, "cannot create");
+}
+
+AtomicFile::~AtomicFile() {
+  if (fd_ < 0) return;
+  ::close(fd_);
+  ::unlink(temp_.c_str());
+}
+
+void AtomicFile::fail(const char* doing) {
+  if (status_.ok()) status_ = io_error(temp_, doing);
+}
+
+void AtomicFile::write(std::span<const uint8_t> bytes) {
+  constexpr size_t kGather = 1 << 16;
+  if (!status_.ok()) return;
+  if (bytes.size() < kGather) {
+    waiting_.insert(waiting_.end(), bytes.begin(), bytes.end());
+    if (waiting_.size() < kGather) return;
+    bytes = {};
   }
-  if (::rename(temp.c_str(), path.c_str()) != 0) {
-    const Error error = io_error(path, "cannot rename onto");
-    ::unlink(temp.c_str());
-    return error;
-  }
-  sync_folder(path.has_parent_path() ? path.parent_path() : ".");
+  if (!write_all(fd_, waiting_) || !write_all(fd_, bytes)) fail("cannot write");
+  waiting_.clear();
+}
+
+Status AtomicFile::commit() {
+  if (status_.ok() && (!write_all(fd_, waiting_) || ::fsync(fd_) != 0)) fail("cannot write");
+  if (!status_.ok()) return status_;
+  if (::rename(temp_.c_str(), path_.c_str()) != 0) return io_error(path_, "cannot rename onto");
+  ::close(std::exchange(fd_, -1));
+  sync_folder(path_.has_parent_path() ? path_.parent_path() : ".");
   return {};
+}
+
+Status write_file_atomic(const std::filesystem::path& path, std::span<const uint8_t> bytes) {
+  AtomicFile file(path);
+  file.write(bytes);
+  return file.commit();
 }
 
 }  // namespace qray

@@ -6,6 +6,7 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <string_view>
 
 namespace qray {
 
@@ -31,5 +32,8 @@ class Sha256 {
 };
 
 Digest sha256(std::span<const uint8_t> bytes);
+inline Digest sha256(std::string_view text) {
+  return sha256(std::span(reinterpret_cast<const uint8_t*>(text.data()), text.size()));
+}
 
 }  // namespace qray

@@ -87,6 +87,36 @@ std::optional<Image> Film::noise() const {
   return noise_;
 }
 
+void Film::save_state(SnapshotWriter& out) const {
+  out(width_, height_, version());
+  for (const Tile& tile : tiles_) {
+    std::lock_guard lock(tile.mutex);
+    out(tile.samples, tile.sums, tile.weights);
+  }
+}
+
+void Film::load_state(SnapshotReader& in) {
+  constexpr int kEpochBits = 32;  // versions between two loads
+  int width = 0, height = 0;
+  uint64_t version = 0;
+  in(width, height, version);
+  if (width != width_ || height != height_) return in.fail();
+  version = ((version >> kEpochBits) + 1) << kEpochBits;
+  for (int i = 0; i < tile_count(); ++i) {
+    Tile& tile = tiles_[static_cast<size_t>(i)];
+    std::lock_guard lock(tile.mutex);
+    in(tile.samples, tile.sums, tile.weights);
+    const TileRect rect = this->tile(i);
+    const size_t pixels = static_cast<size_t>(rect.width) * static_cast<size_t>(rect.height);
+    if (tile.sums.size() != tile.weights.size() ||
+        (!tile.sums.empty() && tile.sums.size() != pixels))
+      in.fail();
+    if (!in.ok()) return;
+    if (!tile.sums.empty()) tile.version = ++version;
+  }
+  version_.store(version, std::memory_order_release);
+}
+
 Image Film::develop() const {
   Image image(width_, height_, 3);
   for (int i = 0; i < tile_count(); ++i) {

@@ -12,6 +12,7 @@
 #include <span>
 #include <vector>
 
+#include "core/base/snapshot.h"
 #include "core/image/image.h"
 
 namespace qray {
@@ -61,6 +62,11 @@ class Film {
   // has not both.
   void set_noise(Image noise);
   std::optional<Image> noise() const;  // none: not estimated
+
+  // Sums and samples, not the noise. What is read must be of this size, else `in` fails; all of it
+  // counts as changed since any cursor that was ever given.
+  void save_state(SnapshotWriter& out) const;
+  void load_state(SnapshotReader& in);
 
  private:
   struct Tile {

@@ -288,4 +288,14 @@ GuideStats AdaptiveGuide::stats() const {
           refused_};
 }
 
+template <class Self, class Archive>
+void AdaptiveGuide::exchange_state(Self& self, Archive& archive) {
+  archive(self.tree_, self.states_, self.sums_, self.directions_, self.samples_seen_, self.refused_,
+          self.grows_);
+}
+
+void AdaptiveGuide::save_state(SnapshotWriter& out) const { exchange_state(*this, out); }
+
+void AdaptiveGuide::load_state(SnapshotReader& in) { exchange_state(*this, in); }
+
 }  // namespace qray

@@ -40,6 +40,8 @@ class AdaptiveGuide final : public Guide {
   GuideStats stats() const override;
   std::vector<TableSection> save() const override;
   Status load(std::span<const TableSection> sections) override;
+  void save_state(SnapshotWriter& out) const override;
+  void load_state(SnapshotReader& in) override;
   Status merge(const Guide& other) override;
   void doubt() override;
   std::vector<GuidePoint> known_points(size_t most) const override;
@@ -69,6 +71,10 @@ class AdaptiveGuide final : public Guide {
       return {&n, &second, &y[0], &y[1], &y[2], &square_hi, &square_lo};
     }
     void scale(int64_t numerator, int64_t denominator);
+    template <class Self, class Archive>
+    static void exchange(Self& self, Archive& archive) {
+      archive(self.n, self.second, self.y, self.square_hi, self.square_lo);
+    }
   };
 
   static constexpr int64_t kShareOne = 1 << 16;  // the unit of shares and of what is kept
@@ -77,6 +83,8 @@ class AdaptiveGuide final : public Guide {
     std::vector<int64_t> shares;  // each state's, of the tree that it has, of kShareOne
     size_t room = 0;              // bytes
   };
+  template <class Self, class Archive>
+  static void exchange_state(Self& self, Archive& archive);
   Growth whole_trees() const;
   Growth cut_places(size_t room);  // with what is left of the room
   AdaptiveGuide(const AdaptiveGuide& o);

@@ -218,6 +218,16 @@ std::vector<TableSection> DahmKellerGuide::save() const {
   });
 }
 
+template <class Self, class Archive>
+void DahmKellerGuide::exchange_state(Self& self, Archive& archive) {
+  archive(self.samples_seen_, self.refused_, self.learned_index_, self.learned_, self.dirty_,
+          self.frozen_index_, self.frozen_);
+}
+
+void DahmKellerGuide::save_state(SnapshotWriter& out) const { exchange_state(*this, out); }
+
+void DahmKellerGuide::load_state(SnapshotReader& in) { exchange_state(*this, in); }
+
 Status DahmKellerGuide::load(std::span<const TableSection> sections) {
   QRAY_CHECK(learned_.empty());
   const auto add = [this](uint64_t key, const CellRecord& record) {

@@ -41,6 +41,8 @@ class DahmKellerGuide final : public Guide {
   GuideStats stats() const override;
   std::vector<TableSection> save() const override;
   Status load(std::span<const TableSection> sections) override;
+  void save_state(SnapshotWriter& out) const override;
+  void load_state(SnapshotReader& in) override;
   // Values become means over all visits.
   Status merge(const Guide& other) override;
   std::vector<GuidePoint> known_points(size_t most) const override;
@@ -60,6 +62,8 @@ class DahmKellerGuide final : public Guide {
   };
   struct Delta;
 
+  template <class Self, class Archive>
+  static void exchange_state(Self& self, Archive& archive);
   static int cell_of(Vec3 local);
   Learned& learned_state(uint64_t key);  // there is room for it; end_pass() will freeze it
   void freeze(uint32_t index);

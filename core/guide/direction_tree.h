@@ -80,6 +80,11 @@ class DirectionTrees {
   // directions that seemed dark stay possible.
   static constexpr int kChances = 256;
 
+  template <class Self, class Archive>
+  static void exchange(Self& self, Archive& archive) {
+    archive(self.nodes_, self.sums_);
+  }
+
   // What put() would take.
   static size_t bytes_of(const Cells& cells) {
     return cells.size() / 4 * (sizeof(Node) + sizeof(Quad));

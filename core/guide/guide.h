@@ -15,6 +15,7 @@
 
 #include "core/base/ids.h"
 #include "core/base/result.h"
+#include "core/base/snapshot.h"
 #include "core/guide/direction_tree.h"
 #include "core/guide/table_file.h"
 #include "core/math/frame.h"
@@ -114,6 +115,11 @@ class Guide {
   virtual std::vector<TableSection> save() const = 0;
   // Into a fresh guide. kTooLarge: over the guide's memory.
   virtual Status load(std::span<const TableSection> sections) = 0;
+
+  // All of it, within a pass too: one that reads what another wrote goes on to the same bits. Only
+  // between tiles. `in` tells what does not fit by its ok(); this one is then of no more use.
+  virtual void save_state(SnapshotWriter& out) const = 0;
+  virtual void load_state(SnapshotReader& in) = 0;
 
   // Adds what `other` learned in the same scene, between passes; it rules sampling at once. Which
   // of two is added to which changes no bit of what is saved. kInvalid: another method's, or what

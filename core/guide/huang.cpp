@@ -228,6 +228,20 @@ std::vector<TableSection> HuangGuide::save() const {
   });
 }
 
+template <class Self, class Archive>
+void HuangGuide::exchange_state(Self& self, Archive& archive) {
+  archive(self.samples_seen_, self.refused_, self.learned_index_, self.learned_, self.is_dirty_,
+          self.dirty_, self.frozen_index_, self.frozen_);
+}
+
+void HuangGuide::save_state(SnapshotWriter& out) const { exchange_state(*this, out); }
+
+void HuangGuide::load_state(SnapshotReader& in) {
+  exchange_state(*this, in);
+  for (uint64_t key : frozen_index_.keys())
+    shares_of(SurfaceGrid::normal_of(key), static_cast<uint32_t>(key & kNormalMask));
+}
+
 Status HuangGuide::load(std::span<const TableSection> sections) {
   QRAY_CHECK(learned_.empty());
   const auto add = [this](uint64_t key, const CellRecord& record) {

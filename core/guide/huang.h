@@ -43,6 +43,8 @@ class HuangGuide final : public Guide {
   GuideStats stats() const override;
   std::vector<TableSection> save() const override;
   Status load(std::span<const TableSection> sections) override;
+  void save_state(SnapshotWriter& out) const override;
+  void load_state(SnapshotReader& in) override;
   // Values become means over all updates.
   Status merge(const Guide& other) override;
   std::vector<GuidePoint> known_points(size_t most) const override;
@@ -66,6 +68,8 @@ class HuangGuide final : public Guide {
   };
   struct Delta;
 
+  template <class Self, class Archive>
+  static void exchange_state(Self& self, Archive& archive);
   StateId learned_state(uint64_t key);  // invalid: there is no room for a new one
   void mark(StateId state);             // end_pass() will freeze it
   const Values& shares_of(Vec3 n, uint32_t normal_code);

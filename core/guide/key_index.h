@@ -40,6 +40,10 @@ class KeyIndex {
 
   size_t size() const { return keys_.size(); }
   const std::vector<uint64_t>& keys() const { return keys_; }  // by index
+  template <class Self, class Archive>
+  static void exchange(Self& self, Archive& archive) {
+    archive(self.slots_, self.keys_);
+  }
   size_t bytes() const { return slots_.capacity() * sizeof(Slot) + keys_.capacity() * 8; }
 
  private:

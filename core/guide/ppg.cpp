@@ -282,6 +282,16 @@ Status PpgGuide::load_leaf(ByteReader& in, uint32_t place) {
   return {};
 }
 
+template <class Self, class Archive>
+void PpgGuide::exchange_state(Self& self, Archive& archive) {
+  archive(self.tree_, self.leaves_, self.directions_, self.iteration_samples_,
+          self.last_iteration_samples_, self.iteration_, self.samples_seen_, self.refused_);
+}
+
+void PpgGuide::save_state(SnapshotWriter& out) const { exchange_state(*this, out); }
+
+void PpgGuide::load_state(SnapshotReader& in) { exchange_state(*this, in); }
+
 Status PpgGuide::load(std::span<const TableSection> sections) {
   QRAY_CHECK(samples_seen_ == 0);
   uint64_t samples_seen = 0;

@@ -37,6 +37,8 @@ class PpgGuide final : public Guide {
   GuideStats stats() const override;
   std::vector<TableSection> save() const override;
   Status load(std::span<const TableSection> sections) override;
+  void save_state(SnapshotWriter& out) const override;
+  void load_state(SnapshotReader& in) override;
   std::vector<GuidePoint> known_points(size_t most) const override;
 
  private:
@@ -51,9 +53,16 @@ class PpgGuide final : public Guide {
     float theta = 0, first_moment = 0, second_moment = 0;
     uint32_t steps = 0;
     mutable SpinLock lock;  // of what is added to its directions
+    template <class Self, class Archive>
+    static void exchange(Self& self, Archive& archive) {
+      archive(self.root, self.ready, self.samples, self.paid, self.fraction, self.theta,
+              self.first_moment, self.second_moment, self.steps);
+    }
   };
   struct Delta;
 
+  template <class Self, class Archive>
+  static void exchange_state(Self& self, Archive& archive);
   size_t bytes() const;
   void index();
   void step(Leaf& leaf, float gradient);

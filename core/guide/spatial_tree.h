@@ -74,6 +74,12 @@ class SpatialTree {
 
   static constexpr size_t kMaxLeafBytes = 64;  // of bytes(), each; without the index
 
+  template <class Self, class Archive>
+  static void exchange(Self& self, Archive& archive) {
+    archive(self.origin_, self.exponent_, self.inverse_cell_, self.off_surface_, self.links_,
+            self.leaves_, self.top_depth_, self.top_);
+  }
+
  private:
   static constexpr uint32_t kLeaf = 1u
                                     << 31;  // of a link: to a leaf, else to the first of two links

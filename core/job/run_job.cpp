@@ -77,15 +77,17 @@ Result<std::unique_ptr<Guide>> load_guide(const PreparedScene& scene,
 Result<JobResult> run_job(const PreparedScene& scene, RenderSettings settings,
                           std::optional<TableFile> table_in, Film& film, TaskPool& pool,
                           RenderObserver& observer, std::stop_token stop, const Clock& clock,
-                          const Recovery* recovery) {
-  Result<std::unique_ptr<Guide>> made = load_guide(scene, settings, table_in);
+                          const Recovery* recovery, const Checkpoints& checkpoints) {
+  Result<std::unique_ptr<Guide>> made =
+      checkpoints.resume_from ? make_guide(settings.method, scene.guide_setup(settings))
+                              : load_guide(scene, settings, table_in);
   if (!made.ok()) return made.error();
   const std::unique_ptr<Guide> guide = std::move(made).value();
   std::optional<TableHeader> parent;
   if (table_in) parent = std::move(table_in->header);
   settings.estimates_noise |= recovery != nullptr;
   Result<RenderStats> stats =
-      render(scene, settings, guide.get(), film, pool, observer, stop, clock);
+      render(scene, settings, guide.get(), film, pool, observer, stop, clock, checkpoints);
   if (!stats.ok()) return stats.error();
   JobResult result;
   result.stats = std::move(stats).value();

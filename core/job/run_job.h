@@ -30,11 +30,12 @@ struct Recovery {
 };
 
 // `table_in` must be of the settings' method (else kInvalid). It is moved into the guide.
-// `recovery`: null, the picture stays as it was sampled.
+// `recovery`: null, the picture stays as it was sampled. With `checkpoints.resume_from` the job
+// goes on (render_loop.h), and `table_in` must be what it was begun with; its header is enough.
 Result<JobResult> run_job(const PreparedScene& scene, RenderSettings settings,
                           std::optional<TableFile> table_in, Film& film, TaskPool& pool,
                           RenderObserver& observer, std::stop_token stop, const Clock& clock,
-                          const Recovery* recovery = nullptr);
+                          const Recovery* recovery = nullptr, const Checkpoints& checkpoints = {});
 
 // Fit of a table to a scene by exact hashes; kConflict names what differs.
 Status table_fits(const TableHeader& header, const SceneHash& hash);

@@ -40,6 +40,12 @@ class GuideGate {
   double guided_pass(uint64_t samples, const PassCost& cost, double variance,
                      double unguided_variance);
 
+  template <class Self, class Archive>
+  static void exchange(Self& self, Archive& archive) {
+    archive(self.warm_, self.unguided_, self.checks_, self.brought_little_, self.on_, self.grows_,
+            self.learns_);
+  }
+
  private:
   static constexpr uint64_t kControlSamples = 2;
   static constexpr uint64_t kLeastSeen = 50'000;  // less makes noise

@@ -116,6 +116,17 @@ float NoiseEstimate::own_error(int x, int y) const {
   return std::abs(all_[0][i] / even - all_[1][i] / odd) * std::sqrt(even * odd) / (even + odd);
 }
 
+double NoiseEstimate::level() const {
+  if (!known()) return 0;
+  std::vector<float> squares(mean_.size());
+  for (int y = 0; y < height_; ++y)
+    for (int x = 0; x < width_; ++x) {
+      const float error = own_error(x, y);
+      squares[index(x, y)] = std::isfinite(error) ? sqr(error) : 0.0f;
+    }
+  return std::sqrt(trimmed_mean(squares, mean_));
+}
+
 double NoiseEstimate::trimmed_mean(const std::vector<float>& squares,
                                    const std::vector<float>& means) {
   std::vector<float> relative(squares.size());

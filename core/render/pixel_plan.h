@@ -28,6 +28,11 @@ class PixelPlan {
   uint32_t first(int x, int y) const { return counts_.empty() ? done_ : done_each_[index(x, y)]; }
   void end_pass();
 
+  template <class Self, class Archive>
+  static void exchange(Self& self, Archive& archive) {
+    archive(self.samples_, self.done_, self.counts_, self.done_each_);
+  }
+
  private:
   size_t index(int x, int y) const {
     return static_cast<size_t>(y) * static_cast<size_t>(width_) + static_cast<size_t>(x);

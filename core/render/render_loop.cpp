@@ -10,13 +10,14 @@
 #include "core/base/check.h"
 #include "core/render/guide_gate.h"
 #include "core/render/noise_estimate.h"
+#include "core/render/ordered_updates.h"
+#include "core/render/pass_plan.h"
 #include "core/render/path.h"
 #include "core/render/pixel_plan.h"
 
 namespace qray {
 namespace {
 
-constexpr int kMaxPassSamples = 64;
 constexpr double kMaxFade = 16;
 constexpr double kLookupNs = 110;  // of the guide, a vertex
 
@@ -25,88 +26,6 @@ double ray_ns(const PreparedScene& scene) {
   const auto triangles = static_cast<double>(scene.scene.placed_triangle_count());
   return 75 + 17 * std::max(0.0, std::log2(triangles / 36));
 }
-
-// Decides the size of each pass, and what fits the budget. Totals grow by about sqrt 2, so that a
-// table is soon of use and a picture of any age is near: 1, 2, 3, 4, 6, 8, 12, 16 ... up to a cap.
-class PassPlan {
- public:
-  explicit PassPlan(const RenderSettings& settings) : settings_(settings) {
-    if (!settings.passes.empty()) {
-      total_ = std::accumulate(settings.passes.begin(), settings.passes.end(), int64_t{0});
-    } else if (settings.samples > 0) {
-      total_ = settings.samples;
-    }
-  }
-
-  // Samples a pixel of the next pass; 0: the job is done.
-  int next(uint64_t done, double elapsed, double last_pass_seconds) const {
-    if (!settings_.passes.empty()) {
-      return passes_.size() < settings_.passes.size() ? settings_.passes[passes_.size()] : 0;
-    }
-    int64_t n =
-        std::clamp<int64_t>(static_cast<int64_t>(std::bit_floor(done) / 2), 1, kMaxPassSamples);
-    if (total_ > 0) n = std::min(n, total_ - static_cast<int64_t>(done));
-    if (settings_.seconds > 0 && !passes_.empty()) {
-      const double sample_seconds = std::max(last_pass_seconds / passes_.back(), 1e-9);
-      const double fits = (settings_.seconds - elapsed) / sample_seconds;
-      n = std::min(n, static_cast<int64_t>(std::clamp(fits, 0.0, 1e9)));
-    }
-    return static_cast<int>(n);
-  }
-  void started(int samples) { passes_.push_back(samples); }
-
-  bool learning(uint64_t done, double elapsed) const {
-    if (done >= static_cast<uint64_t>(settings_.learning_samples)) return false;
-    if (!settings_.passes.empty() || done == 0) return true;
-    if (settings_.seconds > 0 && elapsed > settings_.seconds / 4) return false;
-    return total_ == 0 || done < static_cast<uint64_t>(std::max<int64_t>(1, total_ / 4));
-  }
-
-  double fraction(double done, double elapsed) const {
-    double f = total_ > 0 ? done / static_cast<double>(total_) : 0;
-    if (settings_.passes.empty() && settings_.seconds > 0)
-      f = std::max(f, elapsed / settings_.seconds);
-    return std::min(f, 1.0);
-  }
-  const std::vector<int>& passes() const { return passes_; }
-
- private:
-  const RenderSettings& settings_;
-  int64_t total_ = 0;  // samples a pixel; 0: by time alone
-  std::vector<int> passes_;
-};
-
-// Hands tiles' deltas to the guide in tile order, whatever order they finish in. Any thread.
-class OrderedUpdates {
- public:
-  explicit OrderedUpdates(Guide* guide) : guide_(guide) {}
-
-  std::unique_ptr<GuideDelta> empty_delta() {
-    std::lock_guard lock(mutex_);
-    if (free_.empty()) return guide_->make_delta();
-    std::unique_ptr<GuideDelta> delta = std::move(free_.back());
-    free_.pop_back();
-    return delta;
-  }
-  void finish(size_t tile, std::unique_ptr<GuideDelta> delta) {
-    std::lock_guard lock(mutex_);
-    waiting_[tile] = std::move(delta);
-    for (auto first = waiting_.begin(); first != waiting_.end() && first->first == next_;
-         first = waiting_.begin(), ++next_) {
-      guide_->update(*first->second);
-      free_.push_back(std::move(first->second));
-      waiting_.erase(first);
-    }
-  }
-  void start_pass() { next_ = 0; }
-
- private:
-  Guide* guide_;
-  std::mutex mutex_;
-  size_t next_ = 0;
-  std::map<size_t, std::unique_ptr<GuideDelta>> waiting_;
-  std::vector<std::unique_ptr<GuideDelta>> free_;
-};
 
 // Alone in its cache lines, and in those that are fetched with them: threads write theirs all the
 // time.
@@ -119,7 +38,8 @@ struct alignas(128) Worker {
 class Renderer {
  public:
   Renderer(const PreparedScene& scene, const RenderSettings& settings, Guide* guide, Film& film,
-           TaskPool& pool, RenderObserver& observer, std::stop_token stop, const Clock& clock)
+           TaskPool& pool, RenderObserver& observer, std::stop_token stop, const Clock& clock,
+           const Checkpoints& checkpoints)
       : scene_(scene),
         settings_(settings),
         guide_(guide),
@@ -128,6 +48,7 @@ class Renderer {
         observer_(observer),
         stop_(std::move(stop)),
         clock_(clock),
+        checkpoints_(checkpoints),
         camera_(settings.camera.value_or(scene.scene.camera), settings.width, settings.height),
         uniform_lights_(settings.light_table ? LightPick() : scene.lights.uniform()),
         lights_(settings.light_table ? scene.lights : uniform_lights_),
@@ -136,7 +57,8 @@ class Renderer {
         pixels_(settings),
         updates_(guide),
         gate_(kLookupNs / ray_ns(scene), guide && guide->stats().samples_seen > 0, !settings.gate) {
-    if (guide || settings.estimates_noise || settings.pixels == Pixels::kAdaptive)
+    if (guide || settings.estimates_noise || settings.noise > 0 ||
+        settings.pixels == Pixels::kAdaptive)
       noise_.emplace(pixels_.width(), pixels_.height());
     for (int i = 0; i < pool.threads(); ++i)
       workers_.push_back({{scene, lights_, settings, guide}, {}, {}});
@@ -144,41 +66,43 @@ class Renderer {
 
   Result<RenderStats> run() {
     start_ = clock_.seconds();
-    double last_pass_seconds = 0;
-    while (const int samples = plan_.next(done_, elapsed(), last_pass_seconds)) {
-      const double pass_start = elapsed();
-      learning_ = guide_ && gate_.learns() && plan_.learning(done_, pass_start);
-      plan_.started(samples);
-      render_pass(samples);
-      if (stop_.stop_requested()) return Error{ErrorCode::kCanceled, "canceled", ""};
-      done_ += static_cast<uint64_t>(samples);
+    if (checkpoints_.resume_from && !resume(*checkpoints_.resume_from))
+      return Error{ErrorCode::kCorrupt, "not a state of this render", "checkpoint"};
+    for (;;) {
+      if (!in_pass_ && !start_pass()) break;
+      if (!render_pass()) return Error{ErrorCode::kCanceled, "canceled", ""};
+      in_pass_ = false;
+      done_ += static_cast<uint64_t>(pass_samples_);
       pixels_.end_pass();
       if (learning_) {
         guide_->end_pass();
-        learning_done_ += static_cast<uint64_t>(samples);
+        learning_done_ += static_cast<uint64_t>(pass_samples_);
       }
       if (guide_) {
         judge_pass();
       } else if (noise_) {
         noise_->end_pass();
       }
+      if (noise_) noise_level_ = noise_->level();
       if (settings_.estimates_noise) film_.set_noise(noise_picture());
-      last_pass_seconds = elapsed() - pass_start;
+      last_pass_seconds_ = elapsed() - pass_start_;
       observer_.on_pass(progress(0), stats());
     }
+    if (checkpoints_.keeper) (void)save();  // so that more can be added to it some day
     return stats();
   }
 
  private:
   double elapsed() const { return clock_.seconds() - start_; }
+  RenderAge age() const { return {done_, elapsed(), noise_level_}; }
 
   RenderProgress progress(double in_pass) const {
-    const double now = elapsed();
-    return {learning_, plan_.fraction(static_cast<double>(done_) + in_pass, now), done_, now};
+    const RenderAge now = age();
+    return {learning_, plan_.fraction(now, in_pass), done_, now.seconds, now.noise};
   }
 
   PathCounters counters() const {
-    PathCounters sum;
+    PathCounters sum = counters_before_;
     for (const Worker& worker : workers_) sum += worker.tracer.counters();
     return sum;
   }
@@ -216,28 +140,90 @@ class Renderer {
     if (!gate_.on()) parts_["guide"] = "off: it cost more than it saved";
   }
 
-  void render_pass(int samples) {
-    updates_.start_pass();
+  // False: there is none.
+  bool start_pass() {
+    pass_samples_ = plan_.next(age(), last_pass_seconds_);
+    if (pass_samples_ == 0) return false;
+    in_pass_ = true;
+    next_tile_ = 0;
+    pass_start_ = elapsed();
+    learning_ = guide_ && gate_.learns() && plan_.learning(age());
+    plan_.started(pass_samples_);
     const bool guided =
         guide_ && (!guide_->expects() || gate_.guides(done_, guide_->stats().samples_seen));
     changing_ |= (guided && learning_) || guided != guided_;  // the noise that follows is another
     guided_ = guided;
+    if (noise_) noise_->start_pass(guided_);
+    pixels_.start_pass(pass_samples_, noise_ ? &*noise_ : nullptr);
+    return true;
+  }
+
+  // What is left of the pass. False when stopped.
+  bool render_pass() {
     for (Worker& worker : workers_)
       worker.tracer.set_guiding(guided_     ? PathTracer::Guiding::kOn
                                 : learning_ ? PathTracer::Guiding::kWatch
                                             : PathTracer::Guiding::kOff);
-    if (noise_) noise_->start_pass(guided_);
-    pixels_.start_pass(samples, noise_ ? &*noise_ : nullptr);
+    updates_.start_pass(next_tile_);
     const size_t tiles = static_cast<size_t>(film_.tile_count());
-    size_t finished = 0;
-    pool_.run(tiles, [&](size_t tile, int worker) {
-      if (!render_tile(static_cast<int>(tile), workers_[static_cast<size_t>(worker)], samples))
+    size_t finished = next_tile_;
+    const auto body = [&](size_t i, int worker) {
+      if (!render_tile(static_cast<int>(next_tile_ + i), workers_[static_cast<size_t>(worker)],
+                       pass_samples_))
         return;
       std::lock_guard lock(observer_mutex_);
       ++finished;
       observer_.on_tile(
-          progress(samples * static_cast<double>(finished) / static_cast<double>(tiles)));
+          progress(pass_samples_ * static_cast<double>(finished) / static_cast<double>(tiles)));
+    };
+    const auto enough = [&] { return checkpoints_.keeper && checkpoints_.keeper->due(); };
+    while (next_tile_ < tiles) {
+      const size_t done = pool_.run_until(tiles - next_tile_, body, enough);
+      if (stop_.stop_requested()) return false;
+      next_tile_ += done;
+      if (enough() && !save()) return false;
+    }
+    return true;
+  }
+
+  template <class Self, class Archive>
+  static void exchange(Self& self, Archive& archive) {
+    archive(self.plan_, self.pixels_, self.gate_, self.cost_, self.guided_, self.changing_,
+            self.guide_passes_, self.learning_, self.done_, self.learning_done_, self.in_pass_,
+            self.pass_samples_, self.next_tile_, self.noise_level_, self.parts_);
+  }
+
+  // False: the render shall end.
+  bool save() {
+    return checkpoints_.keeper->save([this](SnapshotWriter& out) {
+      const double now = elapsed();
+      out(settings_.method, static_cast<int>(settings_.pixels), settings_.seed, now,
+          now - pass_start_, last_pass_seconds_, counters());
+      exchange(*this, out);
+      if (noise_) out(*noise_);
+      film_.save_state(out);
+      if (guide_) guide_->save_state(out);
     });
+  }
+
+  bool resume(SnapshotReader& in) {
+    std::string method;
+    int pixels = 0;
+    uint64_t seed = 0;
+    double elapsed_before = 0, in_pass = 0;
+    in(method, pixels, seed, elapsed_before, in_pass, last_pass_seconds_, counters_before_);
+    if (method != settings_.method || pixels != static_cast<int>(settings_.pixels) ||
+        seed != settings_.seed)
+      return false;
+    start_ -= elapsed_before;
+    pass_start_ = elapsed_before - in_pass;
+    exchange(*this, in);
+    if (noise_) in(*noise_);
+    film_.load_state(in);
+    if (guide_) guide_->load_state(in);
+    if (!in.whole()) return false;
+    if (settings_.estimates_noise && done_ > 0) film_.set_noise(noise_picture());
+    return true;
   }
 
   // False when stopped; the tile is then left out of the film.
@@ -342,6 +328,7 @@ class Renderer {
     stats.seconds = elapsed();
     stats.prepare_seconds = scene_.seconds;
     stats.samples_per_pixel = done_;
+    stats.noise = noise_level_;
     stats.learning_samples_per_pixel = learning_done_;
     stats.passes = plan_.passes();
     const PathCounters sum = counters();
@@ -373,6 +360,7 @@ class Renderer {
   RenderObserver& observer_;
   std::stop_token stop_;
   const Clock& clock_;
+  const Checkpoints checkpoints_;
   CameraRays camera_;
   LightPick uniform_lights_;
   const LightPick& lights_;
@@ -391,15 +379,24 @@ class Renderer {
   double start_ = 0;
   bool learning_ = false;
   uint64_t done_ = 0, learning_done_ = 0;  // samples a pixel
+  // The pass that is under way: its samples a pixel, the first tile that is not done.
+  bool in_pass_ = false;
+  int pass_samples_ = 0;
+  size_t next_tile_ = 0;
+  double pass_start_ = 0, last_pass_seconds_ = 0;
+  double noise_level_ = 0;        // NoiseEstimate::level() after the last pass
+  PathCounters counters_before_;  // of the renders that this one goes on from
 };
 
 }  // namespace
 
 Result<RenderStats> render(const PreparedScene& scene, const RenderSettings& settings, Guide* guide,
                            Film& film, TaskPool& pool, RenderObserver& observer,
-                           std::stop_token stop, const Clock& clock) {
+                           std::stop_token stop, const Clock& clock,
+                           const Checkpoints& checkpoints) {
   QRAY_CHECK(film.width() == settings.width && film.height() == settings.height);
-  return Renderer(scene, settings, guide, film, pool, observer, std::move(stop), clock).run();
+  return Renderer(scene, settings, guide, film, pool, observer, std::move(stop), clock, checkpoints)
+      .run();
 }
 
 }  // namespace qray

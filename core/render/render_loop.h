@@ -7,6 +7,7 @@
 #include "core/base/clock.h"
 #include "core/base/task_pool.h"
 #include "core/film/film.h"
+#include "core/render/checkpoint.h"
 #include "core/render/prepared_scene.h"
 #include "core/render/settings.h"
 #include "core/render/stats.h"
@@ -18,6 +19,7 @@ struct RenderProgress {
   double fraction = 0;             // of the job, by samples or by time, [0, 1]
   uint64_t samples_per_pixel = 0;  // in complete passes
   double seconds = 0;
+  double noise = 0;  // the picture's relative error, as estimated; 0: not known
 };
 
 // Called by worker threads, one at a time; must return soon.
@@ -30,9 +32,11 @@ class RenderObserver {
 };
 
 // `guide` may be null (method none). Stops within 100 ms of a request with kCanceled; the film then
-// holds what was finished.
+// holds what was finished. kCorrupt: what it should go on from is of another render; film and guide
+// are then of no more use. It may go on to more samples, or seconds, than it was begun with.
 Result<RenderStats> render(const PreparedScene& scene, const RenderSettings& settings, Guide* guide,
                            Film& film, TaskPool& pool, RenderObserver& observer,
-                           std::stop_token stop, const Clock& clock);
+                           std::stop_token stop, const Clock& clock,
+                           const Checkpoints& checkpoints = {});
 
 }  // namespace qray

@@ -51,6 +51,7 @@ Status check_settings(const RenderSettings& s, int64_t max_pixels) {
       {static_cast<double>(s.height), 1, kMaxSidePx, "/height"},
       {static_cast<double>(s.samples), s.seconds > 0 ? 0.0 : 1.0, kMaxSamples, "/samples"},
       {s.seconds, 0, kMaxSeconds, "/seconds"},
+      {s.noise, 0, 1, "/noise"},
       {static_cast<double>(s.max_depth), 1, kMaxDepth, "/max_depth"},
       {static_cast<double>(s.learning_samples), 0, kMaxSamples, "/learning_samples"},
       {static_cast<double>(s.max_table_bytes), 1, kMaxTableBytes, "/max_table_bytes"},

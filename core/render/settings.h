@@ -34,6 +34,8 @@ struct RenderSettings {
   int samples =
       64;  // a sampled pixel, counting learning samples; with `seconds`: at most, 0 = no limit
   double seconds = 0;  // > 0: stop when no further pass fits. The first pass always completes
+  double noise = 0;  // > 0: stop when the picture's relative error (NoiseEstimate::level()) is that
+                     // low; samples or seconds bound it
   uint64_t seed = 1;
   int max_depth = 16;                  // surfaces on a path
   std::optional<Camera> camera;        // none: the scene's

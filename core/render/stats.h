@@ -34,6 +34,7 @@ struct RenderStats {
   double seconds = 0;          // of rendering; loading and recovery apart
   double prepare_seconds = 0;  // load, validate, build the tree
   uint64_t samples_per_pixel = 0;
+  double noise = 0;                         // NoiseEstimate::level() at the end; 0: not known
   uint64_t learning_samples_per_pixel = 0;  // of these, how many the guide learned from
   std::vector<int> passes;  // samples a pixel of each pass: give it back to replay the job
   uint64_t paths = 0;

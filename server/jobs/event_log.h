@@ -15,7 +15,7 @@ namespace qray::server {
 struct Event {
   uint64_t id = 0;  // rising; 0: not given yet
   std::string job;
-  std::string kind;  // state, loading, progress, table, done
+  std::string kind;  // state, loading, progress, table, done, deleted
   std::string data;  // JSON on one line
 };
 

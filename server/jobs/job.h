@@ -18,14 +18,16 @@ enum class JobState {
   kRendering,
   kFinalizing,
   kSucceeded,
+  kPausing,
+  kPaused,
   kCanceling,
   kCanceled,
   kFailed,
 };
 
-constexpr std::string_view kJobStateNames[] = {"queued",    "preparing",  "learning",
-                                               "rendering", "finalizing", "succeeded",
-                                               "canceling", "canceled",   "failed"};
+constexpr std::string_view kJobStateNames[] = {"queued",     "preparing", "learning", "rendering",
+                                               "finalizing", "succeeded", "pausing",  "paused",
+                                               "canceling",  "canceled",  "failed"};
 
 constexpr std::string_view to_string(JobState state) {
   return kJobStateNames[static_cast<size_t>(state)];
@@ -37,7 +39,7 @@ constexpr bool has_ended(JobState state) {
          state == JobState::kFailed;
 }
 constexpr bool is_running(JobState state) {
-  return !has_ended(state) && state != JobState::kQueued;
+  return !has_ended(state) && state != JobState::kQueued && state != JobState::kPaused;
 }
 
 // The only legal moves; each writes the record and its event in one transaction (JobStore::move).
@@ -45,19 +47,26 @@ constexpr bool can_move(JobState from, JobState to) {
   using enum JobState;
   switch (from) {
     case kQueued:
-      return to == kPreparing || to == kCanceled || to == kFailed;
+      return to == kPreparing || to == kPaused || to == kCanceled || to == kFailed;
     case kPreparing:
-      return to == kLearning || to == kRendering || to == kCanceling || to == kFailed ||
-             to == kQueued;  // queued: the server stops or stopped
+      return to == kLearning || to == kRendering || to == kPausing || to == kCanceling ||
+             to == kFailed || to == kQueued;  // queued: the server stops or stopped
     case kLearning:
-      return to == kRendering || to == kCanceling || to == kFailed || to == kQueued;
+      return to == kRendering || to == kPausing || to == kCanceling || to == kFailed ||
+             to == kQueued;
     case kRendering:
-      return to == kFinalizing || to == kCanceling || to == kFailed || to == kQueued;
+      return to == kFinalizing || to == kPausing || to == kCanceling || to == kFailed ||
+             to == kQueued;
     case kFinalizing:
       return to == kSucceeded || to == kCanceling || to == kFailed || to == kQueued;
+    case kPausing:
+      return to == kPaused || to == kCanceling || to == kFailed;
+    case kPaused:
+      return to == kQueued || to == kCanceled;
     case kCanceling:
       return to == kCanceled;
     case kSucceeded:
+      return to == kQueued;  // more is asked of it
     case kCanceled:
     case kFailed:
       return false;
@@ -73,7 +82,7 @@ struct JobId {
   static std::optional<JobId> parse(std::string_view text);
 };
 
-constexpr int kMaxAttempts = 3;  // runs of one job that the server did not survive
+constexpr int kMaxAttempts = 3;  // runs that the server did not survive, without a checkpoint
 
 struct JobRecord {
   JobId id;

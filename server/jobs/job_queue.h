@@ -1,10 +1,14 @@
-// Jobs that wait to run, oldest first, at most so many. Any thread.
+// Jobs that wait to run, at most so many: those of higher priority first, of one priority the
+// oldest. Each minute of waiting counts as a step of priority, so that none waits for ever. Any
+// thread.
 #pragma once
 
+#include <chrono>
 #include <condition_variable>
-#include <deque>
 #include <mutex>
+#include <optional>
 #include <stop_token>
+#include <vector>
 
 #include "core/base/result.h"
 #include "server/jobs/job.h"
@@ -13,10 +17,11 @@ namespace qray::server {
 
 class JobQueue {
  public:
+  using Clock = std::chrono::steady_clock;
   explicit JobQueue(size_t max) : max_(max) {}
 
   // kBusy when full. `keep_bound` off: for jobs that were accepted before a restart.
-  Status push(JobId id, bool keep_bound = true);
+  Status push(JobId id, int priority, bool keep_bound = true, Clock::time_point now = Clock::now());
   // Waits; none when a stop is asked for.
   std::optional<JobId> pop(std::stop_token stop);
   bool remove(JobId id);
@@ -24,10 +29,14 @@ class JobQueue {
   bool full() const { return size() >= max_; }
 
  private:
+  struct Waiting {
+    JobId id;
+    Clock::time_point counts_since;  // the earliest is next: priority moves it back
+  };
   const size_t max_;
   mutable std::mutex mutex_;
   std::condition_variable_any changed_;
-  std::deque<JobId> waiting_;
+  std::vector<Waiting> waiting_;  // in the order of their pushes
 };
 
 }  // namespace qray::server

@@ -58,14 +58,13 @@ Status JobRun::prepare() {
       context_.stores.scenes.prepare(job_.request.scene, ticker.watch());
   if (!scene.ok()) return context_.stores.scenes.without_folder(scene.error());
   scene_ = std::move(scene).value();
-  warnings_ = scene_->warnings;
+  for (const std::string& warning : scene_->warnings) warn(warning);
   settings_ = settings_of(job_.request, scene_->scene);
   settings_.max_table_bytes = context_.stores.tables.max_bytes();
   if (Status s = check_settings(settings_, kMaxPixels); !s.ok()) return s;
   if (context_.stop.stop_requested()) return Error{ErrorCode::kCanceled, "canceled", ""};
 
-  live_ = std::make_shared<LiveJob>(id_, std::make_shared<Film>(settings_.width, settings_.height));
-  context_.show(live_);
+  show_film();
   JobStore::Change resolved;
   resolved.edit = [&](JobRecord& job) {
     job.request.width = settings_.width;
@@ -75,8 +74,62 @@ Status JobRun::prepare() {
   return move(learns(settings_) ? JobState::kLearning : JobState::kRendering, resolved);
 }
 
+void JobRun::show_film() {
+  live_ = std::make_shared<LiveJob>(id_, std::make_shared<Film>(settings_.width, settings_.height));
+  context_.show(live_);
+}
+
+void JobRun::warn(std::string text) {
+  context_.stores.jobs.log(id_, "warning", text);
+  warnings_.push_back(std::move(text));
+}
+
+void JobRun::log(std::string_view text) { context_.stores.jobs.log(id_, "info", text); }
+
+// What an interrupted run of this job left, if it fits.
+std::optional<Checkpoint> JobRun::checkpoint() {
+  Result<Checkpoint> checkpoint = context_.stores.checkpoints.load(id_);
+  if (!checkpoint.ok() && checkpoint.error().code == ErrorCode::kNotFound) return {};
+  std::string why;
+  if (!checkpoint.ok()) {
+    why = checkpoint.error().text();
+  } else if (checkpoint.value().header.scene_hash != scene_->hash.whole().hex()) {
+    why = "the scene has changed";
+  } else {
+    return std::move(checkpoint).value();
+  }
+  warn("the job starts anew, as what it had rendered is of no use: " + why);
+  context_.stores.checkpoints.remove(id_);
+  return {};
+}
+
 Result<JobRun::Rendered> JobRun::render() {
-  const ProgressTicker ticker(context_.stores.jobs, *live_, learns(settings_));
+  context_.keeper.on_first_save([this] { (void)context_.stores.jobs.reset_attempts(id_); });
+  if (const std::optional<Checkpoint> found = checkpoint()) {
+    Result<Rendered> rendered = go_on(*found);
+    if (rendered.ok() || rendered.error().code != ErrorCode::kCorrupt) return rendered;
+    warn("the job starts anew, as what it had rendered cannot be read");
+    context_.stores.checkpoints.remove(id_);
+    show_film();
+  }
+  return render_from_start();
+}
+
+Result<JobRun::Rendered> JobRun::go_on(const Checkpoint& checkpoint) {
+  log("going on from a checkpoint");
+  const CheckpointHeader& header = checkpoint.header;
+  warnings_ = header.warnings;
+  std::optional<TableFile> table;
+  if (!header.table_in.empty()) {  // what it held is in the checkpoint
+    table.emplace();
+    table->header.id = header.table_in;
+    table->header.method = table_method(settings_.method);
+  }
+  SnapshotReader state = checkpoint.state();
+  return render_job(std::move(table), header.recovery.empty() ? "none" : header.recovery, &state);
+}
+
+Result<JobRun::Rendered> JobRun::render_from_start() {
   const std::string& wanted = job_.request.table;
   if (settings_.method == "none" || wanted == "none") return render_with(std::nullopt);
   if (wanted == "auto") return render_from_fitting();
@@ -93,19 +146,28 @@ Result<JobRun::Rendered> JobRun::render() {
 }
 
 Result<JobRun::Rendered> JobRun::render_with(std::optional<TableFile> table) {
+  return render_job(std::move(table), job_.request.recover, nullptr);
+}
+
+Result<JobRun::Rendered> JobRun::render_job(std::optional<TableFile> table,
+                                            const std::string& wanted,
+                                            SnapshotReader* resume_from) {
+  const ProgressTicker ticker(context_.stores.jobs, *live_, learns(settings_));
   const std::string id = table ? table->header.id : std::string();
-  const std::optional<Recovery> recovery = this->recovery();
-  Result<JobResult> result =
-      run_job(*scene_, settings_, std::move(table), live_->film(), context_.pool, *live_,
-              context_.stop, context_.clock, recovery ? &*recovery : nullptr);
+  if (!id.empty()) log("from table " + id);
+  const std::optional<Recovery> recovery = this->recovery(wanted);
+  context_.keeper.start(
+      {scene_->hash.whole().hex(), id, recovery ? recovery->name : std::string(), warnings_});
+  Result<JobResult> result = run_job(
+      *scene_, settings_, std::move(table), live_->film(), context_.pool, *live_, context_.stop,
+      context_.clock, recovery ? &*recovery : nullptr, {&context_.keeper, resume_from});
   if (!result.ok()) return result.error();
   return Rendered{std::move(result).value(), id};
 }
 
 // The network that the job asks for. One that cannot be read is no reason to fail: the untrained
 // one serves, and the job says so.
-std::optional<Recovery> JobRun::recovery() {
-  std::string wanted = job_.request.recover;
+std::optional<Recovery> JobRun::recovery(std::string wanted) {
   if (wanted == "none") return {};
   WeightsStore& store = context_.stores.weights;
   if (wanted == "auto") wanted = store.fitting(scene_->hash).value_or("default");
@@ -113,8 +175,8 @@ std::optional<Recovery> JobRun::recovery() {
     return Recovery{wanted, std::move(included).value()};
   Result<WeightsFile> weights = store.load(wanted);
   if (weights.ok()) return Recovery{wanted, std::move(weights.value().network)};
-  warnings_.push_back("weights " + wanted +
-                      " were not used, but an untrained network: " + weights.error().message);
+  warn("weights " + wanted +
+       " were not used, but an untrained network: " + weights.error().message);
   return Recovery{"untrained", included_network("untrained").value()};
 }
 
@@ -128,7 +190,7 @@ Result<JobRun::Rendered> JobRun::render_from_fitting() {
   for (const std::string& id : ids.value()) {
     Result<TableFile> table = tables.load(id);
     if (!table.ok()) {
-      warnings_.push_back("table " + id + " was not used: " + table.error().message);
+      warn("table " + id + " was not used: " + table.error().message);
       continue;
     }
     Result<Rendered> rendered = render_with(std::move(table).value());
@@ -137,7 +199,7 @@ Result<JobRun::Rendered> JobRun::render_from_fitting() {
     const bool passed_over =
         error.code == ErrorCode::kConflict || error.code == ErrorCode::kTooLarge;
     if (error.code != ErrorCode::kCorrupt && !passed_over) return rendered;
-    warnings_.push_back("table " + id + " was not used: " + error.message);
+    warn("table " + id + " was not used: " + error.message);
     if (error.code == ErrorCode::kCorrupt) {
       if (Status s = tables.quarantine(id); !s.ok()) return s.error();
     }
@@ -150,6 +212,8 @@ Status JobRun::finish(Rendered rendered) {
   // A short job's learning may have ended between two looks at it.
   if (job_.state == JobState::kLearning) (void)move(JobState::kRendering);
   if (Status s = move(JobState::kFinalizing); !s.ok()) return s;
+  if (!context_.keeper.failure().empty())
+    warn("the job's state could not be written: " + context_.keeper.failure());
   if (const std::optional<Image>& recovered = rendered.result.recovered) {
     if (Status s = context_.stores.results.save_recovered(id_, *recovered,
                                                           rendered.result.recovered_metadata);
@@ -186,7 +250,9 @@ Status JobRun::finish(Rendered rendered) {
     job.biased = !stats.unbiased || rendered.result.recovered;
     job.warnings = warnings_;
   };
-  return move(JobState::kSucceeded, change);
+  Status done = move(JobState::kSucceeded, change);
+  if (done.ok()) context_.stores.checkpoints.finished(id_);
+  return done;
 }
 
 void JobRun::keep_partial_picture() {
@@ -202,27 +268,29 @@ void JobRun::keep_partial_picture() {
 
 void JobRun::end(const Error& error, bool stopping) {
   const Result<JobRecord> now = context_.stores.jobs.get(id_);
-  const bool canceled = now.ok() && now.value().state == JobState::kCanceling;
+  const auto is = [&](JobState state) { return now.ok() && now.value().state == state; };
   JobStore::Change change;
   JobState to = JobState::kFailed;
-  if (canceled) {
+  if (is(JobState::kCanceling)) {
     to = JobState::kCanceled;
+  } else if (is(JobState::kPausing) && error.code == ErrorCode::kCanceled) {
+    to = JobState::kPaused;
   } else if (stopping && error.code == ErrorCode::kCanceled) {
     to = JobState::kQueued;
   }
   if (to != JobState::kQueued) keep_partial_picture();
+  if (has_ended(to)) context_.stores.checkpoints.remove(id_);
   context_.show(nullptr);
   change.edit = [&](JobRecord& job) {
     if (live_) job.progress = live_->progress();
     job.warnings = warnings_;
     if (to == JobState::kFailed) job.error = proto::JobError{error.message, error.where};
-    if (to == JobState::kQueued) {
-      job.progress = {};
-      --job.attempts;  // an orderly stop is not the job's fault
-    }
+    if (to == JobState::kQueued || to == JobState::kPaused)
+      job.attempts = std::max(0, job.attempts - 1);  // an orderly stop is not the job's fault
   };
   Result<JobRecord> moved = context_.stores.jobs.move(id_, to, change);
-  // It may have become canceling since the look above.
+  // It may have become canceling since the look above, or pausing.
+  if (!moved.ok()) moved = context_.stores.jobs.move(id_, JobState::kPaused, change);
   if (!moved.ok()) moved = context_.stores.jobs.move(id_, JobState::kCanceled, change);
   if (!moved.ok()) {
     spdlog::error("{}: its end cannot be recorded: {}", id_.text(), moved.error().text());

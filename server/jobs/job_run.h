@@ -11,14 +11,16 @@ struct RunContext {
   const Clock& clock;
   const std::function<int64_t()>& now_ms;
   std::function<void(std::shared_ptr<LiveJob>)> show;  // to readers; null: no more
-  std::stop_token stop;                                // cancel or shutdown
+  JobKeeper& keeper;
+  std::stop_token stop;  // cancel or shutdown
 };
 
 class JobRun {
  public:
   JobRun(const RunContext& context, JobId id) : context_(context), id_(id) {}
 
-  // Runs to the job's end, or back to the queue when `stopping()` says that the server stops.
+  // Runs to the job's end, to its pause, or back to the queue when `stopping()` says that the
+  // server stops. What was interrupted goes on from its last checkpoint.
   void run(const std::function<bool()>& stopping);
 
  private:
@@ -29,11 +31,19 @@ class JobRun {
   Status prepare();
   Result<Rendered> render();
   Result<Rendered> render_with(std::optional<TableFile> table);
-  std::optional<Recovery> recovery();
+  std::optional<Recovery> recovery(std::string wanted);
+  std::optional<Checkpoint> checkpoint();
+  Result<Rendered> go_on(const Checkpoint& checkpoint);
+  Result<Rendered> render_from_start();
+  Result<Rendered> render_job(std::optional<TableFile> table, const std::string& recovery,
+                              SnapshotReader* resume_from);
+  void show_film();
   Result<Rendered> render_from_fitting();
   Status finish(Rendered rendered);
   void end(const Error& error, bool stopping);
   void keep_partial_picture();
+  void warn(std::string text);
+  void log(std::string_view text);
   // Moves the state; a job that was canceled meanwhile gives kCanceled.
   Status move(JobState to, const JobStore::Change& change = {});
 

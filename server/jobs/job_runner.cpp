@@ -2,104 +2,228 @@
 
 #include <spdlog/spdlog.h>
 
+#include <cmath>
+
 #include "server/jobs/job_run.h"
 
 namespace qray::server {
+namespace {
 
-JobRunner::JobRunner(Stores stores, int threads, size_t max_queued, const Clock& clock,
+constexpr std::chrono::seconds kWriteStates{3};  // at a stop
+constexpr int kMostSamples = 1'000'000;
+constexpr double kMostSeconds = 24 * 3600;
+
+Error ended(JobState state) {
+  return {ErrorCode::kConflict, "the job has ended: it is " + std::string(to_string(state)), ""};
+}
+
+}  // namespace
+
+JobRunner::JobRunner(Stores stores, const Limits& limits, const Clock& clock,
                      std::function<int64_t()> now_ms)
     : stores_(stores),
-      queue_(max_queued),
-      pool_(threads),
+      limits_(limits),
+      queue_(limits.max_queued),
+      pool_(limits.threads),
       clock_(clock),
       now_ms_(std::move(now_ms)) {}
 
-void JobRunner::start(const std::vector<JobId>& recovered) {
-  for (JobId id : recovered) (void)queue_.push(id, /*keep_bound=*/false);
-  worker_ = std::jthread([this](std::stop_token stop) { work(stop); });
+void JobRunner::start(const std::vector<JobRecord>& recovered) {
+  for (const JobRecord& job : recovered)
+    (void)queue_.push(job.id, job.request.priority, /*keep_bound=*/false);
+  for (int i = 0; i < limits_.at_once; ++i)
+    workers_.emplace_back([this](std::stop_token stop) { work(stop); });
 }
 
 void JobRunner::stop() {
-  if (!worker_.joinable()) return;
-  worker_.request_stop();
+  if (workers_.empty()) return;
+  for (std::jthread& worker : workers_) worker.request_stop();
   {
-    std::lock_guard lock(mutex_);
-    cancel_running_.request_stop();
+    std::unique_lock lock(mutex_);
+    for (auto& [id, running] : running_) running.keeper->hold();
+    ended_.wait_for(lock, kWriteStates, [&] { return running_.empty(); });
+    for (auto& [id, running] : running_) running.cancel.request_stop();
   }
-  worker_.join();
+  workers_.clear();
 }
 
 void JobRunner::work(std::stop_token stop) {
   while (const std::optional<JobId> id = queue_.pop(stop)) {
-    std::stop_token cancel;
-    {
-      std::lock_guard lock(mutex_);
-      running_ = *id;
-      cancel_running_ = std::stop_source();
-      if (stop.stop_requested()) cancel_running_.request_stop();
-      cancel = cancel_running_.get_token();
-    }
-    const auto show = [this](std::shared_ptr<LiveJob> live) {
-      std::lock_guard lock(mutex_);
-      live_ = std::move(live);
-    };
-    const auto start = clock_.seconds();
-    JobRun({stores_, pool_, clock_, now_ms_, show, cancel}, *id).run([&] {
-      return stop.stop_requested();
-    });
-    {
-      std::lock_guard lock(mutex_);
-      running_ = {};
-    }
     const Result<JobRecord> job = stores_.jobs.get(*id);
     if (job.ok()) {
-      spdlog::info("{} {} after {:.1f} s{}", id->text(), to_string(job.value().state),
-                   clock_.seconds() - start,
-                   job.value().error ? ": " + job.value().error->message : "");
+      run(job.value(), stop);
+    } else {
+      spdlog::error("{}: cannot be run: {}", id->text(), job.error().text());
     }
   }
 }
 
-Result<JobRecord> JobRunner::submit(const proto::JobRequest& request) {
+void JobRunner::run(const JobRecord& record, std::stop_token stop) {
+  const JobId id = record.id;
+  TaskPool share(pool_, std::exp2(record.request.priority));
+  Running running{{}, std::make_shared<JobKeeper>(stores_.checkpoints, id, clock_), {}};
+  const std::stop_token cancel = running.cancel.get_token();
+  const std::shared_ptr<JobKeeper> keeper = running.keeper;
+  {
+    std::lock_guard lock(mutex_);
+    running_[id] = std::move(running);
+    if (stop.stop_requested()) keeper->hold();
+  }
+  const auto show = [this, id](std::shared_ptr<LiveJob> live) {
+    std::lock_guard lock(mutex_);
+    running_[id].live = std::move(live);
+  };
+  const auto start = clock_.seconds();
+  JobRun({stores_, share, clock_, now_ms_, show, *keeper, cancel}, id).run([&] {
+    return stop.stop_requested();
+  });
+  {
+    std::lock_guard lock(mutex_);
+    running_.erase(id);
+    ended_.notify_all();
+  }
+  const Result<JobRecord> job = stores_.jobs.get(id);
+  if (job.ok()) {
+    spdlog::info("{} {} after {:.1f} s{}", id.text(), to_string(job.value().state),
+                 clock_.seconds() - start,
+                 job.value().error ? ": " + job.value().error->message : "");
+  }
+}
+
+Result<JobRecord> JobRunner::submit(const proto::JobRequest& request,
+                                    const std::optional<JobStore::IdempotencyKey>& key) {
   std::lock_guard lock(submit_mutex_);
+  if (key) {
+    Result<std::optional<JobRecord>> known = stores_.jobs.find_key(*key);
+    if (!known.ok()) return known.error();
+    if (known.value()) return *std::move(known).value();
+  }
   if (queue_.full()) {
     return Error{ErrorCode::kBusy, "the queue of jobs is full; try again later", ""};
   }
-  Result<JobRecord> job = stores_.jobs.insert(request);
+  Result<JobRecord> job = stores_.jobs.insert(request, key);
   if (!job.ok()) return job;
   // From the insertion on it cannot be deleted; it may have been just before.
   if (!stores_.scenes.has(request.scene)) {
     (void)stores_.jobs.move(job.value().id, JobState::kCanceled);
     return Error{ErrorCode::kInvalid, "the scene was deleted", "/scene"};
   }
-  if (Status s = queue_.push(job.value().id); !s.ok()) return s.error();
+  if (Status s = queue_.push(job.value().id, request.priority); !s.ok()) return s.error();
   spdlog::info("{} queued: {} {}", job.value().id.text(), request.scene, request.method);
   return job;
 }
 
-Result<JobRecord> JobRunner::cancel(JobId id) {
-  if (queue_.remove(id)) return stores_.jobs.move(id, JobState::kCanceled);
+Result<JobRecord> JobRunner::move_running(JobId id,
+                                          const std::function<JobState(JobState)>& to_when,
+                                          const std::function<void(Running&)>& tell) {
   std::lock_guard lock(mutex_);
   for (;;) {
     Result<JobRecord> job = stores_.jobs.get(id);
-    if (!job.ok() || job.value().state == JobState::kCanceling) return job;
-    if (has_ended(job.value().state)) {
-      return Error{ErrorCode::kConflict,
-                   "the job has ended: it is " + std::string(to_string(job.value().state)), ""};
-    }
-    // Taken from the queue, but not preparing yet: it never will.
-    const bool waits = job.value().state == JobState::kQueued;
-    Result<JobRecord> moved =
-        stores_.jobs.move(id, waits ? JobState::kCanceled : JobState::kCanceling);
-    if (moved.ok() && running_ == id) cancel_running_.request_stop();
-    // A conflict: its state changed since it was read. States only go forward, so this ends.
+    if (!job.ok()) return job;
+    const JobState state = job.value().state, to = to_when(state);
+    if (state == to) return job;
+    if (has_ended(state)) return ended(state);
+    Result<JobRecord> moved = stores_.jobs.move(id, to);
+    if (const auto found = running_.find(id); moved.ok() && found != running_.end())
+      tell(found->second);
     if (moved.ok() || moved.error().code != ErrorCode::kConflict) return moved;
+    // Its state changed since it was read, or it cannot become that from this one.
+    const Result<JobRecord> now = stores_.jobs.get(id);
+    if (!now.ok() || now.value().state == state) return moved;
   }
+}
+
+Result<JobRecord> JobRunner::cancel(JobId id) {
+  if (queue_.remove(id)) {
+    stores_.checkpoints.remove(id);
+    return stores_.jobs.move(id, JobState::kCanceled);
+  }
+  // Taken from the queue, but not preparing yet, or paused: it never will.
+  const auto to_when = [](JobState state) {
+    return state == JobState::kQueued || state == JobState::kPaused ? JobState::kCanceled
+                                                                    : JobState::kCanceling;
+  };
+  Result<JobRecord> job =
+      move_running(id, to_when, [](Running& running) { running.cancel.request_stop(); });
+  if (job.ok() && job.value().state == JobState::kCanceled) stores_.checkpoints.remove(id);
+  return job;
+}
+
+Result<JobRecord> JobRunner::pause(JobId id) {
+  if (queue_.remove(id)) return stores_.jobs.move(id, JobState::kPaused);
+  const auto to_when = [](JobState state) {
+    return state == JobState::kQueued || state == JobState::kPaused ? JobState::kPaused
+                                                                    : JobState::kPausing;
+  };
+  return move_running(id, to_when, [](Running& running) {
+    running.keeper->hold();
+    if (!running.live) running.cancel.request_stop();  // while its scene is loaded
+  });
+}
+
+Result<JobRecord> JobRunner::resume(JobId id) {
+  std::lock_guard lock(submit_mutex_);
+  Result<JobRecord> job = stores_.jobs.get(id);
+  if (!job.ok()) return job;
+  if (job.value().state != JobState::kPaused)
+    return Error{ErrorCode::kConflict,
+                 "the job is not paused: it is " + std::string(to_string(job.value().state)), ""};
+  if (queue_.full())
+    return Error{ErrorCode::kBusy, "the queue of jobs is full; try again later", ""};
+  job = stores_.jobs.move(id, JobState::kQueued);
+  if (job.ok()) (void)queue_.push(id, job.value().request.priority, /*keep_bound=*/false);
+  return job;
+}
+
+Result<JobRecord> JobRunner::extend(JobId id, const proto::ExtendRequest& more) {
+  std::lock_guard lock(submit_mutex_);
+  Result<JobRecord> job = stores_.jobs.get(id);
+  if (!job.ok()) return job;
+  if (job.value().state != JobState::kSucceeded)
+    return Error{ErrorCode::kConflict,
+                 "the job has not succeeded: it is " + std::string(to_string(job.value().state)),
+                 ""};
+  if (!stores_.checkpoints.has(id))
+    return Error{ErrorCode::kConflict,
+                 "what the job would go on from is not kept any more: post it anew", ""};
+  if (queue_.full())
+    return Error{ErrorCode::kBusy, "the queue of jobs is full; try again later", ""};
+  proto::JobRequest request = job.value().request;
+  const proto::JobProgress& done = job.value().progress;
+  // Onto what was rendered: the limits that stood before have been reached.
+  const int64_t samples = static_cast<int64_t>(done.samples) + more.samples.value_or(0);
+  const double seconds = done.seconds + more.seconds.value_or(0);
+  if (samples > kMostSamples || seconds > kMostSeconds)
+    return Error{ErrorCode::kInvalid, "a job has at most 1000000 samples a pixel and 24 h",
+                 more.samples ? "/samples" : "/seconds"};
+  request.samples.reset();
+  request.seconds.reset();
+  if (more.samples) request.samples = static_cast<int>(samples);
+  if (more.seconds) request.seconds = seconds;
+  request.noise = more.noise;
+  JobStore::Change change;
+  change.edit = [&](JobRecord& record) {
+    record.request = request;
+    record.progress.fraction = 0;
+    record.attempts = 0;
+  };
+  job = stores_.jobs.move(id, JobState::kQueued, change);
+  if (job.ok()) (void)queue_.push(id, request.priority, /*keep_bound=*/false);
+  return job;
+}
+
+Status JobRunner::remove(JobId id) {
+  std::lock_guard lock(submit_mutex_);
+  if (Status s = stores_.jobs.remove(id); !s.ok()) return s;
+  stores_.checkpoints.remove(id);
+  stores_.results.remove(id);
+  return {};
 }
 
 std::shared_ptr<const LiveJob> JobRunner::live(JobId id) const {
   std::lock_guard lock(mutex_);
-  return live_ && live_->id() == id ? live_ : nullptr;
+  const auto found = running_.find(id);
+  return found == running_.end() ? nullptr : found->second.live;
 }
 
 }  // namespace qray::server

@@ -1,12 +1,16 @@
-// Accepts jobs and runs them, one at a time on all render threads. Exceptions and bad scenes end a
-// job, never the server. Any thread may submit, cancel and look; start and stop from one.
+// Accepts jobs and runs them, some at once, sharing all render threads by their priorities.
+// Exceptions and bad scenes end a job, never the server. Any thread may submit and look; start and
+// stop from one.
 #pragma once
 
+#include <condition_variable>
+#include <map>
 #include <mutex>
 #include <thread>
 
 #include "core/base/task_pool.h"
 #include "core/job/run_job.h"
+#include "server/jobs/job_keeper.h"
 #include "server/jobs/job_queue.h"
 #include "server/jobs/live_job.h"
 #include "server/store/job_store.h"
@@ -23,30 +27,61 @@ struct Stores {
   WeightsStore& weights;
   ResultStore& results;
   SceneStore& scenes;
+  CheckpointStore& checkpoints;
 };
 
 class JobRunner {
  public:
-  JobRunner(Stores stores, int threads, size_t max_queued, const Clock& clock,
+  struct Limits {
+    int threads = 1;  // of rendering
+    int at_once = 1;  // jobs
+    size_t max_queued = 1000;
+  };
+  JobRunner(Stores stores, const Limits& limits, const Clock& clock,
             std::function<int64_t()> now_ms);
   ~JobRunner() { stop(); }
 
   // Takes up the jobs that a restart found, then runs.
-  void start(const std::vector<JobId>& recovered);
-  // Puts the running job back into the queue of the next start.
+  void start(const std::vector<JobRecord>& recovered);
+  // Running jobs write their states and go back into the queue of the next start; those that take
+  // longer than a few seconds go on from their last state then.
   void stop();
 
-  // Durable when it returns. kBusy: the queue is full.
-  Result<JobRecord> submit(const proto::JobRequest& request);
+  // Durable when it returns. kBusy: the queue is full; kConflict: the key was used for another
+  // request. A job of the same key and request, of the last day, is the answer itself.
+  Result<JobRecord> submit(const proto::JobRequest& request,
+                           const std::optional<JobStore::IdempotencyKey>& key = {});
   // kConflict: it has ended. A running job ends soon after.
   Result<JobRecord> cancel(JobId id);
-  // The running job, if it is this one and has a film.
+  // kConflict: it has ended, or is about to. A running job writes its state and is paused soon
+  // after.
+  Result<JobRecord> pause(JobId id);
+  // kConflict: it is not paused; kBusy: the queue is full.
+  Result<JobRecord> resume(JobId id);
+  // More onto a job that has succeeded. kConflict: it has not, or its state is not kept any more;
+  // kInvalid: more than a job may have; kBusy as above.
+  Result<JobRecord> extend(JobId id, const proto::ExtendRequest& more);
+  // Forgets an ended job and its picture. kConflict: it has not ended.
+  Status remove(JobId id);
+
+  // A running job that has a film.
   std::shared_ptr<const LiveJob> live(JobId id) const;
+  size_t queued() const { return queue_.size(); }
 
  private:
+  struct Running {
+    std::stop_source cancel;
+    std::shared_ptr<JobKeeper> keeper;
+    std::shared_ptr<LiveJob> live;
+  };
   void work(std::stop_token stop);
+  void run(const JobRecord& job, std::stop_token stop);
+  // Moves a job that may be running: `to_when` says to what from its present state.
+  Result<JobRecord> move_running(JobId id, const std::function<JobState(JobState)>& to_when,
+                                 const std::function<void(Running&)>& tell);
 
   Stores stores_;
+  const Limits limits_;
   JobQueue queue_;
   TaskPool pool_;
   const Clock& clock_;
@@ -54,10 +89,9 @@ class JobRunner {
 
   std::mutex submit_mutex_;   // the queue's bound holds over several submits at once
   mutable std::mutex mutex_;  // guards what follows
-  JobId running_;
-  std::stop_source cancel_running_;
-  std::shared_ptr<LiveJob> live_;
-  std::jthread worker_;
+  std::condition_variable ended_;
+  std::map<JobId, Running> running_;
+  std::vector<std::jthread> workers_;
 };
 
 }  // namespace qray::server

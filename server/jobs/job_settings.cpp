@@ -53,6 +53,7 @@ RenderSettings settings_of(const proto::JobRequest& request, const Scene& scene)
   settings.height = request.height.value_or(scene.height);
   settings.samples = request.samples.value_or(0);
   settings.seconds = request.seconds.value_or(0);
+  settings.noise = request.noise.value_or(0);
   settings.seed = request.seed;
   settings.max_depth = request.max_depth.value_or(scene.max_depth);
   settings.learning_samples = request.learning_samples.value_or(settings.learning_samples);

@@ -2,12 +2,13 @@
 
 #include <sqlite3.h>
 
+#include <iterator>
+
 namespace qray::server {
 namespace {
 
-constexpr int kSchemaVersion = 1;
-
-constexpr const char* kSchema = R"sql(
+// What makes version n + 1 of version n; the first makes version 1 of nothing.
+constexpr const char* kSteps[] = {R"sql(
 CREATE TABLE jobs (
   id INTEGER PRIMARY KEY AUTOINCREMENT,
   state TEXT NOT NULL,
@@ -36,7 +37,22 @@ CREATE TABLE tables (
   geometry TEXT NOT NULL, materials TEXT NOT NULL, lights TEXT NOT NULL);
 CREATE INDEX tables_by_scene ON tables(method, geometry, materials, lights);
 CREATE TABLE counters (name TEXT PRIMARY KEY, value INTEGER NOT NULL);
-)sql";
+)sql",
+                                  R"sql(
+CREATE TABLE job_log (
+  id INTEGER PRIMARY KEY,
+  job INTEGER NOT NULL,
+  time_ms INTEGER NOT NULL, level TEXT NOT NULL, text TEXT NOT NULL);
+CREATE INDEX job_log_by_job ON job_log(job, id);
+CREATE TABLE idempotency_keys (
+  key TEXT PRIMARY KEY,
+  request TEXT NOT NULL,          -- SHA-256 of what was asked
+  job INTEGER NOT NULL,
+  created_ms INTEGER NOT NULL);
+CREATE INDEX idempotency_keys_by_time ON idempotency_keys(created_ms);
+CREATE INDEX events_by_job ON events(job);
+)sql"};
+constexpr int kSchemaVersion = std::size(kSteps);
 
 Error sqlite_error(sqlite3* db) {
   return {ErrorCode::kIo, std::string("SQLite: ") + sqlite3_errmsg(db), ""};
@@ -133,18 +149,20 @@ Status Database::prepare_schema() {
     if (query.next()) version = query.integer(0);
     if (Status s = query.status(); !s.ok()) return s;
   }
-  if (version == kSchemaVersion) return {};
-  if (version != 0) {
+  if (version < 0 || version > kSchemaVersion) {
     return Error{ErrorCode::kUnsupported,
-                 "the data folder has schema version " + std::to_string(version) + ", expected " +
-                     std::to_string(kSchemaVersion),
+                 "the data folder has schema version " + std::to_string(version) +
+                     ", expected at most " + std::to_string(kSchemaVersion),
                  ""};
   }
-  Transaction transaction(*this);
-  if (Status s = transaction.exec(kSchema); !s.ok()) return s;
-  const std::string mark = "PRAGMA user_version=" + std::to_string(kSchemaVersion);
-  if (Status s = transaction.exec(mark.c_str()); !s.ok()) return s;
-  return transaction.commit();
+  for (; version < kSchemaVersion; ++version) {
+    Transaction transaction(*this);
+    if (Status s = transaction.exec(kSteps[version]); !s.ok()) return s;
+    const std::string mark = "PRAGMA user_version=" + std::to_string(version + 1);
+    if (Status s = transaction.exec(mark.c_str()); !s.ok()) return s;
+    if (Status s = transaction.commit(); !s.ok()) return s;
+  }
+  return {};
 }
 
 Status Database::Session::exec(const char* sql) {

@@ -1,5 +1,7 @@
 #include "server/store/job_store.h"
 
+#include <spdlog/spdlog.h>
+
 #include <algorithm>
 #include <climits>
 
@@ -9,8 +11,9 @@
 namespace qray::server {
 namespace {
 
-constexpr uint64_t kIdBlock = 10'000;   // event ids reserved by one write
-constexpr int64_t kEventsKept = 2'000;  // on disk, at a start
+constexpr uint64_t kIdBlock = 10'000;         // event ids reserved by one write
+constexpr int64_t kEventsKept = 2'000;        // on disk, at a start
+constexpr int64_t kKeyMs = 24 * 3600 * 1000;  // that a key is known
 
 constexpr const char* kColumns =
     "id, state, request, created_ms, started_ms, ended_ms, fraction, samples, seconds, "
@@ -106,7 +109,60 @@ Status JobStore::write(Database::Session& session, const JobRecord& job) {
       .run();
 }
 
-Result<JobRecord> JobStore::insert(const proto::JobRequest& request) {
+Status JobStore::write_log(Database::Session& session, JobId id, std::string_view level,
+                           std::string_view text) {
+  Status written =
+      Query(session.handle(), "INSERT INTO job_log(job, time_ms, level, text) VALUES(?,?,?,?)")
+          .bind(id.value)
+          .bind(now_ms_())
+          .bind(std::string(level))
+          .bind(std::string(text))
+          .run();
+  if (!written.ok()) return written;
+  return Query(session.handle(),
+               "DELETE FROM job_log WHERE job=?1 AND id <= (SELECT id FROM job_log WHERE job=?1 "
+               "ORDER BY id DESC LIMIT 1 OFFSET ?2)")
+      .bind(id.value)
+      .bind(kLogLines)
+      .run();
+}
+
+void JobStore::log(JobId id, std::string_view level, std::string_view text) {
+  Database::Session session(db_);
+  if (Status s = write_log(session, id, level, text); !s.ok())
+    spdlog::error("{}: its log: {}", id.text(), s.error().text());
+}
+
+Result<std::vector<JobStore::LogLine>> JobStore::log_of(JobId id) const {
+  Database::Session session(db_);
+  Query query(session.handle(), "SELECT time_ms, level, text FROM job_log WHERE job=? ORDER BY id");
+  query.bind(id.value);
+  std::vector<LogLine> lines;
+  while (query.next()) lines.push_back({query.integer(0), query.text(1), query.text(2)});
+  if (Status s = query.status(); !s.ok()) return s.error();
+  return lines;
+}
+
+Result<std::optional<JobRecord>> JobStore::find_key(const IdempotencyKey& key) const {
+  Database::Session session(db_);
+  Query query(session.handle(),
+              "SELECT job, request FROM idempotency_keys WHERE key=? AND created_ms>?");
+  query.bind(key.key).bind(now_ms_() - kKeyMs);
+  if (!query.next()) {
+    if (Status s = query.status(); !s.ok()) return s.error();
+    return std::optional<JobRecord>();
+  }
+  const JobId id{static_cast<uint64_t>(query.integer(0))};
+  if (query.text(1) != key.request)
+    return Error{ErrorCode::kConflict,
+                 "this Idempotency-Key was used for another request, job " + id.text(), ""};
+  Result<JobRecord> job = get(id);
+  if (!job.ok()) return job.error();
+  return std::optional(std::move(job).value());
+}
+
+Result<JobRecord> JobStore::insert(const proto::JobRequest& request,
+                                   const std::optional<IdempotencyKey>& key) {
   Database::Session session(db_);
   if (Status s = reserve_event_ids(); !s.ok()) return s.error();
   Database::Transaction transaction(db_);
@@ -118,6 +174,22 @@ Result<JobRecord> JobStore::insert(const proto::JobRequest& request) {
   query.bind(proto::job_request_to_json(request)).bind(job.created_ms);
   if (query.next()) job.id.value = static_cast<uint64_t>(query.integer(0));
   if (Status s = query.run(); !s.ok()) return s.error();
+  if (Status s = write_log(transaction, job.id, "info", "queued"); !s.ok()) return s.error();
+  if (key) {
+    Status forgotten =
+        Query(transaction.handle(), "DELETE FROM idempotency_keys WHERE created_ms<=? OR key=?")
+            .bind(job.created_ms - kKeyMs)
+            .bind(key->key)
+            .run();
+    if (!forgotten.ok()) return forgotten.error();
+    Status kept = Query(transaction.handle(), "INSERT INTO idempotency_keys VALUES(?,?,?,?)")
+                      .bind(key->key)
+                      .bind(key->request)
+                      .bind(job.id.value)
+                      .bind(job.created_ms)
+                      .run();
+    if (!kept.ok()) return kept.error();
+  }
   Event event{0, job.id.text(), "state", proto::state_event(job.id.text(), "queued", {})};
   if (Status s = write_event(transaction, event); !s.ok()) return s.error();
   if (Status s = transaction.commit(); !s.ok()) return s.error();
@@ -135,12 +207,23 @@ Result<JobRecord> JobStore::get(JobId id) const {
   return Error{ErrorCode::kNotFound, "no job " + id.text(), ""};
 }
 
-Result<std::vector<JobRecord>> JobStore::list(size_t limit, std::optional<JobId> before) const {
+Result<JobRecord> JobStore::find(const std::string& id) const {
+  const std::optional<JobId> parsed = JobId::parse(id);
+  if (!parsed) return Error{ErrorCode::kNotFound, "no such job", ""};
+  return get(*parsed);
+}
+
+Result<std::vector<JobRecord>> JobStore::list(size_t limit, const Filter& filter) const {
   Database::Session session(db_);
-  const std::string sql =
-      std::string("SELECT ") + kColumns + " FROM jobs WHERE id < ? ORDER BY id DESC LIMIT ?";
+  std::string sql = std::string("SELECT ") + kColumns + " FROM jobs WHERE id < ?";
+  if (filter.state) sql += " AND state=?";
+  if (filter.label) sql += " AND json_extract(request, ?)=?";
+  sql += " ORDER BY id DESC LIMIT ?";
   Query query(session.handle(), sql.c_str());
-  query.bind(before ? static_cast<int64_t>(before->value) : INT64_MAX);
+  query.bind(filter.before ? static_cast<int64_t>(filter.before->value) : INT64_MAX);
+  if (filter.state) query.bind(std::string(to_string(*filter.state)));
+  if (filter.label)  // a name needs no escapes: the request's reader saw to that
+    query.bind("$.labels.\"" + filter.label->first + "\"").bind(filter.label->second);
   query.bind(static_cast<int64_t>(limit));
   std::vector<JobRecord> jobs;
   while (query.next()) {
@@ -150,6 +233,57 @@ Result<std::vector<JobRecord>> JobStore::list(size_t limit, std::optional<JobId>
   }
   if (Status s = query.status(); !s.ok()) return s.error();
   return jobs;
+}
+
+Result<std::vector<JobId>> JobStore::ended_before(int64_t ms, size_t limit) const {
+  Database::Session session(db_);
+  Query query(session.handle(),
+              "SELECT id FROM jobs WHERE state IN ('succeeded','canceled','failed') AND ended_ms<? "
+              "ORDER BY id LIMIT ?");
+  query.bind(ms).bind(static_cast<int64_t>(limit));
+  std::vector<JobId> ids;
+  while (query.next()) ids.push_back({static_cast<uint64_t>(query.integer(0))});
+  if (Status s = query.status(); !s.ok()) return s.error();
+  return ids;
+}
+
+Result<std::map<JobState, uint64_t>> JobStore::count_by_state() const {
+  Database::Session session(db_);
+  Query query(session.handle(), "SELECT state, COUNT(*) FROM jobs GROUP BY state");
+  std::map<JobState, uint64_t> counts;
+  while (query.next())
+    if (const auto state = parse_job_state(query.text(0)))
+      counts[*state] = static_cast<uint64_t>(query.integer(1));
+  if (Status s = query.status(); !s.ok()) return s.error();
+  return counts;
+}
+
+Status JobStore::remove(JobId id) {
+  Database::Session session(db_);
+  if (Status s = reserve_event_ids(); !s.ok()) return s;
+  Database::Transaction transaction(db_);
+  const Result<JobRecord> job = get(id);
+  if (!job.ok()) return job.error();
+  if (!has_ended(job.value().state))
+    return Error{ErrorCode::kConflict,
+                 "the job has not ended: it is " + std::string(to_string(job.value().state)), ""};
+  for (const char* sql : {"DELETE FROM jobs WHERE id=?", "DELETE FROM job_log WHERE job=?",
+                          "DELETE FROM idempotency_keys WHERE job=?"})
+    if (Status s = Query(transaction.handle(), sql).bind(id.value).run(); !s.ok()) return s;
+  if (Status s =
+          Query(transaction.handle(), "DELETE FROM events WHERE job=?").bind(id.text()).run();
+      !s.ok())
+    return s;
+  Event event{0, id.text(), "deleted", proto::deleted_event(id.text())};
+  if (Status s = write_event(transaction, event); !s.ok()) return s;
+  if (Status s = transaction.commit(); !s.ok()) return s;
+  events_.publish(std::move(event));
+  return {};
+}
+
+Status JobStore::reset_attempts(JobId id) {
+  Database::Session session(db_);
+  return Query(session.handle(), "UPDATE jobs SET attempts=0 WHERE id=?").bind(id.value).run();
 }
 
 Status JobStore::remove_scene(const std::string& scene,
@@ -188,13 +322,19 @@ Result<JobRecord> JobStore::move(JobId id, JobState to, const Change& change) {
     job.started_ms = now_ms_();
     ++job.attempts;
   }
-  if (to == JobState::kQueued) job.started_ms.reset();
+  if (to == JobState::kQueued) {
+    job.started_ms.reset();
+    job.ended_ms.reset();
+  }
 
   std::vector<Event> events = change.events;
   const std::string name = id.text(), state(to_string(to));
   events.push_back({0, name, "state", proto::state_event(name, state, job.error)});
   if (has_ended(to)) events.push_back({0, name, "done", proto::done_event(name, state)});
   if (Status s = write(transaction, job); !s.ok()) return s.error();
+  const Status logged = write_log(transaction, id, job.error ? "error" : "info",
+                                  state + (job.error ? ": " + job.error->text() : ""));
+  if (!logged.ok()) return logged.error();
   for (Event& event : events) {
     if (Status s = write_event(transaction, event); !s.ok()) return s.error();
   }
@@ -240,7 +380,7 @@ Status JobStore::load_events() {
   return {};
 }
 
-Result<std::vector<JobId>> JobStore::recover() {
+Result<std::vector<JobRecord>> JobStore::recover() {
   if (Status s = load_events(); !s.ok()) return s.error();
   std::vector<std::pair<JobId, JobState>> open;
   {
@@ -254,32 +394,30 @@ Result<std::vector<JobId>> JobStore::recover() {
     }
     if (Status s = query.status(); !s.ok()) return s.error();
   }
-  std::vector<JobId> queued;
+  std::vector<JobRecord> queued;
   for (const auto& [id, state] : open) {
-    if (state == JobState::kQueued) {
-      queued.push_back(id);
-      continue;
-    }
-    if (state == JobState::kCanceling) {
-      Result<JobRecord> moved = move(id, JobState::kCanceled);
+    Result<JobRecord> job = get(id);
+    if (!job.ok()) return job.error();
+    if (state == JobState::kQueued) queued.push_back(std::move(job).value());
+    if (state == JobState::kQueued || state == JobState::kPaused) continue;
+    if (state == JobState::kCanceling || state == JobState::kPausing) {
+      Result<JobRecord> moved =
+          move(id, state == JobState::kCanceling ? JobState::kCanceled : JobState::kPaused);
       if (!moved.ok()) return moved.error();
       continue;
     }
-    Result<JobRecord> job = get(id);
-    if (!job.ok()) return job.error();
     const bool give_up = job.value().attempts >= kMaxAttempts;
     Change change;
     change.edit = [&](JobRecord& record) {
-      record.progress = {};
       if (give_up) {
-        record.error = proto::JobError{
-            "the server ended " + std::to_string(kMaxAttempts) + " times while it ran this job",
-            ""};
+        record.error = proto::JobError{"the server ended " + std::to_string(kMaxAttempts) +
+                                           " times while it ran this job, which got nowhere",
+                                       ""};
       }
     };
     Result<JobRecord> moved = move(id, give_up ? JobState::kFailed : JobState::kQueued, change);
     if (!moved.ok()) return moved.error();
-    if (!give_up) queued.push_back(id);
+    if (!give_up) queued.push_back(std::move(moved).value());
   }
   return queued;
 }

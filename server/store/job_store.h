@@ -1,8 +1,9 @@
-// Jobs and their events on disk. Every change of a job and the events it causes are one
+// Jobs, their events and their logs on disk. Every change of a job and the events it causes are one
 // transaction, durable when the call returns; only then are the events published. Any thread.
 #pragma once
 
 #include <functional>
+#include <map>
 
 #include "server/jobs/event_log.h"
 #include "server/jobs/job.h"
@@ -16,17 +17,49 @@ class JobStore {
   JobStore(Database& db, EventLog& events, std::function<int64_t()> now_ms)
       : db_(db), events_(events), now_ms_(std::move(now_ms)) {}
 
-  // After a start: recent events go back to the log; jobs that were canceling are canceled; running
-  // ones are queued again, or failed after kMaxAttempts. Returns the queued jobs, oldest first.
-  Result<std::vector<JobId>> recover();
+  // After a start: recent events go back to the log; jobs that were canceling are canceled; those
+  // that were pausing are paused; running ones are queued again, or failed after kMaxAttempts.
+  // Returns the queued jobs, oldest first.
+  Result<std::vector<JobRecord>> recover();
 
-  Result<JobRecord> insert(const proto::JobRequest& request);
-  Result<JobRecord> get(JobId id) const;  // kNotFound
+  // By what a client knows a request again: asked a second time within a day, the first job is the
+  // answer. `request`: a hash of what was asked.
+  struct IdempotencyKey {
+    std::string key, request;
+  };
+  // The job of this key; none: not used yet. kConflict: it was used for another request.
+  Result<std::optional<JobRecord>> find_key(const IdempotencyKey& key) const;
+  Result<JobRecord> insert(const proto::JobRequest& request,
+                           const std::optional<IdempotencyKey>& key = {});
+  Result<JobRecord> get(JobId id) const;                // kNotFound
+  Result<JobRecord> find(const std::string& id) const;  // as a client names it
   // Does `remove` unless a job that has not ended renders this scene (kConflict). No job is
   // inserted meanwhile.
   Status remove_scene(const std::string& scene, const std::function<Status()>& remove) const;
-  // Newest first, ids below `before` (none: from the newest).
-  Result<std::vector<JobRecord>> list(size_t limit, std::optional<JobId> before) const;
+  struct Filter {
+    std::optional<JobId> before;  // ids below this one
+    std::optional<JobState> state;
+    std::optional<std::pair<std::string, std::string>> label;  // name, value
+  };
+  // Newest first.
+  Result<std::vector<JobRecord>> list(size_t limit, const Filter& filter) const;
+  Result<std::vector<JobId>> ended_before(int64_t ms, size_t limit) const;
+  Result<std::map<JobState, uint64_t>> count_by_state() const;
+
+  // Forgets an ended job, its log, events and key (kConflict: it has not ended).
+  Status remove(JobId id);
+
+  // A line in the job's own log, of the last kLogLines; a text of one line. Best effort.
+  void log(JobId id, std::string_view level, std::string_view text);
+  struct LogLine {
+    int64_t time_ms = 0;
+    std::string level, text;
+  };
+  Result<std::vector<LogLine>> log_of(JobId id) const;
+  static constexpr int kLogLines = 1000;
+
+  // The running job has got somewhere: starts before count no more against kMaxAttempts.
+  Status reset_attempts(JobId id);
 
   struct Change {
     std::function<void(JobRecord&)> edit;  // of the record, before it is written; may be empty
@@ -43,6 +76,8 @@ class JobStore {
   Status reserve_event_ids();  // before a transaction begins: it must not be rolled back
   Status write(Database::Session& session, const JobRecord& record);
   Status write_event(Database::Session& session, Event& event);
+  Status write_log(Database::Session& session, JobId id, std::string_view level,
+                   std::string_view text);
   Status load_events();
 
   Database& db_;

@@ -46,6 +46,13 @@ Result<std::shared_ptr<const Picture>> ResultStore::load(JobId id) {
   return picture;
 }
 
+void ResultStore::remove(JobId id) {
+  std::lock_guard lock(mutex_);
+  std::erase_if(recent_, [&](const auto& entry) { return entry.first == id; });
+  std::error_code ec;
+  std::filesystem::remove_all(folder_ / id.text(), ec);
+}
+
 void ResultStore::remember(JobId id, std::shared_ptr<const Picture> picture) {
   std::lock_guard lock(mutex_);
   std::erase_if(recent_, [&](const auto& entry) { return entry.first == id; });

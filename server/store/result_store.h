@@ -21,6 +21,7 @@ class ResultStore {
   // Beside it, before it: what recovery made of the film.
   Status save_recovered(JobId id, const Image& recovered, const ImageMetadata& metadata);
   Result<Image> load_recovered(JobId id) const;  // kNotFound: there is none
+  void remove(JobId id);
   // kNotFound: the job rendered nothing.
   Result<std::shared_ptr<const Picture>> load(JobId id);
   std::filesystem::path image_file(JobId id) const { return folder_ / id.text() / "image.exr"; }

@@ -9,12 +9,12 @@ namespace {
 
 TEST(JobQueue, OldestFirstAndBounded) {
   JobQueue queue(2);
-  EXPECT_TRUE(queue.push({1}).ok());
-  EXPECT_TRUE(queue.push({2}).ok());
-  const Status full = queue.push({3});
+  EXPECT_TRUE(queue.push({1}, 0).ok());
+  EXPECT_TRUE(queue.push({2}, 0).ok());
+  const Status full = queue.push({3}, 0);
   ASSERT_FALSE(full.ok());
   EXPECT_EQ(full.error().code, ErrorCode::kBusy);
-  EXPECT_TRUE(queue.push({4}, /*keep_bound=*/false).ok());
+  EXPECT_TRUE(queue.push({4}, 0, /*keep_bound=*/false).ok());
   EXPECT_EQ(queue.pop({}), JobId{1});
   EXPECT_TRUE(queue.remove({2}));
   EXPECT_FALSE(queue.remove({2}));
@@ -22,9 +22,22 @@ TEST(JobQueue, OldestFirstAndBounded) {
   EXPECT_EQ(queue.size(), 0u);
 }
 
+TEST(JobQueue, HigherPriorityFirstAndNoneWaitsForEver) {
+  using std::chrono::minutes;
+  JobQueue queue(10);
+  const auto now = JobQueue::Clock::now();
+  for (const auto& [id, priority, at] :
+       {std::tuple{1u, -5, 0}, {2u, 0, 0}, {3u, 2, 0}, {4u, 0, 0}, {5u, 2, 6}, {6u, 2, 9}})
+    ASSERT_TRUE(queue.push({id}, priority, true, now + minutes(at)).ok());
+  std::vector<uint64_t> order;
+  while (queue.size() > 0) order.push_back(queue.pop({})->value);
+  // 3 was asked for first of all that count as old; 1 has waited longer than 6 before that came.
+  EXPECT_EQ(order, (std::vector<uint64_t>{3, 2, 4, 5, 1, 6}));
+}
+
 TEST(JobQueue, PopWaits) {
   JobQueue queue(2);
-  std::jthread feeder([&] { (void)queue.push({7}); });
+  std::jthread feeder([&] { (void)queue.push({7}, 0); });
   EXPECT_EQ(queue.pop({}), JobId{7});
 }
 
@@ -33,7 +46,7 @@ TEST(JobQueue, PopEndsWhenStopped) {
   std::stop_source stop;
   std::jthread stopper([&] { stop.request_stop(); });
   EXPECT_EQ(queue.pop(stop.get_token()), std::nullopt);
-  EXPECT_TRUE(queue.push({1}).ok());
+  EXPECT_TRUE(queue.push({1}, 0).ok());
   EXPECT_EQ(queue.pop(stop.get_token()), std::nullopt);
 }
 

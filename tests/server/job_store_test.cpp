@@ -22,9 +22,10 @@ class JobStoreTest : public ::testing::Test {
     ASSERT_TRUE(db.ok()) << db.error().text();
     db_ = std::move(db).value();
     store_ = std::make_unique<JobStore>(*db_, *events_, [this] { return now_ms_; });
-    Result<std::vector<JobId>> recovered = store_->recover();
+    const Result<std::vector<JobRecord>> recovered = store_->recover();
     ASSERT_TRUE(recovered.ok()) << recovered.error().text();
-    recovered_ = std::move(recovered).value();
+    recovered_.clear();
+    for (const JobRecord& job : recovered.value()) recovered_.push_back(job.id);
   }
   JobId insert() {
     proto::JobRequest request;
@@ -133,7 +134,7 @@ TEST_F(JobStoreTest, ListsNewestFirst) {
   for (int i = 0; i < 5; ++i) insert();
   const auto ids = [&](size_t limit, std::optional<JobId> before) {
     std::vector<uint64_t> ids;
-    const Result<std::vector<JobRecord>> jobs = store_->list(limit, before);
+    const Result<std::vector<JobRecord>> jobs = store_->list(limit, {before, {}, {}});
     for (const JobRecord& job : jobs.value()) ids.push_back(job.id.value);
     return ids;
   };
@@ -141,8 +142,94 @@ TEST_F(JobStoreTest, ListsNewestFirst) {
   EXPECT_EQ(ids(3, JobId{3}), (std::vector<uint64_t>{2, 1}));
 }
 
+TEST_F(JobStoreTest, ListsByStateAndLabel) {
+  proto::JobRequest request;
+  request.scene = "box";
+  for (const char* project : {"lobby", "hall", "lobby", "l'\"obby"}) {
+    request.labels = {{"project", project}, {"kind", "test"}};
+    ASSERT_TRUE(store_->insert(request).ok());
+  }
+  move({1}, {kCanceled});
+  const auto ids = [&](const JobStore::Filter& filter) {
+    std::vector<uint64_t> ids;
+    const Result<std::vector<JobRecord>> jobs = store_->list(10, filter);
+    for (const JobRecord& job : jobs.value()) ids.push_back(job.id.value);
+    return ids;
+  };
+  EXPECT_EQ(ids({{}, {}, {{"project", "lobby"}}}), (std::vector<uint64_t>{3, 1}));
+  EXPECT_EQ(ids({{}, {}, {{"project", "l'\"obby"}}}), (std::vector<uint64_t>{4}));
+  EXPECT_EQ(ids({{}, kQueued, {{"project", "lobby"}}}), (std::vector<uint64_t>{3}));
+  EXPECT_EQ(ids({JobId{4}, kQueued, {}}), (std::vector<uint64_t>{3, 2}));
+  EXPECT_TRUE(ids({{}, {}, {{"none", "lobby"}}}).empty());
+  EXPECT_EQ(store_->count_by_state().value(),
+            (std::map<JobState, uint64_t>{{kQueued, 3}, {kCanceled, 1}}));
+}
+
+TEST_F(JobStoreTest, AKeyGivesTheSameJobForADay) {
+  proto::JobRequest request;
+  request.scene = "box";
+  const JobStore::IdempotencyKey key{"k", "hash"};
+  EXPECT_FALSE(store_->find_key(key).value());
+  const JobId id = store_->insert(request, key).value().id;
+  open();  // after a restart too
+  EXPECT_EQ(store_->find_key(key).value()->id, id);
+  EXPECT_EQ(store_->find_key({"k", "another"}).error().code, ErrorCode::kConflict);
+  EXPECT_FALSE(store_->find_key({"K", "hash"}).value());
+  now_ms_ += 24 * 3600 * 1000 + 1;
+  EXPECT_FALSE(store_->find_key(key).value());
+  EXPECT_GT(store_->insert(request, key).value().id, id);
+}
+
+TEST_F(JobStoreTest, LogsHoldWhatHappenedLast) {
+  const JobId id = insert(), other = insert();
+  move(id, {kPreparing});
+  store_->log(id, "warning", "a stone\nfell");
+  const auto lines = store_->log_of(id).value();
+  ASSERT_EQ(lines.size(), 3u);
+  EXPECT_EQ(lines[0].text, "queued");
+  EXPECT_EQ(lines[1].text, "preparing");
+  EXPECT_EQ(lines[2].level, "warning");
+  for (int i = 0; i < JobStore::kLogLines + 5; ++i) store_->log(id, "info", std::to_string(i));
+  const auto last = store_->log_of(id).value();
+  EXPECT_EQ(last.size(), static_cast<size_t>(JobStore::kLogLines));
+  EXPECT_EQ(last.back().text, std::to_string(JobStore::kLogLines + 4));
+  EXPECT_EQ(store_->log_of(other).value().size(), 1u);
+}
+
+TEST_F(JobStoreTest, OnlyEndedJobsAreForgotten) {
+  const JobId open_job = insert(), ended = insert();
+  move(ended, {kCanceled});
+  EXPECT_EQ(store_->remove(open_job).error().code, ErrorCode::kConflict);
+  const uint64_t newest = events_->newest();
+  ASSERT_TRUE(store_->remove(ended).ok());
+  EXPECT_EQ(store_->get(ended).error().code, ErrorCode::kNotFound);
+  EXPECT_EQ(store_->remove(ended).error().code, ErrorCode::kNotFound);
+  EXPECT_TRUE(store_->log_of(ended).value().empty());
+  EXPECT_EQ(kinds_after(newest), std::vector<std::string>{"deleted"});
+  EXPECT_GT(insert(), ended);  // its number is not used again
+  EXPECT_EQ(store_->ended_before(INT64_MAX, 10).value().size(), 0u);
+}
+
+// What version 1 of the schema left is read by this one.
+TEST_F(JobStoreTest, AnOlderSchemaIsBroughtUpToDate) {
+  const JobId id = insert();
+  {
+    Database::Session session(*db_);
+    for (const char* sql : {"DROP TABLE job_log", "DROP TABLE idempotency_keys",
+                            "DROP INDEX events_by_job", "PRAGMA user_version=1"})
+      ASSERT_TRUE(session.exec(sql).ok()) << sql;
+  }
+  open();
+  EXPECT_EQ(recovered_, std::vector<JobId>{id});
+  store_->log(id, "info", "here");
+  EXPECT_EQ(store_->log_of(id).value().size(), 1u);
+}
+
 TEST_F(JobStoreTest, RestartQueuesWhatWasOpen) {
   const JobId queued = insert(), rendering = insert(), canceling = insert(), ended = insert();
+  const JobId pausing = insert(), paused = insert();
+  move(pausing, {kPreparing, kPausing});
+  move(paused, {kPaused});
   move(rendering, {kPreparing, kLearning, kRendering});
   move(canceling, {kPreparing, kCanceling});
   move(ended, {kPreparing, kRendering, kFinalizing, kSucceeded});
@@ -150,6 +237,8 @@ TEST_F(JobStoreTest, RestartQueuesWhatWasOpen) {
   EXPECT_EQ(recovered_, (std::vector<JobId>{queued, rendering}));
   EXPECT_EQ(get(rendering).state, kQueued);
   EXPECT_EQ(get(canceling).state, kCanceled);
+  EXPECT_EQ(get(pausing).state, kPaused);
+  EXPECT_EQ(get(paused).state, kPaused);
   EXPECT_EQ(get(ended).state, kSucceeded);
 }
 
@@ -163,6 +252,16 @@ TEST_F(JobStoreTest, AJobThatEndsTheServerThreeTimesFails) {
   EXPECT_TRUE(recovered_.empty());
   EXPECT_EQ(get(id).state, kFailed);
   EXPECT_TRUE(get(id).error.has_value());
+}
+
+TEST_F(JobStoreTest, AJobThatGetsSomewhereMayBeInterruptedAnyNumberOfTimes) {
+  const JobId id = insert();
+  for (int attempt = 1; attempt <= 2 * kMaxAttempts; ++attempt) {
+    ASSERT_EQ(get(id).state, kQueued) << attempt;
+    move(id, {kPreparing, kRendering});
+    ASSERT_TRUE(store_->reset_attempts(id).ok());
+    open();
+  }
 }
 
 TEST_F(JobStoreTest, EventIdsRiseAcrossRestartsAndReadersGoOn) {

@@ -7,14 +7,18 @@ namespace {
 
 constexpr JobState kAll[] = {JobState::kQueued,    JobState::kPreparing,  JobState::kLearning,
                              JobState::kRendering, JobState::kFinalizing, JobState::kSucceeded,
-                             JobState::kCanceling, JobState::kCanceled,   JobState::kFailed};
+                             JobState::kPausing,   JobState::kPaused,     JobState::kCanceling,
+                             JobState::kCanceled,  JobState::kFailed};
 
 TEST(Job, EndedJobsStayAsTheyAre) {
   for (JobState from : kAll) {
     bool moves = false;
     for (JobState to : kAll) moves |= can_move(from, to);
-    EXPECT_EQ(moves, !has_ended(from)) << to_string(from);
+    // But more may be asked of one that has succeeded.
+    EXPECT_EQ(moves, !has_ended(from) || from == JobState::kSucceeded) << to_string(from);
   }
+  for (JobState to : kAll)
+    EXPECT_EQ(can_move(JobState::kSucceeded, to), to == JobState::kQueued) << to_string(to);
 }
 
 TEST(Job, RunningJobsCanBeCanceledFailedOrPutBack) {
@@ -28,6 +32,12 @@ TEST(Job, RunningJobsCanBeCanceledFailedOrPutBack) {
   EXPECT_FALSE(can_move(kQueued, kRendering));
   EXPECT_FALSE(can_move(kRendering, kLearning));
   EXPECT_FALSE(can_move(kCanceling, kSucceeded));
+  for (JobState from : {kPreparing, kLearning, kRendering}) EXPECT_TRUE(can_move(from, kPausing));
+  EXPECT_FALSE(can_move(kFinalizing, kPausing));
+  EXPECT_TRUE(can_move(kPausing, kCanceling));
+  EXPECT_FALSE(can_move(kPausing, kQueued));
+  EXPECT_TRUE(can_move(kPaused, kQueued));
+  EXPECT_FALSE(is_running(kPaused));
 }
 
 TEST(Job, StateNames) {

@@ -29,8 +29,9 @@ class Process {
     posix_spawn_file_actions_addclose(&actions, out[0]);
     posix_spawn_file_actions_addclose(&actions, out[1]);
     std::string program = QRAY_BIN_DIR "/qrayd";
-    std::string args[] = {program,       "--port", "0",        "--data",    config.data, "--scenes",
-                          config.scenes, "--web",  config.web, "--threads", "1"};
+    std::string args[] = {program,    "--port",         "0",     "--data",   config.data,
+                          "--scenes", config.scenes,    "--web", config.web, "--threads",
+                          "1",        "--jobs-at-once", "1"};
     std::vector<char*> argv;
     for (std::string& arg : args) argv.push_back(arg.data());
     argv.push_back(nullptr);

@@ -33,13 +33,70 @@ TEST(ServiceRestart, QueuedAndRunningJobsGoOn) {
   s.stop();
 
   s.start();
-  // The one put back runs again, from the start; it did not use up an attempt.
+  // The one put back goes on; it did not use up an attempt.
   s.wait(running, {"rendering"});
   EXPECT_EQ(s.get("/v1/jobs/" + queued)["state"], "queued");
   s.post("/v1/jobs/" + running + "/cancel", "", 202);
   EXPECT_EQ(s.wait_end(running)["state"], "canceled");
   EXPECT_EQ(s.wait_end(queued)["state"], "succeeded");
   EXPECT_EQ(s.submit(tiny(1)), "j000003");
+}
+
+// A stop of the server in the middle of jobs, twice, changes no bit of their pictures.
+TEST(ServiceRestart, AnInterruptedJobGoesOnFromItsState) {
+  TestService s;
+  s.start();
+  Json request = tiny(6000);
+  request["learning_samples"] = 1000;
+  request["table"] = "none";
+  const std::string whole = s.submit(request), cut = s.submit(request);
+  s.wait_end(whole);
+  for (const char* state : {"learning", "rendering"}) {
+    s.wait(cut, {state, "succeeded"});
+    s.stop();
+    s.start();
+  }
+  ASSERT_EQ(s.wait_end(cut)["state"], "succeeded");
+  EXPECT_EQ(body_of(s, "/v1/jobs/" + cut + "/image.png"),
+            body_of(s, "/v1/jobs/" + whole + "/image.png"));
+  const std::string log = body_of(s, "/v1/jobs/" + cut + "/log");
+  EXPECT_NE(log.find("going on from a checkpoint"), std::string::npos) << log;
+}
+
+TEST(ServiceRestart, AStateThatIsOfNoUseIsSaidAndTheJobStartsAnew) {
+  TestService s;
+  s.start();
+  const std::string id = s.submit(tiny(100'000));
+  s.wait(id, {"rendering"});
+  s.stop();
+  test::write_text(s.config.data / "checkpoints" / id, "torn");
+  s.start();
+  s.wait(id, {"rendering"});
+  s.post("/v1/jobs/" + id + "/cancel", "", 202);
+  const Json job = s.wait_end(id);
+  ASSERT_EQ(job["warnings"].size(), 1u) << job.dump();
+  EXPECT_NE(job["warnings"][0].get<std::string>().find("starts anew"), std::string::npos);
+  EXPECT_FALSE(std::filesystem::exists(s.config.data / "checkpoints" / id));
+}
+
+TEST(ServiceRestart, EndedJobsAreKeptAsLongAsTheyShould) {
+  TestService s;
+  s.start();
+  const std::string id = s.submit(tiny(1));
+  s.wait_end(id);
+  s.stop();
+  s.config.keep_days = 1;
+  s.start();
+  std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  s.get("/v1/jobs/" + id);
+  s.stop();
+  s.config.keep_days = 1e-9;
+  s.start();
+  for (int i = 0; i < 2000; ++i) {
+    if (s.client().Get("/v1/jobs/" + id)->status == 404) return;
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+  FAIL() << "it is still there";
 }
 
 TEST(ServiceRestart, PicturesTablesAndRecordsStay) {

@@ -48,6 +48,7 @@ inline Config scratch_config(const std::filesystem::path& folder) {
   config.scenes = folder / "scenes";
   config.web = folder / "web";
   config.threads = 2;
+  config.jobs_at_once = 1;  // one after another, as most tests expect
   return config;
 }
 

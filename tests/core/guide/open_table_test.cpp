@@ -183,6 +183,8 @@ class Wrong final : public Guide {
   GuideStats stats() const override { return {}; }
   std::vector<TableSection> save() const override { return {}; }
   Status load(std::span<const TableSection>) override { return {}; }
+  void save_state(SnapshotWriter&) const override {}
+  void load_state(SnapshotReader&) override {}
 
  private:
   float factor_;

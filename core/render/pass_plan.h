@@ -1,0 +1,43 @@
+// The size of each pass, and what fits the budget. Totals grow by about sqrt 2, so that a table is
+// soon of use and a picture of any age is near: 1, 2, 3, 4, 6, 8, 12, 16 ... up to a cap. One
+// thread.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "core/render/settings.h"
+
+namespace qray {
+
+// How far a render is.
+struct RenderAge {
+  uint64_t samples = 0;  // a pixel, in complete passes
+  double seconds = 0;
+  double noise = 0;  // the picture's relative error; 0: not known
+};
+
+class PassPlan {
+ public:
+  explicit PassPlan(const RenderSettings& settings);
+
+  // Samples a pixel of the next pass; 0: the job is done.
+  int next(const RenderAge& age, double last_pass_seconds) const;
+  void started(int samples) { passes_.push_back(samples); }
+  bool learning(const RenderAge& age) const;
+  // Of the job, [0, 1]. `in_pass`: samples a pixel of the pass under way.
+  double fraction(const RenderAge& age, double in_pass) const;
+  const std::vector<int>& passes() const { return passes_; }
+
+  template <class Self, class Archive>
+  static void exchange(Self& self, Archive& archive) {
+    archive(self.passes_);
+  }
+
+ private:
+  const RenderSettings& settings_;
+  int64_t total_ = 0;  // samples a pixel; 0: no bound
+  std::vector<int> passes_;
+};
+
+}  // namespace qray

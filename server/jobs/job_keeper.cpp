@@ -1,0 +1,50 @@
+#include "server/jobs/job_keeper.h"
+
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+
+namespace qray::server {
+namespace {
+
+constexpr double kFirstSeconds = 1;
+constexpr double kShare = 0.05;       // of the time, that may go into writing
+constexpr double kMostSeconds = 10;   // between two, while that share is
+constexpr double kCostlySeconds = 1;  // a state that takes longer to write
+constexpr double kCostlyShare = 0.1;  // may take this share,
+constexpr double kMostCostly = 30;    // up to so many seconds between two
+
+double period(double cost) {
+  if (cost < kCostlySeconds) return std::clamp(cost / kShare, kFirstSeconds, kMostSeconds);
+  return std::min(cost / kCostlyShare, kMostCostly);
+}
+
+}  // namespace
+
+void JobKeeper::start(CheckpointHeader header) {
+  header_ = std::move(header);
+  next_.store(clock_.seconds() + kFirstSeconds, std::memory_order_relaxed);
+}
+
+bool JobKeeper::due() {
+  return held_.load(std::memory_order_relaxed) ||
+         clock_.seconds() >= next_.load(std::memory_order_relaxed);
+}
+
+bool JobKeeper::save(const std::function<void(SnapshotWriter&)>& write) {
+  const double start = clock_.seconds();
+  const Status written = store_.save(id_, header_, write);
+  const double end = clock_.seconds();
+  next_.store(end + period(end - start), std::memory_order_relaxed);
+  if (written.ok()) {
+    if (saved_++ == 0 && on_first_save_) on_first_save_();
+    failure_.clear();
+  } else {
+    if (failure_.empty())
+      spdlog::warn("{}: its state cannot be written: {}", id_.text(), written.error().text());
+    failure_ = written.error().text();
+  }
+  return !held_.load(std::memory_order_relaxed);
+}
+
+}  // namespace qray::server

@@ -1,0 +1,44 @@
+// Decides when a running job writes its state: as often as costs little, and at least every ten
+// seconds while that takes less than a second. Also how a job is held: it writes its state, and its
+// render ends. due() and hold() from any thread, the rest from the job's.
+#pragma once
+
+#include <atomic>
+
+#include "core/base/clock.h"
+#include "core/render/checkpoint.h"
+#include "server/store/checkpoint_store.h"
+
+namespace qray::server {
+
+class JobKeeper final : public Checkpointer {
+ public:
+  JobKeeper(CheckpointStore& store, JobId id, const Clock& clock)
+      : store_(store), id_(id), clock_(clock) {}
+
+  // What is written with the states from now on; the first is due soon after.
+  void start(CheckpointHeader header);
+  // The render shall end at its next tile.
+  void hold() { held_.store(true, std::memory_order_relaxed); }
+  // States written; and why the last attempt failed, empty when it did not.
+  int saved() const { return saved_; }
+  const std::string& failure() const { return failure_; }
+  // Called after the first state that was written.
+  void on_first_save(std::function<void()> call) { on_first_save_ = std::move(call); }
+
+  bool due() override;
+  bool save(const std::function<void(SnapshotWriter&)>& write) override;
+
+ private:
+  CheckpointStore& store_;
+  const JobId id_;
+  const Clock& clock_;
+  CheckpointHeader header_;
+  std::function<void()> on_first_save_;
+  std::atomic<bool> held_ = false;
+  std::atomic<double> next_ = 0;  // seconds of clock_
+  int saved_ = 0;
+  std::string failure_;
+};
+
+}  // namespace qray::server
