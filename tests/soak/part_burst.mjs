@@ -2,12 +2,12 @@
 // again, and what was accepted is there afterwards, once, and ends.
 import http from 'node:http';
 import { quantile, sleep } from './measure.mjs';
-import { Server, post_job, scratch_folder } from './server.mjs';
+import { Server, if_known, post_job, scratch_folder } from './server.mjs';
 
 export async function run({ short, clients }, report) {
   const count = short ? 120 : 1000, max_queued = short ? 100 : 900;
   const server = await Server.start(scratch_folder(),
-    { options: ['--max-queued', String(max_queued)] });
+    { options: ['--max-queued', String(max_queued), ...if_known('--jobs-at-once', 1)] });
   const first = await server.post({ scene: 'cornell-box', samples: 1_000_000, table: 'none' });
   await server.wait_running(first);
 
