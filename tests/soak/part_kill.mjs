@@ -37,9 +37,8 @@ async function undisturbed(job) {
   return { hash, seconds: done.stats.seconds };
 }
 
-// What of the running job's work is done again, in its own seconds of rendering.
+// What of a running job's work is done again, in its own seconds of rendering.
 async function redone_seconds(server, before) {
-  if (!before) return 0;
   for (;;) {
     const now = await server.job(before.id);
     if (now.ended) return 0; // sooner done than looked at
@@ -79,28 +78,29 @@ export async function run({ short, kills }, report) {
     if (answer?.status === 202) acknowledged.set(JSON.parse(answer.body).id, kind);
   });
 
-  let before = null;
+  let before = []; // the jobs that the last kill interrupted
+  const times = (job) => interrupted.get(job.id) ?? 0;
+  const interrupt = () => before.forEach((job) => interrupted.set(job.id, times(job) + 1));
   for (let kill = 0; kill < kills; ++kill) {
-    const often = before && (interrupted.get(before.id) ?? 0) >= 2;
-    if (Math.random() < 0.1 && !often) { // while it starts
+    if (Math.random() < 0.1 && before.every((job) => times(job) < 2)) { // while it starts
       const child = spawn(process.env.QRAYD, ['--port', '0', '--data', data], { stdio: 'ignore' });
       await sleep(300 * Math.random());
       child.kill('SIGKILL');
       await new Promise((resolve) => child.once('exit', resolve));
-      const hit = before?.id;
-      if (hit) interrupted.set(hit, (interrupted.get(hit) ?? 0) + 1);
+      interrupt();
       ++early;
       continue;
     }
     server = await Server.start(data);
-    redone.push(await redone_seconds(server, before));
+    redone.push(...await Promise.all(before.map((job) => redone_seconds(server, job))));
     await sleep(200 + 3800 * Math.random());
-    [before] = running_of((await server.json('/v1/jobs?limit=50')).jobs);
-    if (before && (interrupted.get(before.id) ?? 0) >= 2) {
-      await server.wait(before.id);
-      [before] = running_of((await server.json('/v1/jobs?limit=50')).jobs);
+    for (;;) {
+      before = running_of((await server.json('/v1/jobs?limit=50')).jobs);
+      const often = before.find((job) => times(job) >= 2);
+      if (!often) break;
+      await server.wait(often.id);
     }
-    if (before) interrupted.set(before.id, (interrupted.get(before.id) ?? 0) + 1);
+    interrupt();
     const killed = server;
     server = null;
     await killed.end('SIGKILL');

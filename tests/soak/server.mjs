@@ -108,6 +108,11 @@ export class Server {
   rss_bytes() {
     return 1024 * Number(/VmRSS:\s+(\d+)/.exec(readFileSync(`/proc/${this.pid}/status`))[1]);
   }
+  // User and system time so far; the kernel counts in hundredths of a second.
+  processor_seconds() {
+    const fields = readFileSync(`/proc/${this.pid}/stat`, 'utf8').split(') ')[1].split(' ');
+    return (Number(fields[11]) + Number(fields[12])) / 100;
+  }
   descriptors() { return readdirSync(`/proc/${this.pid}/fd`).length; }
   threads() { return readdirSync(`/proc/${this.pid}/task`).length; }
 

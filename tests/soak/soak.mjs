@@ -13,6 +13,7 @@ const { values, positionals } = parseArgs({ allowPositionals: true, options: {
   minutes: { type: 'string' }, // of memory
   kills: { type: 'string' }, // of kill
   turns: { type: 'string' }, // of slow-reader
+  clients: { type: 'string' }, // of burst
   short: { type: 'boolean', default: false }, // smaller counts; times are shown, not judged
 } });
 const parts = positionals.includes('all') ? kParts : positionals;
@@ -52,7 +53,8 @@ function print_table() {
 
 const number = (text, otherwise) => (text === undefined ? otherwise : Number(text));
 const options = { short: values.short, minutes: number(values.minutes, 10),
-  kills: number(values.kills, 100), turns: number(values.turns, 7) };
+  kills: number(values.kills, 100), turns: number(values.turns, 7),
+  clients: number(values.clients, 16) };
 for (const part of parts) {
   const begin = performance.now();
   try {
