@@ -7,7 +7,7 @@ import { Server, post_job, scratch_folder } from './server.mjs';
 export async function run({ short }, report) {
   const count = short ? 120 : 1000, clients = 16, max_queued = short ? 100 : 900;
   const server = await Server.start(scratch_folder(),
-    { options: ['--max-queued', String(max_queued), '--jobs-at-once', '1'] });
+    { options: ['--max-queued', String(max_queued)] });
   const first = await server.post({ scene: 'cornell-box', samples: 1_000_000, table: 'none' });
   await server.wait_running(first);
 
