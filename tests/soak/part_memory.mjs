@@ -66,8 +66,8 @@ function growth(samples) {
 export async function run({ short, minutes }, report) {
   if (short) minutes = 0.2;
   const server = await Server.start(scratch_folder());
-  // The renderer's libraries start their threads with the first job, and the server keeps 256 MiB of
-  // pictures: full, they grow no more.
+  // The renderer's libraries start their threads with the first job, and the server keeps 256 MiB
+  // of pictures: full, they grow no more.
   for (let i = 0; i < (short ? 1 : 24); ++i) {
     await server.wait(await server.post({ scene: 'furnace', samples: 1, method: 'none', seed: i,
       width: 1024, height: 1024 }));
