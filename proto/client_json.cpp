@@ -78,6 +78,9 @@ std::string job_submission_json(const JobSubmission& s) {
   put(object, "height", s.height);
   put(object, "samples", s.samples);
   put(object, "seconds", s.seconds);
+  put(object, "noise", s.noise);
+  put(object, "priority", s.priority);
+  if (!s.labels.empty()) object["labels"] = s.labels;
   put(object, "seed", s.seed);
   put(object, "max_depth", s.max_depth);
   put(object, "learning_samples", s.learning_samples);
@@ -85,6 +88,14 @@ std::string job_submission_json(const JobSubmission& s) {
   put_float(object, "alpha", s.alpha);
   put_float(object, "gamma", s.gamma);
   return object.dump(-1, ' ', false, json::error_handler_t::replace);
+}
+
+std::string more_submission_json(const MoreSubmission& more) {
+  json object = json::object();
+  put(object, "samples", more.samples);
+  put(object, "seconds", more.seconds);
+  put(object, "noise", more.noise);
+  return object.dump();
 }
 
 std::string scene_submission_json(const SceneSubmission& s) {

@@ -21,11 +21,20 @@ struct JobSubmission {
   std::optional<bool> nee;
   std::optional<std::string> pixels, recover;
   std::optional<int> width, height, samples, max_depth, learning_samples, grid;
-  std::optional<double> seconds;
+  std::optional<double> seconds, noise;
+  std::optional<int> priority;
+  std::map<std::string, std::string> labels;
   std::optional<uint64_t> seed;
   std::optional<float> alpha, gamma;
 };
 std::string job_submission_json(const JobSubmission& submission);
+
+// POST /v1/jobs/{id}/extend.
+struct MoreSubmission {
+  std::optional<int> samples;
+  std::optional<double> seconds, noise;
+};
+std::string more_submission_json(const MoreSubmission& more);
 
 // POST /v1/scenes: files by name with their SHA-256, or one asset of a type.
 struct SceneSubmission {

@@ -66,7 +66,7 @@ std::variant<Json, Problem> parse_tree(std::string_view text, const RequestLimit
   } catch (const Json::parse_error& e) {
     return problem(400, "Not JSON", "not JSON at byte " + std::to_string(e.byte));
   } catch (const Json::exception&) {
-    return problem(422, "Number out of range", "a number is too large for a 64-bit float");
+    return problem(400, "Not acceptable JSON", "a number is too large for a 64-bit float");
   }
 }
 
@@ -368,6 +368,13 @@ void read_merge(const Json& tree, std::vector<std::string>& tables,
   in.refuse_unknown();
 }
 
+void read_session(const Json& tree, std::string& token, std::vector<FieldError>& errors) {
+  ObjectReader in(tree, "", errors);
+  if (const std::string* text = in.string("token")) token = *text;
+  if (!tree.contains("token")) in.wrong("token", "expected a token, got nothing");
+  in.refuse_unknown();
+}
+
 bool is_sha256(const Json& value) {
   const std::string* text = value.get_ptr<const std::string*>();
   return text && text->size() == 64 &&
@@ -471,6 +478,11 @@ std::variant<SceneRequest, Problem> parse_scene_request(std::string_view json,
 std::variant<std::vector<std::string>, Problem> parse_merge_request(std::string_view json,
                                                                     const RequestLimits& limits) {
   return parse_request<std::vector<std::string>>(json, limits, "Wrong merge request", read_merge);
+}
+
+std::variant<std::string, Problem> parse_session_request(std::string_view json,
+                                                         const RequestLimits& limits) {
+  return parse_request<std::string>(json, limits, "Wrong session request", read_session);
 }
 
 }  // namespace qray::proto

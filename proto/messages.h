@@ -96,6 +96,9 @@ std::variant<ExtendRequest, Problem> parse_extend_request(std::string_view json,
 constexpr size_t kMaxMergedTables = 16;
 std::variant<std::vector<std::string>, Problem> parse_merge_request(std::string_view json,
                                                                     const RequestLimits& limits);
+// {"token":"..."}: the token. Problems as above.
+std::variant<std::string, Problem> parse_session_request(std::string_view json,
+                                                         const RequestLimits& limits);
 // Problems as above. A file's name is one that FileNames takes.
 std::variant<SceneRequest, Problem> parse_scene_request(std::string_view json,
                                                         const RequestLimits& limits);

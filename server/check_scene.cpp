@@ -80,7 +80,9 @@ Result<proto::SceneReport> examine(const CheckScene& check) {
   std::error_code ec;
   if (!fs::is_regular_file(files / report.entry, ec))
     return Error{ErrorCode::kNotFound, "there is no such file", report.entry};
-  const auto prepared = load_and_prepare_scene(files / report.entry, /*build_threads=*/1);
+  LoadOptions options;
+  options.limits.max_triangles = check.max_triangles;
+  const auto prepared = load_and_prepare_scene(files / report.entry, /*build_threads=*/1, options);
   if (!prepared.ok()) {
     const Error& error = prepared.error();
     if (error.code == ErrorCode::kTooLarge && error.where == "Embree")
@@ -117,13 +119,15 @@ std::vector<std::string> CheckScene::arguments() const {
           std::to_string(memory_mib),
           std::to_string(seconds),
           std::to_string(unpacked_bytes),
+          std::to_string(max_triangles),
           std::to_string(parent)};
 }
 
 std::optional<CheckScene> CheckScene::parse(int argc, const char* const* argv) {
-  if (argc != 8 || std::string_view(argv[1]) != kCommand) return std::nullopt;
+  if (argc != 9 || std::string_view(argv[1]) != kCommand) return std::nullopt;
   const auto number = [&](int i) { return std::strtoull(argv[i], nullptr, 10); };
-  return CheckScene{argv[2], argv[3], number(4), number(5), number(6), static_cast<int>(number(7))};
+  return CheckScene{
+      argv[2], argv[3], number(4), number(5), number(6), number(7), static_cast<int>(number(8))};
 }
 
 int check_scene(const CheckScene& check) {

@@ -14,7 +14,7 @@ namespace qray::server {
 struct CheckScene {
   std::filesystem::path folder;  // "upload.zip" in it is unpacked into "files", or that is there
   std::string entry;             // of the files; empty: to be found
-  uint64_t memory_mib = 0, seconds = 0, unpacked_bytes = 0;
+  uint64_t memory_mib = 0, seconds = 0, unpacked_bytes = 0, max_triangles = 0;
   int parent = 0;  // the process that asks: without it, this one ends
 
   static constexpr int kReportFd = 3;

@@ -18,8 +18,9 @@ constexpr size_t kMaxKeyBytes = 255;
 
 }  // namespace
 
-JobHandlers::JobHandlers(JobRunner& runner, Stores stores, const EventLog& events)
-    : runner_(runner), stores_(stores), events_(events), waiters_(kMaxWaiters) {
+JobHandlers::JobHandlers(JobRunner& runner, Stores stores, const EventLog& events,
+                         const proto::RequestLimits& limits)
+    : runner_(runner), stores_(stores), events_(events), limits_(limits), waiters_(kMaxWaiters) {
   for (std::string_view name : method_names()) limits_.methods.emplace_back(name);
   limits_.max_grid = SurfaceGrid::kMaxGrid;
 }
@@ -68,6 +69,13 @@ std::optional<proto::Problem> JobHandlers::check_references(proto::JobRequest& r
       if (!request.width) request.width = size->first;
       if (!request.height) request.height = size->second;
     }
+  }
+  // The size that it gives itself was looked at before, that of its scene was not.
+  const int64_t pixels_wanted = int64_t{request.width.value_or(1)} * request.height.value_or(1);
+  if (pixels_wanted > limits_.max_pixels) {
+    problem.errors.push_back({"/width", "expected at most " + std::to_string(limits_.max_pixels) +
+                                            " pixels in all, got " +
+                                            std::to_string(pixels_wanted)});
   }
   if (request.table != "auto" && request.table != "none") {
     const Result<proto::TableInfo> table = stores_.tables.find(request.table);

@@ -11,7 +11,8 @@ namespace qray::server {
 
 class JobHandlers {
  public:
-  JobHandlers(JobRunner& runner, Stores stores, const EventLog& events);
+  JobHandlers(JobRunner& runner, Stores stores, const EventLog& events,
+              const proto::RequestLimits& limits);
   void add_to(Router& router);
 
  private:

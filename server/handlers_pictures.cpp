@@ -88,7 +88,7 @@ Result<Image> PictureHandlers::image_of(const JobRecord& job) {
   const auto picture = stores_.results.load(job.id);
   if (picture.ok()) return picture.value()->image;
   if (picture.error().code == ErrorCode::kNotFound) return nothing_yet();
-  spdlog::error("{}: {}", job.id.text(), picture.error().text());
+  spdlog::error("job={} {}", job.id.text(), picture.error().text());
   return picture.error();
 }
 

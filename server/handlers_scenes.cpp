@@ -32,7 +32,7 @@ std::string SceneHandlers::json_of(const std::string& name) {
 
 void SceneHandlers::create(const httplib::Request& req, httplib::Response& res) {
   if (!is_json(req)) return reply_not_json(res);
-  auto parsed = proto::parse_scene_request(req.body, {});
+  auto parsed = proto::parse_scene_request(req.body, uses_.limits);
   if (const auto* problem = std::get_if<proto::Problem>(&parsed))
     return reply_problem(res, *problem);
   const auto imported = uses_.importer.import(std::get<proto::SceneRequest>(std::move(parsed)));

@@ -16,6 +16,7 @@ class SceneHandlers {
     UploadedScenes& uploads;
     AssetStore& assets;
     JobStore& jobs;
+    proto::RequestLimits limits;
   };
   explicit SceneHandlers(const Uses& uses) : uses_(uses) {}
   void add_to(Router& router);

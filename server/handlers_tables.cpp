@@ -10,7 +10,9 @@ namespace qray::server {
 
 void TableHandlers::add_to(Router& router) {
   router.add("GET", "/v1/tables", [this](auto&, auto& res, auto&) { list(res); });
-  router.add("POST", "/v1/tables/merge", [this](auto& req, auto& res, auto&) { merge(req, res); });
+  router.add(
+      "POST", "/v1/tables/merge", [this](auto& req, auto& res, auto&) { merge(req, res); },
+      Scope::kAdmin);
   router.add("GET", "/v1/tables/{id}", [this](auto&, auto& res, auto& id) {
     const Result<proto::TableInfo> info = tables_.find(id);
     if (!info.ok()) return reply_error(res, info.error());
@@ -31,7 +33,7 @@ void TableHandlers::list(httplib::Response& res) const {
 
 void TableHandlers::merge(const httplib::Request& req, httplib::Response& res) {
   if (!is_json(req)) return reply_not_json(res);
-  const auto parsed = proto::parse_merge_request(req.body, {});
+  const auto parsed = proto::parse_merge_request(req.body, limits_);
   if (const auto* problem = std::get_if<proto::Problem>(&parsed))
     return reply_problem(res, *problem);
   const auto& ids = std::get<std::vector<std::string>>(parsed);

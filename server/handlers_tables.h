@@ -13,8 +13,9 @@ namespace qray::server {
 class TableHandlers {
  public:
   // `now_ms`: the time of day.
-  TableHandlers(TableStore& tables, std::function<int64_t()> now_ms)
-      : tables_(tables), now_ms_(std::move(now_ms)) {}
+  TableHandlers(TableStore& tables, const proto::RequestLimits& limits,
+                std::function<int64_t()> now_ms)
+      : tables_(tables), limits_(limits), now_ms_(std::move(now_ms)) {}
   void add_to(Router& router);
 
  private:
@@ -23,6 +24,7 @@ class TableHandlers {
   Result<proto::TableInfo> merged(const std::vector<proto::TableInfo>& infos);
 
   TableStore& tables_;
+  const proto::RequestLimits limits_;
   std::function<int64_t()> now_ms_;
   std::timed_mutex merging_;
 };

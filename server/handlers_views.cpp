@@ -73,7 +73,7 @@ Result<ViewHandlers::Shown> ViewHandlers::load(const JobRecord& job) {
   shown.settings.max_table_bytes = stores_.tables.max_bytes();
   Result<TableFile> table = stores_.tables.load(job.table_out);
   if (!table.ok()) {
-    spdlog::error("{}: {}", job.id.text(), table.error().text());
+    spdlog::error("job={} {}", job.id.text(), table.error().text());
     return conflict("the job's table cannot be read any more");
   }
   if (!table_fits(table.value().header, shown.scene->hash))

@@ -66,7 +66,6 @@ bool WebHandlers::serve(const httplib::Request& req, httplib::Response& res) con
   res.set_header("Content-Security-Policy",
                  "default-src 'self'; img-src 'self' data: blob:; object-src 'none'; "
                  "base-uri 'none'; form-action 'self'; frame-ancestors 'none'");
-  res.set_header("Referrer-Policy", "no-referrer");
   return true;
 }
 

@@ -13,7 +13,8 @@ void WeightsHandlers::add_to(Router& router) {
   router.add("GET", "/v1/weights", [this](auto&, auto& res, auto&) {
     reply_json(res, 200, proto::weights_list_to_json(weights_.list()));
   });
-  router.add("POST", "/v1/weights", [this](auto& req, auto& res, auto&) { add(req, res); });
+  router.add(
+      "POST", "/v1/weights", [this](auto& req, auto& res, auto&) { add(req, res); }, Scope::kAdmin);
   router.add("GET", "/v1/weights/{id}", [this](auto&, auto& res, auto& id) {
     const Result<proto::WeightsInfo> info = weights_.find(id);
     if (!info.ok()) return reply_error(res, info.error());

@@ -8,15 +8,20 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <cctype>
 #include <cstring>
 
 #include "server/connections.h"
 #include "server/reply.h"
+#include "server/tokens.h"
 
 namespace qray::server {
 namespace {
 
 constexpr int kBacklog = 512;
+constexpr const char* kRequestId = "X-Request-Id";
+constexpr size_t kMaxRequestIdBytes = 64;
 
 struct Listener {
   int fd = -1;
@@ -58,32 +63,54 @@ bool foreign_origin(const httplib::Request& req) {
   return slashes == std::string::npos || origin.substr(slashes + 3) != req.get_header_value("Host");
 }
 
-void refuse_raw(SocketStream& stream, const proto::Problem& problem) {
+// A client's own name for its request, when it is short and clean.
+bool is_request_id(std::string_view text) {
+  return !text.empty() && text.size() <= kMaxRequestIdBytes &&
+         std::all_of(text.begin(), text.end(), [](unsigned char c) {
+           return std::isalnum(c) || c == '-' || c == '_' || c == '.';
+         });
+}
+
+void refuse_raw(SocketStream& stream, const std::string& id, const proto::Problem& problem) {
   const std::string body = proto::problem_to_json(problem);
   stream.write("HTTP/1.1 " + std::to_string(problem.status) + " " + problem.title +
                "\r\nContent-Type: application/problem+json\r\nContent-Length: " +
-               std::to_string(body.size()) + "\r\nConnection: close\r\n\r\n" + body);
+               std::to_string(body.size()) + "\r\n" + kRequestId + ": " + id +
+               "\r\nX-Content-Type-Options: nosniff\r\nConnection: close\r\n\r\n" + body);
 }
 
 }  // namespace
 
 class HttpServer::Impl final : public httplib::Server {
  public:
-  Impl(Router router, const HttpLimits& limits)
-      : router_(std::move(router)), limits_(limits), connections_(limits.max_connections) {
+  Impl(Router router, const HttpLimits& limits, HttpHooks hooks)
+      : router_(std::move(router)),
+        hooks_(std::move(hooks)),
+        limits_(limits),
+        connections_(limits.max_connections) {
     // The library's one limit; the head check keeps each route's own.
     set_payload_max_length(std::max(limits.head.max_body_bytes, router_.max_body_bytes()));
     set_keep_alive_max_count(limits.max_requests_per_connection);
     set_keep_alive_timeout(
         std::chrono::duration_cast<std::chrono::seconds>(limits.stream.idle).count());
-    set_default_headers({{"X-Content-Type-Options", "nosniff"}, {"Accept-Ranges", "none"}});
-    // Paths without a body are answered before the library's own routing; the others are let
-    // through to have their body read, and only when a route knows them.
+    set_default_headers({{"X-Content-Type-Options", "nosniff"},
+                         {"Referrer-Policy", "no-referrer"},
+                         {"Cross-Origin-Resource-Policy", "same-origin"},
+                         {"Accept-Ranges", "none"}});
+    set_post_routing_handler([](const httplib::Request& req, httplib::Response& res) {
+      res.set_header(kRequestId, req.get_header_value(kRequestId));
+      // The page brings its own.
+      if (!res.has_header("Content-Security-Policy"))
+        res.set_header("Content-Security-Policy", "default-src 'none'; frame-ancestors 'none'");
+    });
+    // Whatever has no body is answered before the library's own routing; the others are let through
+    // to have their body read, and only when they may.
     set_pre_routing_handler([this](const httplib::Request& req, httplib::Response& res) {
-      const bool pass_on = (req.method == "POST" || req.method == "PUT") && !foreign_origin(req) &&
-                           router_.find(req.method, req.path).found();
-      if (!pass_on) dispatch(req, res);
-      return pass_on ? HandlerResponse::Unhandled : HandlerResponse::Handled;
+      const Router::Match match = router_.find(req.method, req.path);
+      if (refused(req, res, match)) return HandlerResponse::Handled;
+      if (req.method == "POST" || req.method == "PUT") return HandlerResponse::Unhandled;
+      (*match.handler)(req, res, match.id);
+      return HandlerResponse::Handled;
     });
     const auto with_body = [this](const httplib::Request& req, httplib::Response& res,
                                   const httplib::ContentReader& reader) {
@@ -96,9 +123,11 @@ class HttpServer::Impl final : public httplib::Server {
           try {
             std::rethrow_exception(e);
           } catch (const std::exception& what) {
-            spdlog::error("{} {}: exception: {}", req.method, req.path, what.what());
+            spdlog::error("request={} {} {}: exception: {}", req.get_header_value(kRequestId),
+                          req.method, req.path, what.what());
           } catch (...) {
-            spdlog::error("{} {}: unknown exception", req.method, req.path);
+            spdlog::error("request={} {} {}: unknown exception", req.get_header_value(kRequestId),
+                          req.method, req.path);
           }
           reply_problem(res, {500, "Internal error", "", {}});
         });
@@ -133,17 +162,23 @@ class HttpServer::Impl final : public httplib::Server {
   size_t connection_count() const { return connections_.count(); }
 
  private:
-  void dispatch(const httplib::Request& req, httplib::Response& res) {
+  // True: it was answered, by a file of the page or by why it may not go on.
+  bool refused(const httplib::Request& req, httplib::Response& res, const Router::Match& match) {
+    std::optional<proto::Problem> problem;
     if (foreign_origin(req)) {
-      return reply_problem(res, {403, "Foreign origin", "a page of another site asked", {}});
+      problem = proto::Problem{403, "Foreign origin", "a page of another site asked", {}};
+    } else if (match.found()) {
+      if (hooks_.gate) problem = hooks_.gate(req, match.needed);
+    } else if (!match.allow.empty()) {
+      res.set_header("Allow", match.allow);
+      problem = proto::Problem{405, "Method not allowed", "expected " + match.allow, {}};
+    } else {
+      const bool reads = req.method == "GET" || req.method == "HEAD";
+      if (reads && router_.fallback(req, res)) return true;
+      problem = proto::Problem{404, "Not found", "no such address", {}};
     }
-    const Router::Match match = router_.find(req.method, req.path);
-    if (match.handler) return (*match.handler)(req, res, match.id);
-    const bool reads = req.method == "GET" || req.method == "HEAD";
-    if (reads && match.allow.empty() && router_.fallback(req, res)) return;
-    if (match.allow.empty()) return reply_problem(res, {404, "Not found", "no such address", {}});
-    res.set_header("Allow", match.allow);
-    reply_problem(res, {405, "Method not allowed", "expected " + match.allow, {}});
+    if (problem) reply_problem(res, *problem);
+    return problem.has_value();
   }
 
   void dispatch_with_body(const httplib::Request& req, httplib::Response& res,
@@ -193,37 +228,59 @@ class HttpServer::Impl final : public httplib::Server {
   // False: the connection is over.
   bool serve_one(SocketStream& stream, uint64_t id, bool last) {
     std::string head;
-    switch (stream.read_head(limits_.head.max_head_bytes, head)) {
-      case SocketStream::HeadRead::kClosed:
-        return false;
-      case SocketStream::HeadRead::kTimeout:
-        refuse_raw(stream, {408, "Request timeout", "the head did not arrive in time", {}});
-        return false;
-      case SocketStream::HeadRead::kTooLarge:
-        refuse_raw(stream, {431,
+    const SocketStream::HeadRead read = stream.read_head(limits_.head.max_head_bytes, head);
+    if (read == SocketStream::HeadRead::kClosed) return false;
+    connections_.set_idle(id, false);
+    const auto begin = std::chrono::steady_clock::now();
+    Exchange exchange;
+    exchange.id = random_secret().substr(0, 16);
+    bool goes_on = false;
+    auto judged = judge_head(read, head);
+    if (const proto::Problem* problem = std::get_if<proto::Problem>(&judged)) {
+      refuse_raw(stream, exchange.id, *problem);
+    } else {
+      goes_on = process(stream, std::get<AcceptedHead>(std::move(judged)), last, exchange);
+    }
+    exchange.seconds =
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    exchange.status = stream.answer_status();
+    exchange.bytes_in = stream.received_bytes();
+    exchange.bytes_out = stream.sent_bytes();
+    if (hooks_.exchange) hooks_.exchange(exchange);
+    return goes_on;
+  }
+
+  std::variant<AcceptedHead, proto::Problem> judge_head(SocketStream::HeadRead read,
+                                                        std::string_view head) const {
+    if (read == SocketStream::HeadRead::kTimeout)
+      return proto::Problem{408, "Request timeout", "the head did not arrive in time", {}};
+    if (read == SocketStream::HeadRead::kTooLarge)
+      return proto::Problem{431,
                             "Header fields too large",
                             "expected at most " + std::to_string(limits_.head.max_head_bytes) +
                                 " bytes before the empty line",
-                            {}});
-        return false;
-      case SocketStream::HeadRead::kOk:
-        break;
-    }
-    connections_.set_idle(id, false);
-    auto checked = check_head(head, limits_.head, body_limit_);
-    if (const proto::Problem* problem = std::get_if<proto::Problem>(&checked)) {
-      refuse_raw(stream, *problem);
-      return false;
-    }
-    AcceptedHead& accepted = std::get<AcceptedHead>(checked);
+                            {}};
+    return check_head(head, limits_.head, body_limit_);
+  }
+
+  bool process(SocketStream& stream, AcceptedHead accepted, bool last, Exchange& exchange) {
     const bool close = last || accepted.close;
     stream.begin(std::move(accepted.text), accepted.body_bytes);
     bool closed = false;
-    const bool ok = process_request(stream, close, closed, nullptr);
+    const bool ok = process_request(stream, close, closed, [&](httplib::Request& req) {
+      const std::string given = req.get_header_value(kRequestId);
+      if (is_request_id(given)) exchange.id = given;
+      req.headers.erase(kRequestId);
+      req.set_header(kRequestId, exchange.id);
+      exchange.method = req.method;
+      exchange.target = req.target;
+      exchange.route = router_.find(req.method, req.path).pattern;
+    });
     return ok && !close && !closed && stream.skip_rest();
   }
 
   Router router_;
+  HttpHooks hooks_;
   HttpLimits limits_;
   const BodyLimit body_limit_ = [this](std::string_view method, std::string_view path) {
     return router_.max_body_bytes(method, path).value_or(limits_.head.max_body_bytes);
@@ -232,8 +289,8 @@ class HttpServer::Impl final : public httplib::Server {
   std::jthread acceptor_;
 };
 
-HttpServer::HttpServer(Router router, const HttpLimits& limits)
-    : impl_(std::make_unique<Impl>(std::move(router), limits)) {}
+HttpServer::HttpServer(Router router, const HttpLimits& limits, HttpHooks hooks)
+    : impl_(std::make_unique<Impl>(std::move(router), limits, std::move(hooks))) {}
 
 HttpServer::~HttpServer() = default;
 

@@ -21,9 +21,27 @@ struct HttpLimits {
   size_t max_requests_per_connection = 1000;
 };
 
+// Why a request with its route's scope may not go on; none: it may.
+using Gate = std::function<std::optional<proto::Problem>(const httplib::Request&, Scope needed)>;
+
+// A request and its answer, once both are over.
+struct Exchange {
+  std::string id;              // of the answer's X-Request-Id
+  std::string method, target;  // as sent; empty: the head was refused
+  std::string route;           // "/v1/jobs/{id}"; empty: none
+  int status = 0;              // 0: the client left before an answer
+  double seconds = 0;          // from its head to the answer's last byte
+  uint64_t bytes_in = 0, bytes_out = 0;
+};
+
+struct HttpHooks {
+  Gate gate;                                      // may be empty, as the other
+  std::function<void(const Exchange&)> exchange;  // called by the connection's thread
+};
+
 class HttpServer {
  public:
-  explicit HttpServer(Router router, const HttpLimits& limits = {});
+  explicit HttpServer(Router router, const HttpLimits& limits = {}, HttpHooks hooks = {});
   ~HttpServer();
 
   // Binds, listens, serves on a thread of its own. Port 0 picks one; the answer is the port.

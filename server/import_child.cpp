@@ -122,7 +122,12 @@ proto::SceneReport refusal(const ImportLimits& limits, int status) {
 Result<proto::SceneReport> read_upload(const ImportLimits& limits,
                                        const std::filesystem::path& folder,
                                        const std::string& entry, std::stop_token stop) {
-  const CheckScene check{folder,    entry, limits.memory_mib, limits.seconds, limits.unpacked_bytes,
+  const CheckScene check{folder,
+                         entry,
+                         limits.memory_mib,
+                         limits.seconds,
+                         limits.unpacked_bytes,
+                         limits.max_triangles,
                          ::getpid()};
   Result<Child> started = Child::start(limits.program, check.arguments());
   if (!started.ok()) return started.error();

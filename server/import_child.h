@@ -15,6 +15,7 @@ struct ImportLimits {
   uint64_t memory_mib = 2048;
   uint64_t seconds = 60;
   uint64_t unpacked_bytes = uint64_t{1} << 30;
+  uint64_t max_triangles = 5'000'000;
 };
 
 // The scene, or why `folder` holds none (its `error`). kCanceled: `stop`; kIo: no process could be

@@ -1,22 +1,25 @@
 // qrayd: starts the service, says where, and waits for SIGTERM or SIGINT. Or reads one upload for
-// the qrayd that started it.
-#include <spdlog/sinks/stdout_color_sinks.h>
+// the qrayd that started it, or makes a token.
 #include <spdlog/spdlog.h>
 
 #include <csignal>
 #include <cstdio>
 
 #include "server/check_scene.h"
+#include "server/log_format.h"
 #include "server/service.h"
+#include "server/tokens.h"
 
 int main(int argc, char** argv) {
   using namespace qray;
   if (const auto check = server::CheckScene::parse(argc, argv)) return server::check_scene(*check);
+  if (const auto code = server::token_command(argc, argv)) return *code;
   const server::ParsedConfig parsed = server::parse_config(argc, argv);
   if (!parsed.config) return parsed.exit_code;
   const server::Config& config = *parsed.config;
-  spdlog::set_default_logger(spdlog::stderr_color_mt("qrayd"));
-  spdlog::set_pattern("%Y-%m-%dT%H:%M:%S.%e%z %l %v");
+  server::set_up_log(config.log_format, config.log_level);
+
+  for (const std::string& line : parsed.effective) spdlog::info("option {}", line);
 
   // Blocked before any thread starts, so that only sigwait below sees them.
   sigset_t ends;
@@ -31,8 +34,9 @@ int main(int argc, char** argv) {
     spdlog::error("{}", service.error().text());
     return 1;
   }
-  if (config.host != "127.0.0.1" && config.host != "localhost" && config.host != "::1") {
-    spdlog::warn("listening on {}: anyone who reaches it can use this server", config.host);
+  if (config.tokens.empty() && config.no_auth) {
+    spdlog::warn("listening on {} without tokens: whoever reaches it can use this server",
+                 config.host);
   }
   const bool v6 = config.host.find(':') != std::string::npos;
   std::printf("qrayd listening on http://%s%s%s:%d\n", v6 ? "[" : "", config.host.c_str(),

@@ -84,6 +84,7 @@ void reply_tagged(const httplib::Request& req, httplib::Response& res, const Byt
 void reply_problem(httplib::Response& res, const proto::Problem& problem) {
   res.status = problem.status;
   res.set_header("Cache-Control", "no-store");
+  if (problem.status == 401) res.set_header("WWW-Authenticate", "Bearer realm=\"qray\"");
   if (problem.status == 429 || problem.status == 503) res.set_header("Retry-After", "5");
   res.set_content(proto::problem_to_json(problem), "application/problem+json");
 }

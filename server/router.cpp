@@ -16,20 +16,46 @@ std::vector<std::string> split(std::string_view path) {
 
 }  // namespace
 
-void Router::add(std::string method, std::string_view pattern, RouteHandler handler) {
-  routes_.push_back({std::move(method), split(pattern), std::move(handler), {}, 0});
+void Router::add(std::string method, std::string_view pattern, RouteHandler handler,
+                 std::optional<Scope> needed) {
+  const Scope scope = needed.value_or(usual_scope(method));
+  routes_.push_back(
+      {std::move(method), std::string(pattern), split(pattern), scope, std::move(handler), {}, 0});
 }
 
 void Router::add_stream(std::string method, std::string_view pattern, size_t max_body_bytes,
                         StreamHandler handler) {
-  routes_.push_back({std::move(method), split(pattern), {}, std::move(handler), max_body_bytes});
+  const Scope scope = usual_scope(method);
+  routes_.push_back({std::move(method),
+                     std::string(pattern),
+                     split(pattern),
+                     scope,
+                     {},
+                     std::move(handler),
+                     max_body_bytes});
+}
+
+std::vector<Router::RouteInfo> Router::routes() const {
+  std::vector<RouteInfo> infos;
+  for (const Route& route : routes_) infos.push_back({route.method, route.pattern, route.needed});
+  return infos;
 }
 
 Router::Match Router::find(std::string_view method, std::string_view path) const {
   Found found = find_route(method, path);
-  if (!found.route) return {nullptr, nullptr, "", std::move(found.allow)};
-  if (found.route->stream) return {nullptr, &found.route->stream, std::move(found.id), ""};
-  return {&found.route->handler, nullptr, std::move(found.id), ""};
+  Match match;
+  match.allow = std::move(found.allow);
+  match.id = std::move(found.id);
+  if (const Route* route = found.route) {
+    if (route->stream) {
+      match.stream = &route->stream;
+    } else {
+      match.handler = &route->handler;
+    }
+    match.needed = route->needed;
+    match.pattern = route->pattern;
+  }
+  return match;
 }
 
 std::optional<size_t> Router::max_body_bytes(std::string_view method, std::string_view path) const {

@@ -10,6 +10,8 @@
 #include <string_view>
 #include <vector>
 
+#include "server/scope.h"
+
 namespace qray::server {
 
 // `id`: what {id} stood for, empty without one.
@@ -21,7 +23,9 @@ using StreamHandler = std::function<void(const httplib::Request&, httplib::Respo
 
 class Router {
  public:
-  void add(std::string method, std::string_view pattern, RouteHandler handler);
+  // `needed`: of the caller's token; left out, what is usual for the method.
+  void add(std::string method, std::string_view pattern, RouteHandler handler,
+           std::optional<Scope> needed = {});
   // For bodies too large for memory: up to `max_body_bytes` instead of the server's own limit.
   void add_stream(std::string method, std::string_view pattern, size_t max_body_bytes,
                   StreamHandler handler);
@@ -33,10 +37,17 @@ class Router {
   struct Match {
     const RouteHandler* handler = nullptr;  // at most one of the two
     const StreamHandler* stream = nullptr;
+    Scope needed = Scope::kOpen;
+    std::string_view pattern;  // "/v1/jobs/{id}"; empty: no route
     std::string id;
     std::string allow;  // methods of this path, when there are others than the one asked
     bool found() const { return handler || stream; }
   };
+  struct RouteInfo {
+    std::string method, pattern;
+    Scope needed;
+  };
+  std::vector<RouteInfo> routes() const;
   Match find(std::string_view method, std::string_view path) const;
   // Of the body of a request; none: the server's own limit.
   std::optional<size_t> max_body_bytes(std::string_view method, std::string_view path) const;
@@ -48,8 +59,9 @@ class Router {
 
  private:
   struct Route {
-    std::string method;
+    std::string method, pattern;
     std::vector<std::string> segments;
+    Scope needed;
     RouteHandler handler;
     StreamHandler stream;
     size_t max_body_bytes = 0;

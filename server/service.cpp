@@ -1,12 +1,16 @@
 #include "server/service.h"
 
 #include <fcntl.h>
+#include <spdlog/spdlog.h>
 #include <sys/file.h>
 #include <unistd.h>
 
 #include <cstring>
 #include <thread>
 
+#include "core/base/file.h"
+#include "proto/openapi.h"
+#include "server/access.h"
 #include "server/handlers_assets.h"
 #include "server/handlers_events.h"
 #include "server/handlers_health.h"
@@ -18,10 +22,13 @@
 #include "server/handlers_web.h"
 #include "server/handlers_weights.h"
 #include "server/jobs/janitor.h"
+#include "server/metrics.h"
 
 namespace qray::server {
 namespace fs = std::filesystem;
 namespace {
+
+constexpr uint64_t kMaxOpenApiBytes = 1u << 20;
 
 int64_t now_ms() {
   return std::chrono::duration_cast<std::chrono::milliseconds>(
@@ -56,6 +63,66 @@ class FolderLock {
   int fd_;
 };
 
+Result<std::string> read_openapi(const fs::path& file) {
+  const Result<Bytes> yaml = read_file(file, kMaxOpenApiBytes);
+  if (!yaml.ok()) return yaml.error();
+  return proto::openapi_to_json(
+      {reinterpret_cast<const char*>(yaml.value().data()), yaml.value().size()});
+}
+
+proto::RequestLimits request_limits(const Config& config) {
+  proto::RequestLimits limits;
+  limits.max_bytes = config.json_mib << 20;
+  limits.max_nesting = config.json_depth;
+  limits.max_pixels = config.max_pixels;
+  limits.max_seconds = config.max_job_seconds;
+  return limits;
+}
+
+HttpLimits http_limits(const Config& config) {
+  const auto ms = [](double seconds) {
+    return std::chrono::milliseconds(static_cast<int64_t>(seconds * 1000));
+  };
+  HttpLimits limits;
+  limits.head.max_body_bytes = config.json_mib << 20;
+  limits.stream.idle = ms(config.idle_seconds);
+  limits.stream.head = ms(config.head_seconds);
+  limits.stream.body = ms(config.body_seconds);
+  limits.max_connections = config.max_connections;
+  return limits;
+}
+
+// Targets have no spaces and no control characters: the head check refuses them.
+void log_exchange(const Exchange& e) {
+  const auto level = e.status >= 500   ? spdlog::level::warn
+                     : e.status >= 400 ? spdlog::level::info
+                                       : spdlog::level::debug;
+  const auto or_dash = [](const std::string& text) { return text.empty() ? "-" : text; };
+  spdlog::log(level, "request={} method={} target={} status={} ms={:.1f} in={} out={}", e.id,
+              or_dash(e.method), or_dash(e.target), e.status, e.seconds * 1000, e.bytes_in,
+              e.bytes_out);
+}
+
+// Without tokens on an address that others reach, anybody could use this server.
+Result<Tokens> tokens_of(const Config& config) {
+  if (!config.tokens.empty()) return Tokens::read(config.tokens);
+  const std::string& host = config.host;
+  const bool only_here = host == "localhost" || host == "::1" || host.starts_with("127.");
+  if (!only_here && !config.no_auth) {
+    return Error{ErrorCode::kInvalid,
+                 "others reach this address, so tokens are needed: `qrayd token NAME admin` makes "
+                 "one and its line for a file that --tokens names; or --no-auth",
+                 "--host " + host};
+  }
+  return Tokens();
+}
+
+SceneLimits scene_limits(const Config& config) {
+  SceneLimits limits;
+  limits.max_triangles = config.max_triangles;
+  return limits;
+}
+
 int render_threads(int wanted) {
   return wanted > 0 ? wanted : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
 }
@@ -64,19 +131,23 @@ int render_threads(int wanted) {
 
 // In the order of their needs: what comes later uses what comes before.
 struct Service::Parts {
-  Parts(const Config& config, FolderLock taken, std::unique_ptr<Database> database)
-      : lock(std::move(taken)),
+  Parts(const Config& config, FolderLock taken, std::unique_ptr<Database> database, Tokens tokens)
+      : access(std::move(tokens), now_ms),
+        lock(std::move(taken)),
         db(std::move(database)),
         jobs(*db, events, now_ms),
         results(config.data),
         checkpoints(config.data, config.checkpoint_mib << 20),
         upload_quota(config.assets_gib << 30),
-        scenes(config.scenes, render_threads(config.threads), config.scene_mib << 20),
+        scenes(config.scenes, render_threads(config.threads), config.scene_mib << 20,
+               scene_limits(config)),
         web(config.web),
-        event_handlers(events, jobs) {}
+        event_handlers(events, jobs, config.max_streams) {}
 
+  Access access;
   FolderLock lock;
   std::unique_ptr<Database> db;
+  Metrics metrics;
   EventLog events;
   JobStore jobs;
   std::unique_ptr<TableStore> tables;
@@ -98,8 +169,10 @@ struct Service::Parts {
   std::unique_ptr<SceneImporter> importer;
   std::unique_ptr<SceneHandlers> scene_handlers;
   std::unique_ptr<AssetHandlers> asset_handlers;
+  std::unique_ptr<HealthHandlers> health_handlers;
   WebHandlers web;
   EventHandlers event_handlers;
+  std::vector<Router::RouteInfo> routes;
   std::unique_ptr<HttpServer> http;
   int port = 0;
 };
@@ -108,12 +181,18 @@ Service::Service(std::unique_ptr<Parts> parts) : parts_(std::move(parts)) {}
 
 Service::~Service() { stop(); }
 
-Result<std::unique_ptr<Service>> Service::start(const Config& config, const HttpLimits& http) {
+Result<std::unique_ptr<Service>> Service::start(const Config& config) {
+  Result<Tokens> tokens = tokens_of(config);
+  if (!tokens.ok()) return tokens.error();
   Result<FolderLock> lock = FolderLock::take(config.data);
   if (!lock.ok()) return lock.error();
   Result<std::unique_ptr<Database>> db = Database::open(config.data / "qray.sqlite");
   if (!db.ok()) return db.error();
-  auto parts = std::make_unique<Parts>(config, std::move(lock).value(), std::move(db).value());
+  auto parts = std::make_unique<Parts>(config, std::move(lock).value(), std::move(db).value(),
+                                       std::move(tokens).value());
+
+  Result<std::string> openapi = read_openapi(config.openapi);
+  if (!openapi.ok()) return openapi.error();
 
   // Step 1: what the last run left.
   Result<std::unique_ptr<TableStore>> tables =
@@ -142,24 +221,31 @@ Result<std::unique_ptr<Service>> Service::start(const Config& config, const Http
   });
 
   // Step 2: the routes, and the port: when it is taken, no job may start.
-  const Stores stores{parts->jobs,    *parts->tables, *parts->weights,
-                      parts->results, parts->scenes,  parts->checkpoints};
+  const Stores stores{parts->jobs,   *parts->tables,     *parts->weights, parts->results,
+                      parts->scenes, parts->checkpoints, &parts->metrics};
+  const proto::RequestLimits requests = request_limits(config);
   const JobRunner::Limits runner_limits{render_threads(config.threads), config.jobs_at_once,
                                         config.max_queued};
   parts->runner = std::make_unique<JobRunner>(stores, runner_limits, parts->clock, now_ms);
-  parts->job_handlers = std::make_unique<JobHandlers>(*parts->runner, stores, parts->events);
+  parts->job_handlers =
+      std::make_unique<JobHandlers>(*parts->runner, stores, parts->events, requests);
   parts->picture_handlers = std::make_unique<PictureHandlers>(*parts->runner, stores);
   parts->view_handlers = std::make_unique<ViewHandlers>(stores);
-  parts->table_handlers = std::make_unique<TableHandlers>(*parts->tables, now_ms);
+  parts->table_handlers = std::make_unique<TableHandlers>(*parts->tables, requests, now_ms);
   parts->weights_handlers = std::make_unique<WeightsHandlers>(*parts->weights);
   const ImportLimits import_limits{config.program, config.import_mib, config.import_seconds,
-                                   config.unpacked_mib << 20};
+                                   config.unpacked_mib << 20, config.max_triangles};
   parts->importer = std::make_unique<SceneImporter>(
       *parts->assets, *parts->uploads, parts->upload_quota, import_limits, config.imports);
   parts->scene_handlers = std::make_unique<SceneHandlers>(SceneHandlers::Uses{
-      *parts->importer, parts->scenes, *parts->uploads, *parts->assets, parts->jobs});
+      *parts->importer, parts->scenes, *parts->uploads, *parts->assets, parts->jobs, requests});
   parts->asset_handlers = std::make_unique<AssetHandlers>(*parts->assets, config.asset_mib << 20);
+  parts->health_handlers = std::make_unique<HealthHandlers>(HealthHandlers::Uses{
+      *parts->db, parts->metrics, parts->event_handlers,
+      [&http = parts->http] { return http ? http->connection_count() : 0; }, now_ms, config.data,
+      uint64_t{config.min_free_mib} << 20, std::move(openapi).value()});
   Router router;
+  parts->access.add_to(router);
   parts->job_handlers->add_to(router);
   parts->picture_handlers->add_to(router);
   parts->view_handlers->add_to(router);
@@ -169,8 +255,15 @@ Result<std::unique_ptr<Service>> Service::start(const Config& config, const Http
   parts->weights_handlers->add_to(router);
   parts->asset_handlers->add_to(router);
   parts->scene_handlers->add_to(router);
-  add_health_routes(router);
-  parts->http = std::make_unique<HttpServer>(std::move(router), http);
+  parts->health_handlers->add_to(router);
+  parts->routes = router.routes();
+  parts->http = std::make_unique<HttpServer>(
+      std::move(router), http_limits(config),
+      HttpHooks{[p = parts.get()](auto& req, Scope needed) { return p->access.judge(req, needed); },
+                [p = parts.get()](const Exchange& exchange) {
+                  p->metrics.add_exchange(exchange);
+                  log_exchange(exchange);
+                }});
   Result<int> port = parts->http->start(config.host, config.port);
   if (!port.ok()) return port.error();
   parts->port = port.value();
@@ -183,6 +276,7 @@ Result<std::unique_ptr<Service>> Service::start(const Config& config, const Http
 
 void Service::stop() {
   if (!parts_->http) return;
+  parts_->health_handlers->drain();
   parts_->events.close();
   parts_->view_handlers->stop();
   parts_->importer->stop();
@@ -193,6 +287,8 @@ void Service::stop() {
 }
 
 int Service::port() const { return parts_->port; }
+
+const std::vector<Router::RouteInfo>& Service::routes() const { return parts_->routes; }
 
 size_t Service::stream_count() const { return parts_->event_handlers.stream_count(); }
 

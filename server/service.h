@@ -13,13 +13,14 @@ namespace qray::server {
 class Service {
  public:
   // Takes the data folder (kConflict: another server has it), recovers its jobs, and serves.
-  static Result<std::unique_ptr<Service>> start(const Config& config, const HttpLimits& http = {});
+  static Result<std::unique_ptr<Service>> start(const Config& config);
   // As stop().
   ~Service();
   // Ends streams and connections; the running job goes back to the queue of the next start.
   void stop();
 
   int port() const;
+  const std::vector<Router::RouteInfo>& routes() const;
   size_t stream_count() const;
   size_t connection_count() const;
 

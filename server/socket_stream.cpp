@@ -5,6 +5,7 @@
 #include <sys/socket.h>
 
 #include <cerrno>
+#include <charconv>
 #include <cstring>
 
 namespace qray::server {
@@ -22,6 +23,15 @@ void describe(const sockaddr_storage& address, socklen_t size, std::string& ip, 
     ip = host;
     port = std::atoi(service);
   }
+}
+
+// "HTTP/1.1 404 Not Found": 404.
+int status_of(std::string_view line) {
+  constexpr std::string_view kVersion = "HTTP/1.1 ";
+  int status = 0;
+  if (line.starts_with(kVersion) && line.size() >= kVersion.size() + 3)
+    std::from_chars(line.data() + kVersion.size(), line.data() + kVersion.size() + 3, status);
+  return status;
 }
 
 }  // namespace
@@ -54,11 +64,17 @@ ssize_t SocketStream::receive(Time deadline) {
   do {
     got = ::recv(fd_, block, sizeof block, 0);
   } while (got < 0 && errno == EINTR);
-  if (got > 0) raw_.append(block, static_cast<size_t>(got));
+  if (got > 0) {
+    raw_.append(block, static_cast<size_t>(got));
+    received_bytes_ += static_cast<uint64_t>(got);
+  }
   return got;
 }
 
 SocketStream::HeadRead SocketStream::read_head(size_t max_bytes, std::string& head) {
+  answer_status_ = 0;
+  received_bytes_ = raw_.size();
+  sent_bytes_ = 0;
   // An empty line before a request is allowed (RFC 9112, section 2.2).
   const auto skip_empty_lines = [&] {
     while (raw_.starts_with("\r\n")) raw_.erase(0, 2);
@@ -154,13 +170,17 @@ ssize_t SocketStream::read(char* out, size_t size) {
 }
 
 ssize_t SocketStream::write(const char* data, size_t size) {
+  if (answer_status_ == 0) answer_status_ = status_of({data, size});
   const Time deadline = steady_clock::now() + limits_.write_stall + milliseconds(size / 100);
   size_t sent = 0;
   while (sent < size) {
     const Time stall = steady_clock::now() + limits_.write_stall;
     if (!wait(POLLOUT, std::min(deadline, stall))) return -1;
     const ssize_t n = ::send(fd_, data + sent, size - sent, MSG_NOSIGNAL | MSG_DONTWAIT);
-    if (n > 0) sent += static_cast<size_t>(n);
+    if (n > 0) {
+      sent += static_cast<size_t>(n);
+      sent_bytes_ += static_cast<uint64_t>(n);
+    }
     if (n < 0 && errno != EINTR && errno != EAGAIN) return -1;
   }
   return static_cast<ssize_t>(size);

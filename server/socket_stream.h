@@ -30,6 +30,10 @@ class SocketStream final : public httplib::Stream {
   void begin(std::string head, size_t body_bytes);
   // Reads what the parser left of the body. False: the connection cannot go on.
   bool skip_rest();
+  // Since read_head() was called last: the answer's status (0: none yet), and bytes on the wire.
+  int answer_status() const { return answer_status_; }
+  uint64_t received_bytes() const { return received_bytes_; }
+  uint64_t sent_bytes() const { return sent_bytes_; }
   // Lets the client read the last answer even when it is still sending.
   void linger(std::chrono::milliseconds time);
 
@@ -58,6 +62,8 @@ class SocketStream final : public httplib::Stream {
   size_t body_left_ = 0;
   Time begun_{};
   Time body_deadline_{};
+  int answer_status_ = 0;
+  uint64_t received_bytes_ = 0, sent_bytes_ = 0;
 };
 
 }  // namespace qray::server

@@ -10,7 +10,13 @@ export class ApiError extends Error {
   }
 }
 
-async function call(path, options = {}) {
+let sign_in = null;
+// `ask`: resolves when there is a session; called when a call was answered 401, which then goes on.
+export function on_unauthorized(ask) {
+  sign_in = ask;
+}
+
+async function call(path, { asks = true, ...options } = {}) {
   let response;
   try {
     response = await fetch(path, { cache: 'no-store', ...options });
@@ -19,6 +25,10 @@ async function call(path, options = {}) {
     throw new ApiError(0, 'The server cannot be reached.');
   }
   if (response.ok) return response;
+  if (response.status === 401 && asks && sign_in) {
+    await sign_in();
+    return call(path, options);
+  }
   // A proxy between page and server may answer something else than problem+json.
   const problem = await response.json().catch(() => ({}));
   const message = problem.detail || problem.title || `HTTP ${response.status}`;
@@ -27,6 +37,16 @@ async function call(path, options = {}) {
     retry_after_s: Number(response.headers.get('retry-after')) || null,
   });
 }
+
+// Whether this page may look; it is asked for a token if not.
+export const check_access = () => call('/v1/');
+
+export const open_session = (token) => call('/v1/session', {
+  asks: false,
+  method: 'POST',
+  headers: { 'content-type': 'application/json' },
+  body: JSON.stringify({ token }),
+});
 
 const job_path = (id) => `/v1/jobs/${encodeURIComponent(id)}`;
 const get_json = async (path) => (await call(path)).json();

@@ -1,12 +1,15 @@
 // The page: wires the store, the event stream, the form, the list and the viewer. Which jobs are
 // shown stands in the address (#job=j000001&with=j000002), so a reload or a link shows the same.
-import { ApiError, list_scenes, list_weights } from './api.js';
+import {
+  ApiError, check_access, list_scenes, list_weights, on_unauthorized,
+} from './api.js';
 import { EventStream } from './event_stream.js';
 import { has_ended, state_words } from './format.js';
 import { JobForm } from './job_form.js';
 import { JobList } from './job_list.js';
 import { JobStore } from './job_store.js';
 import { SceneDrop } from './scene_drop.js';
+import { SignIn } from './sign_in.js';
 import { Viewer } from './viewer.js';
 
 const by_id = (id) => document.getElementById(id);
@@ -20,6 +23,8 @@ function from_address() {
   return { job, with: job && other !== job ? other : null };
 }
 
+const sign_in = new SignIn(by_id('sign-in'));
+on_unauthorized(() => sign_in.ask());
 const store = new JobStore();
 let selected = from_address();
 let announced = '';
@@ -121,4 +126,4 @@ by_id('older').addEventListener('click', () => store.load_older().catch(() => {}
 addEventListener('hashchange', select_from_address);
 if (selected.job && matchMedia('(max-width: 800px)').matches) by_id('new-job').open = false;
 select_from_address();
-stream.open();
+check_access().catch(() => {}).then(() => stream.open());

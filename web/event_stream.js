@@ -2,6 +2,8 @@
 // Calls on_event(name, data) for each, on_sync() when everything must be fetched anew (each time
 // the stream opens, and on `reset`), and on_connection(true|false) when the stream comes or goes.
 
+import { check_access } from './api.js';
+
 const kNames = ['state', 'loading', 'progress', 'table', 'done', 'deleted'];
 const kNoticeDelayMs = 1500; // a stream that comes back at once is not worth a notice
 const kRetryMs = 2000;
@@ -38,8 +40,12 @@ export class EventStream {
       this.#notice_timer = setTimeout(() => this.#handlers.on_connection(false), kNoticeDelayMs);
     }
     // The browser reconnects by itself, except after an answer that is not an event stream.
-    if (this.#source.readyState === EventSource.CLOSED) {
-      setTimeout(() => this.open(), kRetryMs);
-    }
+    if (this.#source.readyState === EventSource.CLOSED) this.#open_again();
+  }
+
+  // Its session may be over: then the page asks for a token first.
+  async #open_again() {
+    await check_access().catch(() => {});
+    setTimeout(() => this.open(), kRetryMs);
   }
 }

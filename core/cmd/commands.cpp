@@ -25,7 +25,7 @@ int run_command_line(int argc, const char* const* argv) {
   add_submit(app, exit_code);
   add_watch(app, exit_code);
   add_wait(app, exit_code);
-  add_cancel(app, exit_code);
+  add_job_actions(app, exit_code);
   add_fetch(app, exit_code);
   try {
     app.parse(argc, argv);

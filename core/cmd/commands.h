@@ -28,7 +28,7 @@ void add_thesis(CLI::App& app, int& exit_code);
 void add_submit(CLI::App& app, int& exit_code);
 void add_watch(CLI::App& app, int& exit_code);
 void add_wait(CLI::App& app, int& exit_code);
-void add_cancel(CLI::App& app, int& exit_code);
+void add_job_actions(CLI::App& app, int& exit_code);  // cancel, pause, resume, extend, log
 void add_fetch(CLI::App& app, int& exit_code);
 
 // Runs one command line and returns its exit code.

@@ -11,7 +11,8 @@ namespace qray::cmd {
 namespace {
 
 struct Options {
-  std::string id, server, out;
+  std::string id, out;
+  ServerAddress server;
   float exposure = 0;
 };
 

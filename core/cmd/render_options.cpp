@@ -16,6 +16,10 @@ void add_render_options(CLI::App& app, RenderOptions& o) {
   app.add_flag("--no-nee", o.no_nee, "no direct light sampling");
   auto* samples = app.add_option("--spp", o.samples, "samples a pixel, learning counted");
   app.add_option("--seconds", o.seconds, "render as long as this instead")->excludes(samples);
+  app.add_option(
+      "--noise", o.noise,
+      "stop when the picture's relative error, as its samples tell it, is that low; --spp "
+      "or --seconds bound it (default: an hour)");
   app.add_option("--seed", o.seed, "of the random numbers; default 1");
   app.add_option("--size", o.size, "WIDTHxHEIGHT in pixels; default: the scene's");
   app.add_option("--pixels", o.pixels,
@@ -65,7 +69,16 @@ Result<RenderSettings> make_settings(const RenderOptions& o, const Scene& scene)
     settings.seconds = *o.seconds;
     settings.samples = 0;
   }
-  if (o.samples) settings.samples = *o.samples;
+  if (o.noise) {
+    constexpr double kNoiseSeconds = 3600;  // as the server has it
+    settings.noise = *o.noise;
+    if (!o.seconds) settings.seconds = kNoiseSeconds;
+    settings.samples = 0;
+  }
+  if (o.samples) {
+    settings.samples = *o.samples;
+    settings.seconds = 0;
+  }
   if (o.seed) settings.seed = *o.seed;
   if (o.pixels) settings.pixels = *pixels_named(*o.pixels);
   if (o.max_depth) settings.max_depth = *o.max_depth;
@@ -83,6 +96,7 @@ Result<proto::JobSubmission> make_submission(const RenderOptions& o) {
   if (o.no_nee) submission.nee = false;
   submission.samples = o.samples;
   submission.seconds = o.seconds;
+  submission.noise = o.noise;
   submission.seed = o.seed;
   submission.max_depth = o.max_depth;
   submission.learning_samples = o.learning_samples;

@@ -20,7 +20,7 @@ struct RenderOptions {
   std::optional<std::string> method;
   bool no_nee = false;
   std::optional<int> samples, max_depth, learning_samples, grid;
-  std::optional<double> seconds;
+  std::optional<double> seconds, noise;
   std::optional<uint64_t> seed;
   std::optional<float> alpha, gamma;
   std::string size;  // "WxH"

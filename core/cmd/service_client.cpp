@@ -79,7 +79,8 @@ struct ServiceClient::Impl {
 ServiceClient::ServiceClient(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 ServiceClient::~ServiceClient() = default;
 
-Result<std::unique_ptr<ServiceClient>> ServiceClient::open(const std::string& url) {
+Result<std::unique_ptr<ServiceClient>> ServiceClient::open(const ServerAddress& server) {
+  const std::string& url = server.url;
   const Error bad{ErrorCode::kInvalid,
                   "expected a server such as http://127.0.0.1:8080, got '" + url + "'", "--server"};
   static const std::regex kForm(
@@ -89,6 +90,9 @@ Result<std::unique_ptr<ServiceClient>> ServiceClient::open(const std::string& ur
   std::signal(SIGPIPE, SIG_IGN);  // a server that hangs up while we send is an error, not our end
   auto impl = std::make_unique<Impl>(match[1].str());
   if (!impl->http.is_valid()) return bad;
+  if (server.token.find_first_of("\r\n") != std::string::npos)
+    return Error{ErrorCode::kInvalid, "expected one line", "--token"};
+  if (!server.token.empty()) impl->http.set_bearer_token_auth(server.token.c_str());
   return std::unique_ptr<ServiceClient>(new ServiceClient(std::move(impl)));
 }
 
@@ -139,9 +143,24 @@ Result<proto::JobView> ServiceClient::job(const std::string& id) {
   return impl_->job_of(impl_->http.Get("/v1/jobs/" + id));
 }
 
-Result<proto::JobView> ServiceClient::cancel(const std::string& id) {
+Result<proto::JobView> ServiceClient::act(const std::string& id, const std::string& action) {
   if (Status s = check_id(id); !s) return s.error();
-  return impl_->job_of(impl_->http.Post("/v1/jobs/" + id + "/cancel", "", "application/json"));
+  return impl_->job_of(impl_->http.Post("/v1/jobs/" + id + "/" + action, "", "application/json"));
+}
+
+Result<proto::JobView> ServiceClient::extend(const std::string& id,
+                                             const proto::MoreSubmission& more) {
+  if (Status s = check_id(id); !s) return s.error();
+  return impl_->job_of(impl_->http.Post("/v1/jobs/" + id + "/extend",
+                                        proto::more_submission_json(more), "application/json"));
+}
+
+Result<std::string> ServiceClient::log(const std::string& id) {
+  if (Status s = check_id(id); !s) return s.error();
+  const httplib::Result result = impl_->http.Get("/v1/jobs/" + id + "/log");
+  if (!result) return impl_->unreachable(result.error());
+  if (result->status != 200) return refusal(result->status, result->body, impl_->url);
+  return result->body;
 }
 
 Result<Bytes> ServiceClient::image(const std::string& id, const std::string& format,
@@ -192,11 +211,13 @@ Status ServiceClient::events(const std::string& id, const std::string& after,
   return {};
 }
 
-void add_server_option(CLI::App& app, std::string& url) {
-  url = "http://127.0.0.1:8080";
-  app.add_option("--server", url, "the server's URL")
+void add_server_option(CLI::App& app, ServerAddress& server) {
+  server.url = "http://127.0.0.1:8080";
+  app.add_option("--server", server.url, "the server's URL")
       ->envname("QRAY_SERVER")
       ->capture_default_str();
+  app.add_option("--token", server.token, "for a server that asks for one; better as the variable")
+      ->envname("QRAY_TOKEN");
 }
 
 int report_client(const Error& error) {

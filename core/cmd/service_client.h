@@ -19,10 +19,14 @@ class App;
 
 namespace qray::cmd {
 
+struct ServerAddress {
+  std::string url;    // "http://127.0.0.1:8080"
+  std::string token;  // empty: none
+};
+
 class ServiceClient {
  public:
-  // `url`: "http://127.0.0.1:8080".
-  static Result<std::unique_ptr<ServiceClient>> open(const std::string& url);
+  static Result<std::unique_ptr<ServiceClient>> open(const ServerAddress& server);
   ~ServiceClient();
   ServiceClient(const ServiceClient&) = delete;
   ServiceClient& operator=(const ServiceClient&) = delete;
@@ -32,7 +36,10 @@ class ServiceClient {
   Result<proto::SceneView> post_scene(const proto::SceneSubmission& submission);
   Result<proto::JobView> submit(const proto::JobSubmission& submission);
   Result<proto::JobView> job(const std::string& id);
-  Result<proto::JobView> cancel(const std::string& id);
+  // `action`: cancel, pause, resume.
+  Result<proto::JobView> act(const std::string& id, const std::string& action);
+  Result<proto::JobView> extend(const std::string& id, const proto::MoreSubmission& more);
+  Result<std::string> log(const std::string& id);
   // `format`: "exr" or "png"; `exposure` in stops, for png.
   Result<Bytes> image(const std::string& id, const std::string& format, float exposure);
   // Calls `on_event` until it returns false or the stream ends.
@@ -45,8 +52,8 @@ class ServiceClient {
   std::unique_ptr<Impl> impl_;
 };
 
-// --server, else the variable QRAY_SERVER, else http://127.0.0.1:8080.
-void add_server_option(CLI::App& app, std::string& url);
+// --server, else the variable QRAY_SERVER, else http://127.0.0.1:8080; --token, else QRAY_TOKEN.
+void add_server_option(CLI::App& app, ServerAddress& server);
 // As report(), but kExitUnreachable for kIo.
 int report_client(const Error& error);
 // Says how a job ended, and the exit code that tells a script.

@@ -11,13 +11,23 @@ namespace {
 
 struct Options {
   RenderOptions render;
-  std::string table, server;
+  std::string table;
+  std::optional<int> priority;
+  std::vector<std::string> labels;  // "name:value"
+  ServerAddress server;
 };
 
 Status run(const Options& o) {
   Result<proto::JobSubmission> submission = make_submission(o.render);
   if (!submission) return submission.error();
   if (!o.table.empty()) submission.value().table = o.table;
+  submission.value().priority = o.priority;
+  for (const std::string& label : o.labels) {
+    const size_t colon = label.find(':');
+    if (colon == std::string::npos)
+      return Error{ErrorCode::kInvalid, "expected NAME:VALUE, got '" + label + "'", "--label"};
+    submission.value().labels[label.substr(0, colon)] = label.substr(colon + 1);
+  }
   Result<std::unique_ptr<ServiceClient>> client = ServiceClient::open(o.server);
   if (!client) return client.error();
   std::error_code ec;
@@ -42,6 +52,8 @@ void add_submit(CLI::App& app, int& exit_code) {
       "prints the job's id");
   add_render_options(*sub, o->render);
   sub->add_option("--table", o->table, "auto (default), none, or a table's id");
+  sub->add_option("--priority", o->priority, "-5..5: each step is twice the share of the server");
+  sub->add_option("--label", o->labels, "NAME:VALUE, to find the job by; may be given again");
   add_server_option(*sub, o->server);
   sub->callback([o, &exit_code] {
     if (Status s = run(*o); !s) exit_code = report_client(s.error());

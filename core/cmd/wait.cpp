@@ -14,7 +14,8 @@ namespace {
 constexpr auto kPollPause = std::chrono::milliseconds(300);
 
 struct Options {
-  std::string id, server;
+  std::string id;
+  ServerAddress server;
   double timeout_seconds = 0;  // 0: none
 };
 

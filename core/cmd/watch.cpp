@@ -58,7 +58,8 @@ Result<proto::JobView> follow(ServiceClient& client, const std::string& id, Prog
 }
 
 struct Options {
-  std::string id, server;
+  std::string id;
+  ServerAddress server;
   bool quiet = false;
 };
 

@@ -41,7 +41,7 @@ bool JobKeeper::save(const std::function<void(SnapshotWriter&)>& write) {
     failure_.clear();
   } else {
     if (failure_.empty())
-      spdlog::warn("{}: its state cannot be written: {}", id_.text(), written.error().text());
+      spdlog::warn("job={} its state cannot be written: {}", id_.text(), written.error().text());
     failure_ = written.error().text();
   }
   return !held_.load(std::memory_order_relaxed);

@@ -8,6 +8,7 @@
 #include "server/jobs/job_settings.h"
 #include "server/jobs/load_ticker.h"
 #include "server/jobs/progress_ticker.h"
+#include "server/metrics.h"
 
 namespace qray::server {
 namespace {
@@ -46,7 +47,7 @@ void JobRun::run(const std::function<bool()>& stopping) {
   } catch (const std::bad_alloc&) {
     done = Error{ErrorCode::kTooLarge, "there is not enough memory for this job", ""};
   } catch (const std::exception& e) {
-    spdlog::error("{}: exception: {}", id_.text(), e.what());
+    spdlog::error("job={} exception: {}", id_.text(), e.what());
     done = Error{ErrorCode::kIo, "internal error; the server's log has more", ""};
   }
   if (!done.ok()) end(done.error(), stopping());
@@ -208,6 +209,7 @@ Result<JobRun::Rendered> JobRun::render_from_fitting() {
 }
 
 Status JobRun::finish(Rendered rendered) {
+  const double begin = context_.clock.seconds();
   const RenderStats& stats = rendered.result.stats;
   // A short job's learning may have ended between two looks at it.
   if (job_.state == JobState::kLearning) (void)move(JobState::kRendering);
@@ -250,9 +252,12 @@ Status JobRun::finish(Rendered rendered) {
     job.biased = !stats.unbiased || rendered.result.recovered;
     job.warnings = warnings_;
   };
-  Status done = move(JobState::kSucceeded, change);
-  if (done.ok()) context_.stores.checkpoints.finished(id_);
-  return done;
+  const Status succeeded = move(JobState::kSucceeded, change);
+  if (!succeeded.ok()) return succeeded;
+  context_.stores.checkpoints.finished(id_);
+  if (Metrics* metrics = context_.stores.metrics)
+    metrics->add_job(stats, context_.clock.seconds() - begin, !rendered.table_in.empty());
+  return succeeded;
 }
 
 void JobRun::keep_partial_picture() {
@@ -262,7 +267,7 @@ void JobRun::keep_partial_picture() {
                                   {"seed", std::to_string(settings_.seed)},
                                   {"unfinished", "true"}};
   if (Status s = context_.stores.results.save(id_, live_->film(), metadata); !s.ok()) {
-    spdlog::error("{}: the picture is lost: {}", id_.text(), s.error().text());
+    spdlog::error("job={} the picture is lost: {}", id_.text(), s.error().text());
   }
 }
 
@@ -293,7 +298,7 @@ void JobRun::end(const Error& error, bool stopping) {
   if (!moved.ok()) moved = context_.stores.jobs.move(id_, JobState::kPaused, change);
   if (!moved.ok()) moved = context_.stores.jobs.move(id_, JobState::kCanceled, change);
   if (!moved.ok()) {
-    spdlog::error("{}: its end cannot be recorded: {}", id_.text(), moved.error().text());
+    spdlog::error("job={} its end cannot be recorded: {}", id_.text(), moved.error().text());
   }
 }
 

@@ -53,7 +53,7 @@ void JobRunner::work(std::stop_token stop) {
     if (job.ok()) {
       run(job.value(), stop);
     } else {
-      spdlog::error("{}: cannot be run: {}", id->text(), job.error().text());
+      spdlog::error("job={} cannot be run: {}", id->text(), job.error().text());
     }
   }
 }
@@ -84,7 +84,7 @@ void JobRunner::run(const JobRecord& record, std::stop_token stop) {
   }
   const Result<JobRecord> job = stores_.jobs.get(id);
   if (job.ok()) {
-    spdlog::info("{} {} after {:.1f} s{}", id.text(), to_string(job.value().state),
+    spdlog::info("job={} {} after {:.1f} s{}", id.text(), to_string(job.value().state),
                  clock_.seconds() - start,
                  job.value().error ? ": " + job.value().error->message : "");
   }
@@ -109,7 +109,7 @@ Result<JobRecord> JobRunner::submit(const proto::JobRequest& request,
     return Error{ErrorCode::kInvalid, "the scene was deleted", "/scene"};
   }
   if (Status s = queue_.push(job.value().id, request.priority); !s.ok()) return s.error();
-  spdlog::info("{} queued: {} {}", job.value().id.text(), request.scene, request.method);
+  spdlog::info("job={} queued: {} {}", job.value().id.text(), request.scene, request.method);
   return job;
 }
 

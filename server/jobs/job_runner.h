@@ -21,6 +21,8 @@
 
 namespace qray::server {
 
+class Metrics;
+
 struct Stores {
   JobStore& jobs;
   TableStore& tables;
@@ -28,6 +30,7 @@ struct Stores {
   ResultStore& results;
   SceneStore& scenes;
   CheckpointStore& checkpoints;
+  Metrics* metrics = nullptr;  // may be
 };
 
 class JobRunner {

@@ -23,7 +23,7 @@ bool LoadTicker::tell(LoadStep step, double fraction) {
   const std::string_view step_name = step == LoadStep::kReading ? "reading" : "building";
   const Status published = jobs_.publish_hint(
       {0, name, "loading", proto::loading_event(name, step_name, fraction, now - start_)});
-  if (!published.ok()) spdlog::error("{}: {}", name, published.error().text());
+  if (!published.ok()) spdlog::error("job={} {}", name, published.error().text());
   return true;
 }
 

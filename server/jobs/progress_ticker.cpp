@@ -21,7 +21,7 @@ ProgressTicker::ProgressTicker(JobStore& jobs, const LiveJob& live, bool learnin
         try {
           watch(stop, jobs, live, learning);
         } catch (const std::exception& e) {
-          spdlog::error("{}: no more progress: {}", live.id().text(), e.what());
+          spdlog::error("job={} no more progress: {}", live.id().text(), e.what());
         }
       }) {}
 
@@ -37,7 +37,7 @@ void ProgressTicker::watch(std::stop_token stop, JobStore& jobs, const LiveJob& 
       learning = false;
       const Result<JobRecord> moved = jobs.move(live.id(), JobState::kRendering);
       if (!moved.ok() && moved.error().code != ErrorCode::kConflict) {  // conflict: canceled
-        spdlog::error("{}: {}", live.id().text(), moved.error().text());
+        spdlog::error("job={} {}", live.id().text(), moved.error().text());
       }
     }
     const uint64_t version = live.film().version();
@@ -48,7 +48,7 @@ void ProgressTicker::watch(std::stop_token stop, JobStore& jobs, const LiveJob& 
     const std::string name = live.id().text();
     const Status published = jobs.publish_hint(
         {0, name, "progress", proto::progress_event(name, live.progress(), version)});
-    if (!published.ok()) spdlog::error("{}: {}", name, published.error().text());
+    if (!published.ok()) spdlog::error("job={} {}", name, published.error().text());
   }
 }
 

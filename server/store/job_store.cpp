@@ -130,7 +130,7 @@ Status JobStore::write_log(Database::Session& session, JobId id, std::string_vie
 void JobStore::log(JobId id, std::string_view level, std::string_view text) {
   Database::Session session(db_);
   if (Status s = write_log(session, id, level, text); !s.ok())
-    spdlog::error("{}: its log: {}", id.text(), s.error().text());
+    spdlog::error("job={} its log: {}", id.text(), s.error().text());
 }
 
 Result<std::vector<JobStore::LogLine>> JobStore::log_of(JobId id) const {

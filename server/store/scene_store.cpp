@@ -69,7 +69,7 @@ std::optional<std::pair<int, int>> SceneStore::size(const std::string& name) {
     if (found != known_.end() && found->second.stamp == stamp) return found->second.size;
   }
   Known known{stamp, {}};
-  if (Result<LoadedScene> loaded = load_scene(path.value()); loaded.ok()) {
+  if (Result<LoadedScene> loaded = load_scene(path.value(), {limits_, false, {}}); loaded.ok()) {
     known.size = {loaded.value().scene.width, loaded.value().scene.height};
   }
   std::lock_guard lock(mutex_);
@@ -91,7 +91,7 @@ Result<std::shared_ptr<const PreparedScene>> SceneStore::prepare(const std::stri
     }
   }
   Result<std::shared_ptr<const PreparedScene>> made =
-      load_and_prepare_scene(path.value(), build_threads_, {{}, false, watch});
+      load_and_prepare_scene(path.value(), build_threads_, {limits_, false, watch});
   if (!made.ok() && made.error().code == ErrorCode::kCanceled) return made;
   std::lock_guard lock(mutex_);
   Known known{stamp, {}};

@@ -17,8 +17,12 @@ namespace qray::server {
 class SceneStore {
  public:
   // `max_bytes`: of the prepared scenes; the newest is kept whatever its size.
-  SceneStore(std::filesystem::path folder, int build_threads, size_t max_bytes)
-      : folder_(std::move(folder)), build_threads_(build_threads), max_bytes_(max_bytes) {}
+  SceneStore(std::filesystem::path folder, int build_threads, size_t max_bytes,
+             const SceneLimits& limits = {})
+      : folder_(std::move(folder)),
+        build_threads_(build_threads),
+        max_bytes_(max_bytes),
+        limits_(limits) {}
 
   // Uploaded scenes too, from now on. Before any other call.
   void add_uploads(const UploadedScenes& uploads) { uploads_ = &uploads; }
@@ -53,6 +57,7 @@ class SceneStore {
   const UploadedScenes* uploads_ = nullptr;
   int build_threads_;
   size_t max_bytes_;
+  SceneLimits limits_;
   std::mutex mutex_;
   std::list<Prepared> prepared_;  // newest use first
   std::map<std::string, Known> known_;

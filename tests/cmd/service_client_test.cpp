@@ -22,6 +22,7 @@ class FakeServer {
     http_.Post("/v1/jobs", [this](const httplib::Request& req, httplib::Response& res) {
       const std::lock_guard lock(mutex_);
       posted_ = req.body;
+      authorization_ = req.get_header_value("Authorization");
       answer_post(res);
     });
     http_.Get("/v1/jobs/j1", [this](const httplib::Request&, httplib::Response& res) {
@@ -31,6 +32,13 @@ class FakeServer {
     http_.Post("/v1/jobs/j1/cancel", [](const httplib::Request&, httplib::Response& res) {
       res.status = 202;
       res.set_content(R"({"id":"j1","state":"canceling"})", "application/json");
+    });
+    http_.Post("/v1/jobs/j1/extend", [](const httplib::Request& req, httplib::Response& res) {
+      const nlohmann::json job = {{"id", "j1"}, {"state", "queued " + req.body}};
+      res.set_content(job.dump(), "application/json");
+    });
+    http_.Get("/v1/jobs/j1/log", [](const httplib::Request&, httplib::Response& res) {
+      res.set_content("then info queued\n", "text/plain");
     });
     http_.Get("/v1/jobs/j1/image.png", [](const httplib::Request& req, httplib::Response& res) {
       res.set_content("PNG at " + req.get_param_value("exposure"), "image/png");
@@ -60,6 +68,10 @@ class FakeServer {
     const std::lock_guard lock(mutex_);
     return posted_;
   }
+  std::string authorization() {
+    const std::lock_guard lock(mutex_);
+    return authorization_;
+  }
   std::string last_event_id() {
     const std::lock_guard lock(mutex_);
     return last_event_id_;
@@ -86,7 +98,7 @@ class FakeServer {
   int port_ = 0;
   std::thread thread_;
   std::mutex mutex_;
-  std::string posted_, last_event_id_;
+  std::string posted_, authorization_, last_event_id_;
   std::atomic<int> polls_{0};
   int streams_ = 0;
 };
@@ -108,6 +120,18 @@ TEST_F(ClientCommand, SubmitPostsTheOptionsAndPrintsTheId) {
   EXPECT_EQ(nlohmann::json::parse(server_.posted()),
             nlohmann::json::parse(R"({"scene":"cornell-box","samples":8,"nee":false,"width":64,
                                       "height":32,"table":"none"})"));
+}
+
+TEST_F(ClientCommand, ATokenIsSentWhenThereIsOne) {
+  client({"submit", "cornell-box"});
+  EXPECT_EQ(server_.authorization(), "");
+  client({"submit", "cornell-box", "--token", "abc"});
+  EXPECT_EQ(server_.authorization(), "Bearer abc");
+  ::setenv("QRAY_TOKEN", "def", 1);
+  client({"submit", "cornell-box"});
+  ::unsetenv("QRAY_TOKEN");
+  EXPECT_EQ(server_.authorization(), "Bearer def");
+  EXPECT_EQ(client({"submit", "cornell-box", "--token", "a\r\nb: c"}).code, cmd::kExitBadInput);
 }
 
 TEST_F(ClientCommand, SubmitTellsWhatTheServerRefuses) {
@@ -149,6 +173,12 @@ TEST_F(ClientCommand, CancelSaysTheState) {
   const Outcome done = client({"cancel", "j1"});
   EXPECT_EQ(done.code, cmd::kExitOk) << done.err;
   EXPECT_EQ(done.out, "j1 canceling\n");
+}
+
+TEST_F(ClientCommand, ExtendAsksForMoreAndLogPrints) {
+  EXPECT_EQ(client({"extend", "j1", "--spp", "64"}).out, "j1 queued {\"samples\":64}\n");
+  EXPECT_EQ(client({"extend", "j1", "--noise", "0.5"}).out, "j1 queued {\"noise\":0.5}\n");
+  EXPECT_EQ(client({"log", "j1"}).out, "then info queued\n");
 }
 
 TEST_F(ClientCommand, FetchWritesThePicture) {

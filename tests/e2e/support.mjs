@@ -59,9 +59,9 @@ export class Server {
   url;
 
   // Resolves when the server printed where it listens.
-  static async start(data_folder, { port = 0, scenes_folder = null } = {}) {
+  static async start(data_folder, { port = 0, scenes_folder = null, more = [] } = {}) {
     const server = new Server();
-    const options = ['--port', String(port), '--data', data_folder];
+    const options = ['--port', String(port), '--data', data_folder, ...more];
     if (scenes_folder) options.push('--scenes', scenes_folder);
     const child = spawn(env('QRAYD'), options, { stdio: ['ignore', 'pipe', 'pipe'] });
     server.#process = child;

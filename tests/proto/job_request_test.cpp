@@ -96,7 +96,7 @@ TEST(JobRequest, WrongOnesNameTheField) {
       {R"({"scene":"a","seconds":Infinity})", 400, nullptr},
       {"{\"scene\":\"\xff\xfe\"}", 400, nullptr},
       {"{\"scene\":\"a\0b\"}", 400, nullptr},
-      {R"({"scene":"a","seconds":1e999})", 422, nullptr},
+      {R"({"scene":"a","seconds":1e999})", 400, nullptr},
       {"[]", 422, ""},
       {"null", 422, ""},
       {"7", 422, ""},

@@ -19,6 +19,7 @@ class ServiceAssets : public ::testing::Test {
  protected:
   void SetUp() override {
     s_.config.asset_mib = 6;
+    s_.config.body_seconds = 1;
     s_.start();
   }
   httplib::Result put(const std::string& name, const std::string& body) const {
@@ -28,7 +29,7 @@ class ServiceAssets : public ::testing::Test {
     return static_cast<size_t>(
         std::distance(std::filesystem::directory_iterator(s_.config.data / "assets"), {}));
   }
-  TestService s_{test::quick_limits()};
+  TestService s_;
 };
 
 TEST_F(ServiceAssets, ArePutOnceAndAskedFor) {

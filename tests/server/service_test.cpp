@@ -320,6 +320,16 @@ TEST_F(ServiceTest, ScenesHealthAndPage) {
   }
 }
 
+TEST_F(ServiceTest, TheContractListsEveryRouteWithItsScopeAndNoOther) {
+  std::map<std::string, std::string> routes;
+  for (const Router::RouteInfo& route : s_.service->routes()) {
+    const bool usual = route.needed == usual_scope(route.method);
+    routes[route.method + " " + qray::test::without_names(route.pattern)] =
+        usual ? "" : name_of(route.needed);
+  }
+  EXPECT_EQ(routes, qray::test::Contract::instance().calls());
+}
+
 struct Wrong {
   const char* method;
   std::string path, body, type;

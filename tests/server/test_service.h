@@ -11,6 +11,7 @@
 #include <nlohmann/json.hpp>
 
 #include "server/service.h"
+#include "tests/support/contract.h"
 #include "tests/support/scratch.h"
 
 namespace qray::server::test {
@@ -47,6 +48,7 @@ inline Config scratch_config(const std::filesystem::path& folder) {
   config.data = folder / "data";
   config.scenes = folder / "scenes";
   config.web = folder / "web";
+  config.openapi = QRAY_SOURCE_DIR "/proto/openapi.yaml";
   config.threads = 2;
   config.jobs_at_once = 1;  // one after another, as most tests expect
   return config;
@@ -61,12 +63,10 @@ inline HttpLimits quick_limits() {
 
 class TestService {
  public:
-  explicit TestService(const HttpLimits& limits = {}) : limits_(limits) {
-    config = scratch_config(scratch.path());
-  }
+  TestService() : config(scratch_config(scratch.path())) {}
 
   void start() {
-    Result<std::unique_ptr<Service>> started = Service::start(config, limits_);
+    Result<std::unique_ptr<Service>> started = Service::start(config);
     ASSERT_TRUE(started.ok()) << started.error().text();
     service = std::move(started).value();
   }
@@ -75,6 +75,13 @@ class TestService {
   httplib::Client client() const {
     httplib::Client c("127.0.0.1", service->port());
     c.set_read_timeout(20);
+    // Whatever is asked: its answer must be one that the contract lists.
+    c.set_logger([](const httplib::Request& req, const httplib::Response& res) {
+      EXPECT_EQ(
+          qray::test::Contract::instance().fault(
+              {req.method, req.path, res.status, res.get_header_value("Content-Type"), res.body}),
+          "");
+    });
     return c;
   }
   // The answer's JSON; its status must be `status`.
@@ -122,7 +129,6 @@ class TestService {
     EXPECT_FALSE(json.is_discarded()) << what << ": " << result->body;
     return json;
   }
-  HttpLimits limits_;
 };
 
 // A connection without a client's manners.
