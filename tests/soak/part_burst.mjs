@@ -13,12 +13,14 @@ export async function run({ short, clients }, report) {
 
   const agent = new http.Agent({ keepAlive: true, maxSockets: clients });
   const times = { 202: [], 429: [] }, accepted = new Map(), other = [];
-  let next = 0, without_hint = 0;
+  let next = 0, answered = 0, without_hint = 0, overtaken = 0;
   await Promise.all(Array.from({ length: clients }, async () => {
     while (next < count) {
       const seed = ++next;
       const job = { scene: 'furnace', width: 16, height: 16, samples: 1, method: 'none', seed };
+      const before = answered;
       const answer = await post_job(server.port, job, { agent }).catch((error) => error);
+      overtaken = Math.max(overtaken, answered++ - before);
       if (!times[answer.status]) { other.push(answer.status ?? answer.message); continue; }
       times[answer.status].push(answer.ms);
       if (answer.status === 202) accepted.set(JSON.parse(answer.body).id, seed);
@@ -35,6 +37,8 @@ export async function run({ short, clients }, report) {
   report.time('burst: POST p99', 'ms', 50, quantile(all_ms, 0.99));
   report.show('burst: POST median and worst',
     `${quantile(all_ms, 0.5).toFixed(1)} and ${Math.max(...all_ms).toFixed(0)} ms`);
+
+  report.show('burst: others answered during one POST, at most', overtaken);
 
   const check = (jobs, what, good) => {
     const seeds = new Map(jobs.map((job) => [job.id, job.request.seed]));
