@@ -252,9 +252,9 @@ Status JobRun::finish(Rendered rendered) {
     job.biased = !stats.unbiased || rendered.result.recovered;
     job.warnings = warnings_;
   };
+  context_.stores.checkpoints.finished(id_);  // before anyone can ask whether it is extendable
   const Status succeeded = move(JobState::kSucceeded, change);
   if (!succeeded.ok()) return succeeded;
-  context_.stores.checkpoints.finished(id_);
   if (Metrics* metrics = context_.stores.metrics)
     metrics->add_job(stats, context_.clock.seconds() - begin, !rendered.table_in.empty());
   return succeeded;
