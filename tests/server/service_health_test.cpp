@@ -1,5 +1,6 @@
 // What operators see: version, readiness, metrics, request ids and headers.
 #include <gtest/gtest.h>
+#include <sqlite3.h>
 
 #include "tests/server/test_service.h"
 
@@ -50,6 +51,18 @@ TEST(ServiceHealth, ReadyUnlessTheDiskIsFull) {
   const Json problem = s.get("/readyz", 503);
   EXPECT_NE(problem["detail"].get<std::string>().find("MiB free"), std::string::npos);
   EXPECT_EQ(s.get("/healthz")["status"], "ok");
+}
+
+TEST(ServiceHealth, NotReadyWhileTheDatabaseCannotBeWritten) {
+  TestService s;
+  s.start();
+  sqlite3* other = nullptr;
+  ASSERT_EQ(sqlite3_open((s.config.data / "qray.sqlite").c_str(), &other), SQLITE_OK);
+  ASSERT_EQ(sqlite3_exec(other, "BEGIN IMMEDIATE", nullptr, nullptr, nullptr), SQLITE_OK);
+  EXPECT_EQ(s.get("/readyz", 503)["detail"], "the database cannot be written");
+  sqlite3_close(other);
+  std::this_thread::sleep_for(std::chrono::milliseconds(1100));  // a look is good for a second
+  EXPECT_EQ(s.get("/readyz")["status"], "ready");
 }
 
 TEST(ServiceHealth, CountsJobsRequestsAndTables) {
