@@ -51,7 +51,11 @@ fi
 # Step 3: the container.
 data="$scratch/data"
 mkdir "$data"
+QRAY_TOKEN="$("$prefix/bin/qrayd" token rehearsal submit 2>&1 > "$scratch/tokens" |
+  sed -n 's/.*once: //p')"
+export QRAY_TOKEN
 bash "$here/confined.sh" "$data" "$prefix/bin/qrayd" --data "$data" --port 0 \
+  --tokens "$scratch/tokens" \
   > "$scratch/out" 2> "$scratch/log" &
 server_pid=$!
 port=""
@@ -69,6 +73,7 @@ fi
 
 export QRAY_SERVER="http://127.0.0.1:$port"
 qray="$prefix/bin/qray"
+! QRAY_TOKEN="" "$qray" submit cornell-box 2> /dev/null || fail "a job without a token was taken"
 job="$("$qray" submit cornell-box --size 64x64 --spp 4)" || fail "the job was refused"
 "$qray" wait "$job" --timeout 60 > /dev/null || fail "the job did not succeed"
 "$qray" fetch "$job" -o "$scratch/picture.png" || fail "no picture"

@@ -67,7 +67,8 @@ test('the server is no root, and its port, folder and options agree', () => {
   assert.deepEqual(exec_form(last('VOLUME')), [value('--data')]);
   assert.equal(exec_form(last('HEALTHCHECK')).at(-1), last('EXPOSE'));
   const help = execFileSync(process.env.QRAYD, ['--help'], { encoding: 'utf8' });
-  for (const word of entry.filter((word) => word.startsWith('--'))) {
+  const words = [...entry, ...exec_form(last('CMD'))];
+  for (const word of words.filter((one) => one.startsWith('--'))) {
     assert.ok(help.includes(`${word} `), `qrayd has no ${word}`);
   }
 });
