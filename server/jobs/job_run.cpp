@@ -50,7 +50,7 @@ void JobRun::run(const std::function<bool()>& stopping) {
     spdlog::error("job={} exception: {}", id_.text(), e.what());
     done = Error{ErrorCode::kIo, "internal error; the server's log has more", ""};
   }
-  if (!done.ok()) end(done.error(), stopping());
+  if (!done.ok()) end(done.error(), stopping);
 }
 
 Status JobRun::prepare() {
@@ -271,7 +271,7 @@ void JobRun::keep_partial_picture() {
   }
 }
 
-void JobRun::end(const Error& error, bool stopping) {
+void JobRun::end(const Error& error, const std::function<bool()>& stopping) {
   const Result<JobRecord> now = context_.stores.jobs.get(id_);
   const auto is = [&](JobState state) { return now.ok() && now.value().state == state; };
   JobStore::Change change;
@@ -280,7 +280,7 @@ void JobRun::end(const Error& error, bool stopping) {
     to = JobState::kCanceled;
   } else if (is(JobState::kPausing) && error.code == ErrorCode::kCanceled) {
     to = JobState::kPaused;
-  } else if (stopping && error.code == ErrorCode::kCanceled) {
+  } else if (stopping() && error.code == ErrorCode::kCanceled) {
     to = JobState::kQueued;
   }
   if (to != JobState::kQueued) keep_partial_picture();
@@ -293,12 +293,22 @@ void JobRun::end(const Error& error, bool stopping) {
     if (to == JobState::kQueued || to == JobState::kPaused)
       job.attempts = std::max(0, job.attempts - 1);  // an orderly stop is not the job's fault
   };
-  Result<JobRecord> moved = context_.stores.jobs.move(id_, to, change);
-  // It may have become canceling since the look above, or pausing.
-  if (!moved.ok()) moved = context_.stores.jobs.move(id_, JobState::kPaused, change);
-  if (!moved.ok()) moved = context_.stores.jobs.move(id_, JobState::kCanceled, change);
-  if (!moved.ok()) {
-    spdlog::error("job={} its end cannot be recorded: {}", id_.text(), moved.error().text());
+  constexpr std::chrono::seconds kAgain{1};
+  bool told = false;
+  for (;;) {
+    Result<JobRecord> moved = context_.stores.jobs.move(id_, to, change);
+    // It may have become canceling since the look above, or pausing.
+    for (JobState other : {JobState::kPaused, JobState::kCanceled})
+      if (!moved.ok() && moved.error().code == ErrorCode::kConflict)
+        moved = context_.stores.jobs.move(id_, other, change);
+    if (moved.ok()) return;
+    if (!told) {
+      spdlog::error("job={} its end cannot be recorded: {}", id_.text(), moved.error().text());
+    }
+    told = true;
+    // A disk that is full may have room again; at the next start the job is taken up anyway.
+    if (moved.error().code != ErrorCode::kIo || stopping()) return;
+    std::this_thread::sleep_for(kAgain);
   }
 }
 

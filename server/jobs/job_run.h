@@ -40,7 +40,7 @@ class JobRun {
   void show_film();
   Result<Rendered> render_from_fitting();
   Status finish(Rendered rendered);
-  void end(const Error& error, bool stopping);
+  void end(const Error& error, const std::function<bool()>& stopping);
   void keep_partial_picture();
   void warn(std::string text);
   void log(std::string_view text);
