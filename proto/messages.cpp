@@ -138,6 +138,21 @@ std::string job_request_to_json(const JobRequest& request) {
   return text_of(request_json(request));
 }
 
+std::string comparison_to_json(const Comparison& c) {
+  const auto difference = [](const PictureDifference& d) {
+    return Json{{"relmse", d.relmse},
+                {"relmse_trimmed", d.relmse_trimmed},
+                {"flip", d.flip},
+                {"mean_ratio", d.mean_ratio},
+                {"max_abs", d.max_abs}};
+  };
+  Json out = {
+      {"a", c.a}, {"b", c.b}, {"ref", or_null(c.ref)}, {"difference", difference(c.difference)}};
+  if (c.a_error) out["a_error"] = difference(*c.a_error);
+  if (c.b_error) out["b_error"] = difference(*c.b_error);
+  return text_of(out);
+}
+
 std::string job_to_json(const JobInfo& job) { return text_of(job_json(job)); }
 
 std::string job_list_to_json(std::span<const JobInfo> jobs, std::string_view next) {

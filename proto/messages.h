@@ -166,6 +166,19 @@ struct SceneReport {
   std::vector<std::string> warnings;
 };
 
+// Of a picture from its reference: core/image/metrics.h says what each is.
+struct PictureDifference {
+  double relmse = 0, relmse_trimmed = 0, flip = 0, mean_ratio = 0, max_abs = 0;
+};
+
+// GET /v1/compare.
+struct Comparison {
+  std::string a, b, ref;                              // jobs; `ref` may be empty
+  PictureDifference difference;                       // of a from b
+  std::optional<PictureDifference> a_error, b_error;  // from ref
+};
+
+std::string comparison_to_json(const Comparison& comparison);
 std::string job_to_json(const JobInfo& job);
 // `next`: the id to give as `before` for the following page; empty: this is the last.
 std::string job_list_to_json(std::span<const JobInfo> jobs, std::string_view next);

@@ -6,6 +6,7 @@
 #include <filesystem>
 
 #include "core/base/file.h"
+#include "core/image/metrics.h"
 #include "server/query.h"
 #include "server/reply.h"
 #include "server/tile_stream.h"
@@ -28,6 +29,57 @@ void PictureHandlers::add_to(Router& router) {
              [this](auto& req, auto& res, auto& id) { exr(req, res, id); });
   router.add("GET", "/v1/jobs/{id}/image.png",
              [this](auto& req, auto& res, auto& id) { png(req, res, id); });
+  router.add("GET", "/v1/compare", [this](auto& req, auto& res, auto&) { compare(req, res); });
+}
+
+Result<Image> PictureHandlers::image_named(const Request& req, const char* parameter) {
+  const auto named = [&](Error error) {
+    error.where = std::string("/") + parameter;
+    return error;
+  };
+  if (!JobId::parse(req.get_param_value(parameter)))
+    return named({ErrorCode::kInvalid, "expected a job's id", ""});
+  const Result<JobRecord> job = stores_.jobs.find(req.get_param_value(parameter));
+  if (!job.ok()) return named(job.error());
+  const Result<Which> which = which_picture(req, job.value(), /*best=*/true);
+  if (!which.ok()) return which.error();
+  Result<Image> image = which.value() == Which::kRecovered
+                            ? stores_.results.load_recovered(job.value().id)
+                            : image_of(job.value());
+  if (!image.ok() && image.error().code == ErrorCode::kConflict) return named(image.error());
+  return image;
+}
+
+void PictureHandlers::compare(const Request& req, Response& res) {
+  const Turn turn(encoders_);
+  if (!turn.mine()) return reply_problem(res, {503, "Busy", "too many pictures at once", {}});
+  proto::Comparison comparison{
+      req.get_param_value("a"), req.get_param_value("b"), req.get_param_value("ref"), {}, {}, {}};
+  const Result<Image> a = image_named(req, "a");
+  if (!a.ok()) return reply_error(res, a.error());
+  const Result<Image> b = image_named(req, "b");
+  if (!b.ok()) return reply_error(res, b.error());
+  const auto judge = [&](const Image& picture, const Image& reference,
+                         const char* pointer) -> Result<proto::PictureDifference> {
+    const Result<ImageDifference> d = image_difference(picture, reference);
+    if (!d.ok()) return Error{ErrorCode::kInvalid, d.error().message, pointer};
+    return proto::PictureDifference{d.value().relmse, d.value().relmse_trimmed, d.value().flip,
+                                    d.value().mean_ratio, d.value().max_abs};
+  };
+  Result<proto::PictureDifference> difference = judge(a.value(), b.value(), "/b");
+  if (!difference.ok()) return reply_error(res, difference.error());
+  comparison.difference = difference.value();
+  if (req.has_param("ref")) {
+    const Result<Image> ref = image_named(req, "ref");
+    if (!ref.ok()) return reply_error(res, ref.error());
+    for (const auto& [image, error] :
+         {std::pair{&a.value(), &comparison.a_error}, {&b.value(), &comparison.b_error}}) {
+      difference = judge(*image, ref.value(), "/ref");
+      if (!difference.ok()) return reply_error(res, difference.error());
+      *error = difference.value();
+    }
+  }
+  reply_json(res, 200, proto::comparison_to_json(comparison));
 }
 
 void PictureHandlers::tiles(const Request& req, Response& res, const std::string& id) {

@@ -1,4 +1,5 @@
-// A job's picture: its tiles as they form, and the whole as EXR and PNG. Any thread.
+// A job's picture: its tiles as they form, the whole as EXR and PNG, and how far two are apart. Any
+// thread.
 #pragma once
 
 #include <semaphore>
@@ -20,6 +21,7 @@ class PictureHandlers {
   void tiles(const Request& req, Response& res, const std::string& id);
   void exr(const Request& req, Response& res, const std::string& id);
   void png(const Request& req, Response& res, const std::string& id);
+  void compare(const Request& req, Response& res);
 
   enum class Which { kSampled, kRecovered };
   // `picture` of a request: "sampled", "recovered", or absent: the recovered one if it is there and
@@ -27,6 +29,8 @@ class PictureHandlers {
   Result<Which> which_picture(const Request& req, const JobRecord& job, bool best) const;
   // The picture so far; kConflict before the first tile.
   Result<Image> image_of(const JobRecord& job);
+  // The best picture so far of the job that the parameter names; errors name the parameter.
+  Result<Image> image_named(const Request& req, const char* parameter);
 
   JobRunner& runner_;
   Stores stores_;

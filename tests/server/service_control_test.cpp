@@ -192,6 +192,38 @@ TEST(ServiceControl, TagsSayWhetherThereIsNews) {
   }
 }
 
+TEST(ServiceControl, PicturesAreComparedWithAReference) {
+  TestService s;
+  s.start();
+  const std::string few = s.submit(box(2)), more = s.submit(box(64)), most = s.submit(box(2000));
+  Json other = box(1);
+  other["width"] = 20;
+  const std::string small = s.submit(other);
+  for (const std::string& id : {few, more, most, small}) s.wait_end(id);
+  const std::string pair = "/v1/compare?a=" + few + "&b=" + more;
+  Json both = s.get(pair);
+  EXPECT_TRUE(both["ref"].is_null());
+  EXPECT_FALSE(both.contains("a_error"));
+  EXPECT_GT(both["difference"]["relmse"], 0);
+  both = s.get(pair + "&ref=" + most);
+  EXPECT_GT(both["a_error"]["relmse"], 4 * both["b_error"]["relmse"].get<double>());
+  EXPECT_GT(both["a_error"]["flip"], both["b_error"]["flip"]);
+  EXPECT_NEAR(both["b_error"]["mean_ratio"], 1, 0.1);
+  const Json same = s.get("/v1/compare?a=" + few + "&b=" + few)["difference"];
+  EXPECT_EQ(same["relmse"], 0);
+  EXPECT_EQ(same["mean_ratio"], 1);
+  s.get("/v1/compare?a=" + few, 422);
+  s.get("/v1/compare?b=" + few, 422);
+  s.get("/v1/compare?a=" + few + "&b=x", 422);
+  s.get("/v1/compare?a=" + few + "&b=j999999", 404);
+  s.get(pair + "&ref=" + small, 422);
+  s.get(pair + "&ref=", 422);
+  s.get(pair + "&picture=recovered", 404);
+  const std::string running = s.submit(box(1'000'000)), queued = s.submit(box(1));
+  s.get("/v1/compare?a=" + few + "&b=" + queued, 409);
+  s.post("/v1/jobs/" + running + "/cancel", "", 202);
+}
+
 TEST(ServiceControl, WaitingClientsAreToldAtOnce) {
   TestService s;
   s.start();
