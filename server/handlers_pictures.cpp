@@ -37,8 +37,6 @@ Result<Image> PictureHandlers::image_named(const Request& req, const char* param
     error.where = std::string("/") + parameter;
     return error;
   };
-  if (!JobId::parse(req.get_param_value(parameter)))
-    return named({ErrorCode::kInvalid, "expected a job's id", ""});
   const Result<JobRecord> job = stores_.jobs.find(req.get_param_value(parameter));
   if (!job.ok()) return named(job.error());
   const Result<Which> which = which_picture(req, job.value(), /*best=*/true);
@@ -51,6 +49,19 @@ Result<Image> PictureHandlers::image_named(const Request& req, const char* param
 }
 
 void PictureHandlers::compare(const Request& req, Response& res) {
+  proto::Problem wrong{422, "Wrong request", "", {}};
+  for (const char* parameter : {"a", "b", "ref"}) {
+    const bool needed = std::string_view(parameter) != "ref";
+    if ((needed || req.has_param(parameter)) && !JobId::parse(req.get_param_value(parameter)))
+      wrong.errors.push_back({std::string("/") + parameter, "expected a job's id"});
+  }
+  if (const std::string picture = req.get_param_value("picture");
+      req.has_param("picture") && picture != "sampled" && picture != "recovered")
+    wrong.errors.push_back({"/picture", "expected sampled or recovered"});
+  if (!wrong.errors.empty()) {
+    wrong.detail = wrong.errors.front().pointer + ": " + wrong.errors.front().detail;
+    return reply_problem(res, wrong);
+  }
   const Turn turn(encoders_);
   if (!turn.mine()) return reply_problem(res, {503, "Busy", "too many pictures at once", {}});
   proto::Comparison comparison{
