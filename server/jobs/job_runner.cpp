@@ -66,8 +66,8 @@ void JobRunner::run(const JobRecord& record, std::stop_token stop) {
   const std::shared_ptr<JobKeeper> keeper = running.keeper;
   {
     std::lock_guard lock(mutex_);
+    if (stop.stop_requested()) return;  // it stays queued, for the next start
     running_[id] = std::move(running);
-    if (stop.stop_requested()) keeper->hold();
   }
   const auto show = [this, id](std::shared_ptr<LiveJob> live) {
     std::lock_guard lock(mutex_);
