@@ -17,7 +17,7 @@ before(async () => {
   cpSync(join(kScenes, 'cornell-box'), join(scenes_folder, 'cornell-box'), { recursive: true });
   mkdirSync(join(scenes_folder, 'broken'));
   writeFileSync(join(scenes_folder, 'broken', 'scene.json'), '{"materials": 7}');
-  all = await start_all({ scenes_folder });
+  all = await start_all({ scenes_folder, more: ['--jobs-at-once', '1'] });
   page = await all.browser.page(all.server.url);
 });
 after(() => all?.close());
