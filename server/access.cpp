@@ -69,7 +69,7 @@ std::optional<Scope> Access::scope_of(const httplib::Request& req) const {
   const std::string secret = session_secret(req);
   if (secret.empty()) return std::nullopt;
   std::lock_guard lock(mutex_);
-  const auto session = sessions_.find(digest_of(secret));
+  const auto session = sessions_.find(sha256(secret));
   if (session == sessions_.end() || session->second.ends_ms <= now_ms_()) return std::nullopt;
   return session->second.scope;
 }
@@ -83,7 +83,7 @@ std::string Access::start_session(Scope scope) {
         sessions_.begin(), sessions_.end(),
         [](const auto& a, const auto& b) { return a.second.ends_ms < b.second.ends_ms; }));
   }
-  sessions_[digest_of(secret)] = {scope, now_ms_() + kSessionSeconds * 1000};
+  sessions_[sha256(secret)] = {scope, now_ms_() + kSessionSeconds * 1000};
   return secret;
 }
 
@@ -108,7 +108,7 @@ void Access::close(const httplib::Request& req, httplib::Response& res) {
   const std::string secret = session_secret(req);
   if (!secret.empty()) {
     std::lock_guard lock(mutex_);
-    sessions_.erase(digest_of(secret));
+    sessions_.erase(sha256(secret));
   }
   set_cookie(res, "", 0);
   res.status = 204;

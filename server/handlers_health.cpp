@@ -5,7 +5,6 @@
 #include "core/cmd/build_commit.h"
 #include "proto/json_text.h"
 #include "server/reply.h"
-#include "server/store/job_counts.h"
 
 namespace qray::server {
 namespace {
@@ -75,11 +74,12 @@ void HealthHandlers::ready(httplib::Response& res) {
 
 void HealthHandlers::metrics(httplib::Response& res) {
   MetricsNow now;
+  const Result<JobStore::Counts> counts = uses_.jobs.count();
+  if (!counts.ok()) return reply_error(res, counts.error());
   // A state that no job is in any more says 0.
   for (const std::string_view state : kJobStateNames) now.jobs[std::string(state)] = 0;
-  const Result<JobCounts> counts = count_jobs(uses_.db);
-  if (!counts.ok()) return reply_error(res, counts.error());
-  for (const auto& [state, count] : counts.value().by_state) now.jobs[state] = count;
+  for (const auto& [state, count] : counts.value().by_state)
+    now.jobs[std::string(to_string(state))] = static_cast<int64_t>(count);
   if (counts.value().oldest_queued_ms) {
     now.queue_age_seconds =
         static_cast<double>(uses_.now_ms() - *counts.value().oldest_queued_ms) / 1000;

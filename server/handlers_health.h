@@ -10,7 +10,7 @@
 
 #include "server/handlers_events.h"
 #include "server/metrics.h"
-#include "server/store/database.h"
+#include "server/store/job_store.h"
 
 namespace qray::server {
 
@@ -18,6 +18,7 @@ class HealthHandlers {
  public:
   struct Uses {
     Database& db;
+    const JobStore& jobs;
     Metrics& metrics;
     const EventHandlers& events;
     std::function<size_t()> connections;

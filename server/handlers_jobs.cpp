@@ -164,6 +164,7 @@ void JobHandlers::list(const Request& req, Response& res) {
 // If-None-Match names or, without that, until the job's state has changed or it has ended.
 void JobHandlers::get(const Request& req, Response& res, const std::string& id) {
   using std::chrono::steady_clock;
+  uint64_t cursor = events_.newest();  // before the job is read: no event falls in between
   Result<JobRecord> job = stores_.jobs.find(id);
   if (!job.ok()) return reply_error(res, job.error());
   const Result<int> wait = query_number(req, "wait", 0, kMaxWaitSeconds, 0);
@@ -175,9 +176,6 @@ void JobHandlers::get(const Request& req, Response& res, const std::string& id) 
   const JobState first = job.value().state;
   const std::string known = req.get_header_value("If-None-Match");
   for (;;) {
-    const uint64_t cursor = events_.newest();
-    job = stores_.jobs.find(id);
-    if (!job.ok()) return reply_error(res, job.error());
     const std::string json = proto::job_to_json(info(job.value()));
     const JobState state = job.value().state;
     const bool news = known.empty() ? state != first || has_ended(state) : !is_tag_of(known, json);
@@ -187,6 +185,9 @@ void JobHandlers::get(const Request& req, Response& res, const std::string& id) 
     (void)events_.wait(cursor, id,
                        std::min(std::chrono::duration_cast<std::chrono::milliseconds>(left),
                                 std::chrono::milliseconds(1000)));
+    cursor = events_.newest();
+    job = stores_.jobs.find(id);
+    if (!job.ok()) return reply_error(res, job.error());
   }
 }
 

@@ -41,9 +41,7 @@ Result<Image> PictureHandlers::image_named(const Request& req, const char* param
   if (!job.ok()) return named(job.error());
   const Result<Which> which = which_picture(req, job.value(), /*best=*/true);
   if (!which.ok()) return which.error();
-  Result<Image> image = which.value() == Which::kRecovered
-                            ? stores_.results.load_recovered(job.value().id)
-                            : image_of(job.value());
+  Result<Image> image = image_of(job.value(), which.value());
   if (!image.ok() && image.error().code == ErrorCode::kConflict) return named(image.error());
   return image;
 }
@@ -155,6 +153,10 @@ Result<Image> PictureHandlers::image_of(const JobRecord& job) {
   return picture.error();
 }
 
+Result<Image> PictureHandlers::image_of(const JobRecord& job, Which which) {
+  return which == Which::kRecovered ? stores_.results.load_recovered(job.id) : image_of(job);
+}
+
 void PictureHandlers::exr(const Request& req, Response& res, const std::string& id) {
   const Result<JobRecord> job = stores_.jobs.find(id);
   if (!job.ok()) return reply_error(res, job.error());
@@ -191,9 +193,7 @@ void PictureHandlers::png(const Request& req, Response& res, const std::string& 
   if (!turn.mine()) return reply_problem(res, {503, "Busy", "too many pictures at once", {}});
   const Result<Which> which = which_picture(req, job.value(), /*best=*/true);
   if (!which.ok()) return reply_error(res, which.error());
-  Result<Image> image = which.value() == Which::kRecovered
-                            ? stores_.results.load_recovered(job.value().id)
-                            : image_of(job.value());
+  Result<Image> image = image_of(job.value(), which.value());
   if (!image.ok()) return reply_error(res, image.error());
   const float scale = std::exp2(exposure.value());
   if (scale != 1) {

@@ -29,6 +29,8 @@ class PictureHandlers {
   Result<Which> which_picture(const Request& req, const JobRecord& job, bool best) const;
   // The picture so far; kConflict before the first tile.
   Result<Image> image_of(const JobRecord& job);
+  // That, or what was recovered of it.
+  Result<Image> image_of(const JobRecord& job, Which which);
   // The best picture so far of the job that the parameter names; errors name the parameter.
   Result<Image> image_named(const Request& req, const char* parameter);
 

@@ -36,13 +36,10 @@ StatusText status_of(ErrorCode code) {
   return {500, "Internal error"};
 }
 
-std::string tag_of(std::span<const uint8_t> content) {
-  return '"' + sha256(content).hex().substr(0, 32) + '"';
-}
+std::string tag_of(const Digest& content) { return '"' + content.hex().substr(0, 32) + '"'; }
 
 // Sets the ETag; true: the client has this content, and is told so.
-bool known_to(const httplib::Request& req, httplib::Response& res,
-              std::span<const uint8_t> content) {
+bool known_to(const httplib::Request& req, httplib::Response& res, const Digest& content) {
   const std::string tag = tag_of(content);
   res.set_header("ETag", tag);
   if (req.get_header_value("If-None-Match").find(tag) == std::string::npos) return false;
@@ -66,19 +63,16 @@ void reply_bytes(httplib::Response& res, const Bytes& bytes, const char* content
 }
 
 bool is_tag_of(const std::string& if_none_match, std::string_view content) {
-  const std::string tag =
-      tag_of({reinterpret_cast<const uint8_t*>(content.data()), content.size()});
-  return if_none_match.find(tag) != std::string::npos;
+  return if_none_match.find(tag_of(sha256(content))) != std::string::npos;
 }
 
 void reply_tagged(const httplib::Request& req, httplib::Response& res, std::string json) {
-  if (!known_to(req, res, {reinterpret_cast<const uint8_t*>(json.data()), json.size()}))
-    reply_json(res, 200, std::move(json));
+  if (!known_to(req, res, sha256(std::string_view(json)))) reply_json(res, 200, std::move(json));
 }
 
 void reply_tagged(const httplib::Request& req, httplib::Response& res, const Bytes& bytes,
                   const char* content_type) {
-  if (!known_to(req, res, bytes)) reply_bytes(res, bytes, content_type);
+  if (!known_to(req, res, sha256(bytes))) reply_bytes(res, bytes, content_type);
 }
 
 void reply_problem(httplib::Response& res, const proto::Problem& problem) {

@@ -241,7 +241,7 @@ Result<std::unique_ptr<Service>> Service::start(const Config& config) {
       *parts->importer, parts->scenes, *parts->uploads, *parts->assets, parts->jobs, requests});
   parts->asset_handlers = std::make_unique<AssetHandlers>(*parts->assets, config.asset_mib << 20);
   parts->health_handlers = std::make_unique<HealthHandlers>(HealthHandlers::Uses{
-      *parts->db, parts->metrics, parts->event_handlers,
+      *parts->db, parts->jobs, parts->metrics, parts->event_handlers,
       [&http = parts->http] { return http ? http->connection_count() : 0; }, now_ms, config.data,
       uint64_t{config.min_free_mib} << 20, std::move(openapi).value()});
   Router router;

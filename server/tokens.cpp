@@ -90,15 +90,11 @@ Result<Tokens> Tokens::read(const std::filesystem::path& file) {
 }
 
 std::optional<Scope> Tokens::find(std::string_view token) const {
-  const Digest digest = digest_of(token);
+  const Digest digest = sha256(token);
   std::optional<Scope> found;
   for (const Entry& entry : entries_)
     if (same(entry.digest, digest)) found = entry.scope;
   return found;
-}
-
-Digest digest_of(std::string_view text) {
-  return sha256({reinterpret_cast<const uint8_t*>(text.data()), text.size()});
 }
 
 std::string random_secret() {
@@ -116,7 +112,7 @@ std::optional<int> token_command(int argc, const char* const* argv) {
   }
   const std::string token = random_secret();
   std::fprintf(stderr, "token, shown this once: %s\n", token.c_str());
-  std::printf("%s %s %s\n", argv[2], argv[3], digest_of(token).hex().c_str());
+  std::printf("%s %s %s\n", argv[2], argv[3], sha256(token).hex().c_str());
   return 0;
 }
 

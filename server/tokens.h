@@ -33,7 +33,6 @@ class Tokens {
   std::vector<Entry> entries_;
 };
 
-Digest digest_of(std::string_view text);
 // 256 random bits as 64 hex digits.
 std::string random_secret();
 

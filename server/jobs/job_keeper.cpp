@@ -3,6 +3,7 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <utility>
 
 namespace qray::server {
 namespace {
@@ -37,7 +38,7 @@ bool JobKeeper::save(const std::function<void(SnapshotWriter&)>& write) {
   const double end = clock_.seconds();
   next_.store(end + period(end - start), std::memory_order_relaxed);
   if (written.ok()) {
-    if (saved_++ == 0 && on_first_save_) on_first_save_();
+    if (on_first_save_) std::exchange(on_first_save_, nullptr)();
     failure_.clear();
   } else {
     if (failure_.empty())

@@ -20,10 +20,9 @@ class JobKeeper final : public Checkpointer {
   void start(CheckpointHeader header);
   // The render shall end at its next tile.
   void hold() { held_.store(true, std::memory_order_relaxed); }
-  // States written; and why the last attempt failed, empty when it did not.
-  int saved() const { return saved_; }
+  // Why the last attempt to write failed; empty when it did not.
   const std::string& failure() const { return failure_; }
-  // Called after the first state that was written.
+  // Called once, after the first state that was written.
   void on_first_save(std::function<void()> call) { on_first_save_ = std::move(call); }
 
   bool due() override;
@@ -37,7 +36,6 @@ class JobKeeper final : public Checkpointer {
   std::function<void()> on_first_save_;
   std::atomic<bool> held_ = false;
   std::atomic<double> next_ = 0;  // seconds of clock_
-  int saved_ = 0;
   std::string failure_;
 };
 

@@ -10,7 +10,6 @@ namespace qray::server {
 namespace {
 
 constexpr std::chrono::seconds kWriteStates{3};  // at a stop
-constexpr int kMostSamples = 1'000'000;
 constexpr double kMostSeconds = 24 * 3600;
 
 Error ended(JobState state) {
@@ -90,6 +89,11 @@ void JobRunner::run(const JobRecord& record, std::stop_token stop) {
   }
 }
 
+Status JobRunner::room() const {
+  if (!queue_.full()) return {};
+  return Error{ErrorCode::kBusy, "the queue of jobs is full; try again later", ""};
+}
+
 Result<JobRecord> JobRunner::submit(const proto::JobRequest& request,
                                     const std::optional<JobStore::IdempotencyKey>& key) {
   std::lock_guard lock(submit_mutex_);
@@ -98,9 +102,7 @@ Result<JobRecord> JobRunner::submit(const proto::JobRequest& request,
     if (!known.ok()) return known.error();
     if (known.value()) return *std::move(known).value();
   }
-  if (queue_.full()) {
-    return Error{ErrorCode::kBusy, "the queue of jobs is full; try again later", ""};
-  }
+  if (Status s = room(); !s.ok()) return s.error();
   Result<JobRecord> job = stores_.jobs.insert(request, key);
   if (!job.ok()) return job;
   // From the insertion on it cannot be deleted; it may have been just before.
@@ -168,8 +170,7 @@ Result<JobRecord> JobRunner::resume(JobId id) {
   if (job.value().state != JobState::kPaused)
     return Error{ErrorCode::kConflict,
                  "the job is not paused: it is " + std::string(to_string(job.value().state)), ""};
-  if (queue_.full())
-    return Error{ErrorCode::kBusy, "the queue of jobs is full; try again later", ""};
+  if (Status s = room(); !s.ok()) return s.error();
   job = stores_.jobs.move(id, JobState::kQueued);
   if (job.ok()) (void)queue_.push(id, job.value().request.priority, /*keep_bound=*/false);
   return job;
@@ -186,14 +187,13 @@ Result<JobRecord> JobRunner::extend(JobId id, const proto::ExtendRequest& more) 
   if (!stores_.checkpoints.has(id))
     return Error{ErrorCode::kConflict,
                  "what the job would go on from is not kept any more: post it anew", ""};
-  if (queue_.full())
-    return Error{ErrorCode::kBusy, "the queue of jobs is full; try again later", ""};
+  if (Status s = room(); !s.ok()) return s.error();
   proto::JobRequest request = job.value().request;
   const proto::JobProgress& done = job.value().progress;
   // Onto what was rendered: the limits that stood before have been reached.
   const int64_t samples = static_cast<int64_t>(done.samples) + more.samples.value_or(0);
   const double seconds = done.seconds + more.seconds.value_or(0);
-  if (samples > kMostSamples || seconds > kMostSeconds)
+  if (samples > kMaxSamples || seconds > kMostSeconds)
     return Error{ErrorCode::kInvalid, "a job has at most 1000000 samples a pixel and 24 h",
                  more.samples ? "/samples" : "/seconds"};
   request.samples.reset();

@@ -77,6 +77,7 @@ class JobRunner {
     std::shared_ptr<JobKeeper> keeper;
     std::shared_ptr<LiveJob> live;
   };
+  Status room() const;  // in the queue; kBusy: none
   void work(std::stop_token stop);
   void run(const JobRecord& job, std::stop_token stop);
   // Moves a job that may be running: `to_when` says to what from its present state.

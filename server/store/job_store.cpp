@@ -247,14 +247,17 @@ Result<std::vector<JobId>> JobStore::ended_before(int64_t ms, size_t limit) cons
   return ids;
 }
 
-Result<std::map<JobState, uint64_t>> JobStore::count_by_state() const {
+Result<JobStore::Counts> JobStore::count() const {
+  Counts counts;
   Database::Session session(db_);
-  Query query(session.handle(), "SELECT state, COUNT(*) FROM jobs GROUP BY state");
-  std::map<JobState, uint64_t> counts;
-  while (query.next())
-    if (const auto state = parse_job_state(query.text(0)))
-      counts[*state] = static_cast<uint64_t>(query.integer(1));
-  if (Status s = query.status(); !s.ok()) return s.error();
+  Query states(session.handle(), "SELECT state, COUNT(*) FROM jobs GROUP BY state");
+  while (states.next())
+    if (const auto state = parse_job_state(states.text(0)))
+      counts.by_state[*state] = static_cast<uint64_t>(states.integer(1));
+  if (Status s = states.status(); !s.ok()) return s.error();
+  Query oldest(session.handle(), "SELECT MIN(created_ms) FROM jobs WHERE state='queued'");
+  if (oldest.next() && !oldest.is_null(0)) counts.oldest_queued_ms = oldest.integer(0);
+  if (Status s = oldest.status(); !s.ok()) return s.error();
   return counts;
 }
 

@@ -44,7 +44,11 @@ class JobStore {
   // Newest first.
   Result<std::vector<JobRecord>> list(size_t limit, const Filter& filter) const;
   Result<std::vector<JobId>> ended_before(int64_t ms, size_t limit) const;
-  Result<std::map<JobState, uint64_t>> count_by_state() const;
+  struct Counts {
+    std::map<JobState, uint64_t> by_state;    // those that have any
+    std::optional<int64_t> oldest_queued_ms;  // when it was made
+  };
+  Result<Counts> count() const;
 
   // Forgets an ended job, its log, events and key (kConflict: it has not ended).
   Status remove(JobId id);

@@ -161,7 +161,7 @@ TEST_F(JobStoreTest, ListsByStateAndLabel) {
   EXPECT_EQ(ids({{}, kQueued, {{"project", "lobby"}}}), (std::vector<uint64_t>{3}));
   EXPECT_EQ(ids({JobId{4}, kQueued, {}}), (std::vector<uint64_t>{3, 2}));
   EXPECT_TRUE(ids({{}, {}, {{"none", "lobby"}}}).empty());
-  EXPECT_EQ(store_->count_by_state().value(),
+  EXPECT_EQ(store_->count().value().by_state,
             (std::map<JobState, uint64_t>{{kQueued, 3}, {kCanceled, 1}}));
 }
 

@@ -16,7 +16,7 @@ class ServiceAccess : public ::testing::Test {
     s_.config.tokens = s_.scratch / "tokens";
     std::string lines;
     for (const char* scope : {"read", "submit", "admin"})
-      lines += std::string(scope) + " " + scope + " " + digest_of(token(scope)).hex() + "\n";
+      lines += std::string(scope) + " " + scope + " " + sha256(token(scope)).hex() + "\n";
     test::write_text(s_.config.tokens, lines);
     s_.start();
   }

@@ -6,20 +6,20 @@ namespace qray::server {
 namespace {
 
 std::string line(const std::string& name, const std::string& scope, const std::string& token) {
-  return name + " " + scope + " " + digest_of(token).hex() + "\n";
+  return name + " " + scope + " " + sha256(token).hex() + "\n";
 }
 
 TEST(Tokens, AreFoundByTheirDigest) {
   const Result<Tokens> tokens =
       Tokens::parse("# who\n\n" + line("a", "read", "one") + line("b", "submit,read", "two") +
-                        "  c\tadmin " + digest_of("three").hex() + "  # a comment\n",
+                        "  c\tadmin " + sha256("three").hex() + "  # a comment\n",
                     "f");
   ASSERT_TRUE(tokens.ok()) << tokens.error().text();
   EXPECT_EQ(tokens.value().find("one"), Scope::kRead);
   EXPECT_EQ(tokens.value().find("two"), Scope::kSubmit);
   EXPECT_EQ(tokens.value().find("three"), Scope::kAdmin);
   for (const std::string& wrong : {std::string(), std::string("One"), std::string("one "),
-                                   digest_of("one").hex(), std::string(100'000, 'x')})
+                                   sha256("one").hex(), std::string(100'000, 'x')})
     EXPECT_FALSE(tokens.value().find(wrong)) << wrong.substr(0, 80);
 }
 
