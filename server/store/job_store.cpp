@@ -366,6 +366,13 @@ Status JobStore::load_events() {
     if (query.next()) reserved_up_to_ = static_cast<uint64_t>(query.integer(0));
     if (Status s = query.status(); !s.ok()) return s;
   }
+  {
+    // Of a damaged folder the counter may be behind; ids must rise all the same.
+    Query query(session.handle(), "SELECT MAX(id) FROM events WHERE id > 0");
+    if (query.next() && !query.is_null(0))
+      reserved_up_to_ = std::max(reserved_up_to_, static_cast<uint64_t>(query.integer(0)));
+    if (Status s = query.status(); !s.ok()) return s;
+  }
   last_event_id_ = reserved_up_to_;
   Status pruned = Query(session.handle(),
                         "DELETE FROM events WHERE id <= (SELECT id FROM events ORDER BY id DESC "
@@ -374,7 +381,7 @@ Status JobStore::load_events() {
                       .run();
   if (!pruned.ok()) return pruned;
   std::vector<Event> events;
-  Query query(session.handle(), "SELECT id, job, kind, data FROM events ORDER BY id");
+  Query query(session.handle(), "SELECT id, job, kind, data FROM events WHERE id > 0 ORDER BY id");
   while (query.next()) {
     events.push_back(
         {static_cast<uint64_t>(query.integer(0)), query.text(1), query.text(2), query.text(3)});
