@@ -1,5 +1,5 @@
-// Curves over samples or seconds, both axes logarithmic, drawn by uPlot. The library is the server's
-// (web/package.json); without it there is no chart, and whoever asked is told.
+// Curves over samples or seconds, both axes logarithmic, drawn by uPlot. The library is the
+// server's (web/package.json); without it there is no chart, and whoever asked is told.
 
 const kUrl = '/lib/uPlot.esm.js';
 const kHeightPx = 260;

@@ -123,8 +123,10 @@ export class ErrorPanel {
     const fit = this.#store.newest_first().filter(({ id, request, progress }) => id === ref ||
       (!jobs.includes(id) && progress.samples > 0 && request.scene === first.scene &&
         request.width === first.width && request.height === first.height));
-    show_options(this.#part('ref'), [['', 'its own estimate'], ...fit.map(({ id, request, progress }) =>
-      [id, `${id}: ${method_words(request.method)}, ${samples_words(progress.samples)}`])], ref ?? '');
+    const words = ({ id, request, progress }) =>
+      `${id}: ${method_words(request.method)}, ${samples_words(progress.samples)}`;
+    show_options(this.#part('ref'),
+      [['', 'its own estimate'], ...fit.map((job) => [job.id, words(job)])], ref ?? '');
   }
 
   #pictured() {

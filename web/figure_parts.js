@@ -45,8 +45,8 @@ export const kFigures = [
   { number: 8, title: 'Segments of the scene', pictures: [{ title: 'states', view: 'lesson' }],
     text: 'A colour for each state: a cell of the scene with the facing of its surface.' },
   { number: 9, title: '26 standard directions', pictures: [{ title: 'directions', lobe: 'lesson' }],
-    text: 'The directions from the centre of a cube to its 26 neighbours, and what was learned of ' +
-      'them in the middle of the picture.' },
+    text: 'The directions from the centre of a cube to its 26 neighbours, and what was learned ' +
+      'of them in the middle of the picture.' },
   { number: 10, title: '8 rays per pixel', pictures: halves(8, ''),
     text: `${kLeftRight}As published, learning is brighter than the truth.` },
   { number: 11, title: '8 rays per pixel, second view', pictures: halves(8, '-b'),

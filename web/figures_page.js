@@ -1,6 +1,7 @@
-// The page of the thesis' figures: each is made of jobs of this server, which carry labels, so that a
-// reload finds them again.
-import { ApiError, get_compare, get_lobe, get_png, get_view, jobs_labelled, post_job } from './api.js';
+// The page of the thesis' figures: each is made of jobs of this server, which carry labels, so that
+// a reload finds them again.
+import { ApiError, get_compare, get_lobe, get_png, get_view, jobs_labelled,
+  post_job } from './api.js';
 import { brightness_words, has_ended, method_words, progress_words,
   state_words } from './format.js';
 import { kFigures, kPageLabel, lesson_of, part_request, parts_of } from './figure_parts.js';
@@ -88,7 +89,7 @@ export class FiguresPage {
         if (lesson_of(part) && !lesson?.table_out) {
           if (lesson && has_ended(lesson)) {
             this.#wanted.delete(part);
-            throw new ApiError(0, `Job ${lesson.id} left nothing learned, so ${part} was not made.`);
+            throw new ApiError(0, `Job ${lesson.id} left nothing learned: no ${part} is made.`);
           }
           continue;
         }
@@ -113,9 +114,8 @@ export class FiguresPage {
 
   #say(error) {
     if (error && !(error instanceof ApiError)) throw error;
-    this.#part('status').textContent = error
-      ? [error.message, ...error.errors.map(({ pointer, detail }) => `${pointer}: ${detail}`)].join(' ')
-      : '';
+    const more = error?.errors.map(({ pointer, detail }) => `${pointer}: ${detail}`) ?? [];
+    this.#part('status').textContent = error ? [error.message, ...more].join(' ') : '';
   }
 
   update() {
@@ -147,7 +147,8 @@ export class FiguresPage {
   async #show_picture(box, picture) {
     const parts = picture.parts ?? [picture.view ?? picture.lobe];
     const jobs = parts.map((part) => this.#job(part));
-    const key = jobs.every((job) => job?.state === 'succeeded') ? jobs.map(({ id }) => id).join() : '';
+    const done = jobs.every((job) => job?.state === 'succeeded');
+    const key = done ? jobs.map(({ id }) => id).join() : '';
     if (box.dataset.key === key) return;
     box.dataset.key = key;
     for (const image of box.querySelectorAll('img')) {

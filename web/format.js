@@ -31,6 +31,9 @@ export const has_ended = (job) => kEnded.includes(job.state);
 // Its picture was made whole from the pixels that were sampled.
 export const is_recovered = (job) =>
   job.state === 'succeeded' && (job.request.recover ?? 'none') !== 'none';
+// Its method or its choice of pixels moves the mean.
+export const is_biased = (job) => (job.stats ? !job.stats.unbiased : job.biased &&
+  (job.request.recover ?? 'none') === 'none');
 export const badge_word = (job) => (is_recovered(job) ? 'recovered' : job.biased ? 'biased' : '');
 export const can_cancel = (job) => !has_ended(job) && job.state !== 'canceling';
 // Which of the two a job's button does now; '' for neither.

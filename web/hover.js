@@ -23,7 +23,7 @@ export class Hover {
 
   #show(at) {
     const [picture] = this.#viewer.pictures;
-    const inside = at && at[0] >= 0 && at[1] >= 0 && at[0] < picture.width && at[1] < picture.height;
+    const inside = at?.every((v, i) => v >= 0 && v < [picture.width, picture.height][i]);
     const key = inside ? at.join() : '';
     if (key === this.#at) return;
     this.#at = key;

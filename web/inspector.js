@@ -41,7 +41,7 @@ export function state_line({ state }) {
   const words = [`state ${state.id.slice(0, 8)}`];
   if (state.size !== null) words.push(`${significant(state.size)} m`);
   if (state.visits !== null) words.push(`${big(state.visits)} visits`);
-  if (state.gain !== null && state.gain !== undefined) words.push(`gain ${significant(state.gain)}`);
+  if (known(state.gain) !== null) words.push(`gain ${known(state.gain)}`);
   return words.join(' · ');
 }
 
@@ -111,7 +111,8 @@ export class Inspector {
     this.#asks.get(id).run(
       async () => {
         const pixel = await get_pixel(id, x, y, moment);
-        return { pixel, lobe: pixel.lobe ? await get_lobe(id, x, y, moment).catch(() => null) : null };
+        const lobe = pixel.lobe && await get_lobe(id, x, y, moment).catch(() => null);
+        return { pixel, lobe };
       },
       ({ pixel, lobe }) => {
         this.#answers.set(id, { key, pixel, problem: '' });

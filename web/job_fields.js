@@ -1,11 +1,38 @@
-// The form's fields and the request they mean, both ways. Left-out fields are the server's defaults.
+// The form's fields and the request they mean, both ways. Left-out fields are the server's
+// defaults.
 
-// name of a field -> member of the request, where it is not the same
 const kPlain = ['scene', 'method', 'pixels', 'recover'];
 const kNumbers = ['noise', 'width', 'height', 'seed', 'max_depth', 'learning_samples', 'alpha',
   'gamma', 'grid', 'priority'];
 const kCameraVectors = ['position', 'target', 'up'];
 const kCameraNumbers = ['vertical_fov_deg', 'aperture_radius', 'focus_distance'];
+
+const kOwn = "the scene's";
+// Under "More options": [name, label, what it is when left out]; texts take the whole width.
+const kMore = [['noise', 'Stop at noise', 'never'], ['priority', 'Priority', '0'],
+  ['labels', 'Labels', 'project: lobby, owner: me'], ['max_depth', 'Longest path', kOwn],
+  ['learning_samples', 'Learning samples', 'all'], ['alpha', 'Alpha (huang)', '0.02'],
+  ['gamma', 'Gamma (huang)', '0.2'], ['grid', 'Grid (huang)', '24'],
+  ['camera.vertical_fov_deg', 'Field of view (°)', kOwn],
+  ['camera.position', 'Camera at (x, y, z)', kOwn], ['camera.target', 'Looking at (x, y, z)', kOwn],
+  ['camera.up', 'Up (x, y, z)', kOwn], ['camera.aperture_radius', 'Aperture radius (m)', kOwn],
+  ['camera.focus_distance', 'Focus distance (m)', kOwn]];
+const kTexts = ['labels', ...kCameraVectors.map((name) => `camera.${name}`)];
+
+export function add_more_fields(parent) {
+  const make = (tag, values) => Object.assign(document.createElement(tag), values);
+  parent.append(...kMore.map(([name, label, placeholder]) => {
+    const is_text = kTexts.includes(name);
+    const id = `field-${name}`;
+    const input = make('input', { id, name, placeholder, type: is_text ? 'text' : 'number' });
+    if (!is_text) input.step = 'any';
+    input.setAttribute('aria-describedby', `${name}-error`);
+    const field = make('div', { className: is_text ? 'field wide' : 'field' });
+    field.append(make('label', { htmlFor: id, textContent: label }), input,
+      make('p', { id: `${name}-error`, className: 'field-error' }));
+    return field;
+  }));
+}
 
 // What is no number stays text, so that the server says what it expects.
 const to_number = (text) => (Number.isFinite(Number(text)) ? Number(text) : text.trim());
@@ -34,8 +61,8 @@ export function read_request(fields) {
   return request;
 }
 
-// `request` as a job has it. A value that a select does not offer (a table that is gone) leaves it at
-// its first.
+// `request` as a job has it. A value that a select does not offer (a table that is gone) leaves it
+// at its first.
 export function fill_fields(fields, request) {
   const set = (name, value) => {
     const field = fields[name];

@@ -2,7 +2,7 @@
 // fields they name.
 import { ApiError, post_job } from './api.js';
 import { ago } from './format.js';
-import { field_of, fill_fields, read_request } from './job_fields.js';
+import { add_more_fields, field_of, fill_fields, read_request } from './job_fields.js';
 
 // Integers above this lose digits on the way through JSON numbers.
 const kMaxSafe = Number.MAX_SAFE_INTEGER;
@@ -17,6 +17,7 @@ export class JobForm {
   constructor(form, on_posted) {
     this.#form = form;
     this.#on_posted = on_posted;
+    add_more_fields(form.querySelector('.fields'));
     form.addEventListener('submit', (event) => {
       event.preventDefault();
       this.#submit();

@@ -1,7 +1,7 @@
 // Everything about one selected job under its picture: state in words, progress, what it was asked,
 // which table it used and made, what it cost; pause, cancel and downloads.
 import { ApiError, act_on_job, exr_url, png_url } from './api.js';
-import { badge_word, big, bytes, can_cancel, count, exact, has_ended, is_recovered,
+import { badge_word, big, bytes, can_cancel, count, exact, has_ended, is_biased, is_recovered,
   method_words, pause_or_resume, progress_words, samples_words, seconds,
   state_words, why_words } from './format.js';
 
@@ -78,10 +78,9 @@ export class JobPanel {
   // Why the picture is not, or not only, what the samples say.
   #mark(job) {
     const recovered = is_recovered(job);
-    const method_biased = job.stats ? !job.stats.unbiased : job.biased;
     this.#part('badge').hidden = !badge_word(job);
     this.#set('badge', badge_word(job));
-    this.#part('bias-note').hidden = !method_biased;
+    this.#part('bias-note').hidden = !is_biased(job);
     this.#set('bias-words', this.#bias);
     this.#part('recovered-note').hidden = !recovered;
   }

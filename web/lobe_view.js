@@ -31,8 +31,8 @@ export class LobeView {
     const toward = strongest.wi.map((v) => v.toFixed(2)).join(', ');
     const what = cells ? `a tree of ${count(cells.length)} cells` :
       `${directions.length} directions`;
-    this.#words.textContent = `${this.root.dataset.job}, pixel ${x}, ${y}: ${what}; densest toward ` +
-      `(${toward}), ${strongest.pdf_w.toPrecision(3)} per steradian.`;
+    this.#words.textContent = `${this.root.dataset.job}, pixel ${x}, ${y}: ${what}; densest ` +
+      `toward (${toward}), ${strongest.pdf_w.toPrecision(3)} per steradian.`;
     this.#image.alt = `Directions learned at pixel ${x}, ${y}, on a sphere`;
     this.#square.hidden = !cells;
     if (cells) this.#draw_cells(cells);
@@ -54,8 +54,8 @@ export class LobeView {
     const square = this.#square;
     const side = kSquarePx * devicePixelRatio;
     square.width = square.height = side;
-    square.setAttribute('aria-label', `The tree's ${cells.length} cells in the unit square; brighter ` +
-      'ones are likelier');
+    square.setAttribute('aria-label', `The tree's ${cells.length} cells in the unit square; ` +
+      'brighter ones are likelier');
     const context = square.getContext('2d');
     const most = Math.max(...cells.map(({ pdf_w }) => pdf_w), 1e-9);
     for (const { u, v, size, pdf_w } of cells) {

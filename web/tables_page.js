@@ -1,4 +1,4 @@
-// The page of tables: what was learned, version by version; which jobs used it; merging and deleting.
+// The page of tables: what was learned, version by version; which jobs used it; merging, deleting.
 import { ApiError, delete_table, jobs_of_table, merge_tables } from './api.js';
 import { ago, big, bytes, count, method_words, state_words } from './format.js';
 

@@ -1,5 +1,5 @@
-// Small pictures of jobs for the list: fetched one at a time, only for rows that are seen, and drawn
-// into a canvas of their size, so that no full picture stays in memory.
+// Small pictures of jobs for the list: fetched one at a time, only for rows that are seen, and
+// drawn into a canvas of their size, so that no full picture stays in memory.
 import { ApiError, get_png } from './api.js';
 import { has_ended } from './format.js';
 

@@ -71,8 +71,10 @@ export class TileCanvas {
   }
 
   has_tile(x, y) {
-    return this.#here[Math.floor(y / kTilePx) * Math.ceil(this.#width / kTilePx) +
-      Math.floor(x / kTilePx)] === 1 && x < this.#width && y < this.#height;
+    return x < this.#width && y < this.#height && this.#here[this.#tile_at(x, y)] === 1;
+  }
+  #tile_at(x, y) {
+    return Math.floor(y / kTilePx) * Math.ceil(this.#width / kTilePx) + Math.floor(x / kTilePx);
   }
 
   clear() {
@@ -89,7 +91,7 @@ export class TileCanvas {
     const [picture, here] = this.#textures;
     const came = new Uint8Array([255]);
     for (const { x, y, w, h, pixels } of tiles) {
-      this.#here[Math.floor(y / kTilePx) * Math.ceil(width / kTilePx) + Math.floor(x / kTilePx)] = 1;
+      this.#here[this.#tile_at(x, y)] = 1;
       gl.bindTexture(gl.TEXTURE_2D, picture);
       gl.texSubImage2D(gl.TEXTURE_2D, 0, x, y, w, h, gl.RGB, gl.UNSIGNED_INT_5_9_9_9_REV, pixels);
       gl.bindTexture(gl.TEXTURE_2D, here);

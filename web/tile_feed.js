@@ -1,6 +1,6 @@
 // Keeps one picture of a job up to date: fetches the tiles after its cursor, one request at a time,
-// and hands each answer to on_tiles. Asked while busy, it asks again when done. Of an earlier moment
-// it fetches the whole picture, once.
+// and hands each answer to on_tiles. Asked while busy, it asks again when done. Of an earlier
+// moment it fetches the whole picture, once.
 import { fetch_moment, fetch_tiles } from './api.js';
 import { parse_tiles } from './tiles.js';
 

@@ -1,9 +1,9 @@
-// The stage and a panel for each job: one picture, two with a divider, in a row, one at a time or as
-// a map of how they differ, or three in a row. A job whose picture was recovered shows its samples
-// beside it. Of two, the job that does not learn is on the left, as in the thesis' pictures.
+// The stage and a panel for each job: one picture, two with a divider, in a row, one at a time or
+// as a map of how they differ, or three in a row. A job whose picture was recovered shows its
+// samples beside it. Of two, the job that does not learn is on the left, as in the thesis.
 import { get_compare, get_map, get_view } from './api.js';
-import { brightness_words, exposure, has_ended, is_recovered, method_words, samples_words,
-  seconds, state_words } from './format.js';
+import { brightness_words, exposure, has_ended, is_biased, is_recovered, method_words,
+  samples_words, seconds, state_words } from './format.js';
 import { JobPanel } from './job_panel.js';
 import { Latest } from './latest.js';
 import { kFalseStops } from './look.js';
@@ -14,8 +14,8 @@ import { ViewControls } from './view_controls.js';
 
 const kUnknownSize = { width: 4, height: 3 }; // the stage before the scene is loaded
 const kSides = ['left', 'right', 'third'];
-const kOverlayWords = { state: 'states', gain: 'gain of guiding', beta: 'share of guided directions',
-  samples: 'samples a pixel', noise: 'variance' };
+const kOverlayWords = { state: 'states', gain: 'gain of guiding',
+  beta: 'share of guided directions', samples: 'samples a pixel', noise: 'variance' };
 const kMaps = { signed: 'signed', 'flip-map': 'flip' };
 
 export class Viewer extends EventTarget {
@@ -193,7 +193,7 @@ export class Viewer extends EventTarget {
       if (!job) return;
       panel.side = ordered.length > 1 ? this.#side_words(views, job) : '';
       panel.look = { ev: view.ev, moment: moments.get(job.id) ?? null };
-      panel.bias = job.biased ? this.#bias_words(ordered) : '';
+      panel.bias = is_biased(job) ? this.#bias_words(ordered) : '';
       // Without WebGL2 no tiles are fetched; the server has a picture from the first sample on.
       const has_tiles = this.#pictures.some((p) => p.job_id === job.id && p.has_picture);
       panel.update(job, has_tiles || job.progress.samples > 0);
@@ -281,7 +281,9 @@ export class Viewer extends EventTarget {
     if (!picture.has_picture) words.push(state_words(job.state));
     const moment = this.#history.of(job.id).moments.find((m) => m.number === picture.moment);
     if (moment) words.push(samples_words(moment.samples), seconds(moment.seconds));
-    if (job.biased && this.#bias.ratio) words.push(`biased: ${brightness_words(this.#bias.ratio)}`);
+    if (is_biased(job) && this.#bias.ratio) {
+      words.push(`biased: ${brightness_words(this.#bias.ratio)}`);
+    }
     const text = words.join(' · ');
     if (label.textContent !== text) label.textContent = text;
   }
@@ -331,8 +333,8 @@ export class Viewer extends EventTarget {
 
   // How much brighter a biased method's picture is than that of the unbiased job beside it.
   #ask_for_bias(ordered, moments) {
-    const [biased, other] = ordered[0].biased ? ordered : [...ordered].reverse();
-    const fit = other && biased.biased && !other.biased &&
+    const [biased, other] = is_biased(ordered[0]) ? ordered : [...ordered].reverse();
+    const fit = other && is_biased(biased) && !is_biased(other) &&
       [biased, other].every((job) => job.progress.samples > 0);
     const values = fit && { a: biased.id, b: other.id, a_moment: moments.get(biased.id),
       b_moment: moments.get(other.id) };
@@ -348,7 +350,7 @@ export class Viewer extends EventTarget {
   }
 
   #bias_words(ordered) {
-    const other = ordered.find((job) => !job.biased);
+    const other = ordered.find((job) => !is_biased(job));
     return this.#bias.ratio && other
       ? `Here it is ${brightness_words(this.#bias.ratio, other.id)}.` : '';
   }
