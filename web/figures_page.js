@@ -194,9 +194,9 @@ export class FiguresPage {
   }
 }
 
-function picture_box({ title }) {
+function picture_box({ title, lobe }) {
   const box = document.createElement('figure');
-  box.className = 'figure-box';
+  box.className = lobe ? 'figure-box wide' : 'figure-box';
   const stage = document.createElement('div');
   stage.className = 'figure-stage';
   const caption = document.createElement('figcaption');

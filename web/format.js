@@ -87,6 +87,7 @@ export const significant = (v, digits = 3) => {
 export function brightness_words(ratio, other = '') {
   if (ratio >= 1.995) return `${significant(ratio, 2)} times as bright${other && ` as ${other}`}`;
   const percent = Math.abs(100 * (ratio - 1));
+  if (percent < 0.05) return `as bright${other && ` as ${other}`}`;
   return `${percent.toFixed(percent < 10 ? 1 : 0)} % ${ratio >= 1 ? 'brighter' : 'darker'}` +
     (other && ` than ${other}`);
 }

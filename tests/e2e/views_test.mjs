@@ -1,0 +1,128 @@
+// Every view in both colour schemes: axe-core finds nothing, nothing scrolls sideways, and a picture
+// of it is left. The size of what the page is made of, its content policy, and a lasting session's
+// memory.
+import assert from 'node:assert/strict';
+import { readdirSync, readFileSync } from 'node:fs';
+import { createRequire } from 'node:module';
+import { join } from 'node:path';
+import { after, afterEach, before, test } from 'node:test';
+import { fileURLToPath } from 'node:url';
+import { gzipSync } from 'node:zlib';
+import { env, screenshot, start_all, wait_for_state, wait_for_tiles } from './support.mjs';
+
+const kWeb = fileURLToPath(new URL('../../web', import.meta.url));
+const kJob = { scene: 'cornell-box', width: 96, height: 96, samples: 16 };
+const axe = createRequire(join(env('QRAY_E2E_DIR'), 'package.json')).resolve('axe-core/axe.min.js');
+let all;
+let guided;
+let plain;
+before(async () => {
+  all = await start_all();
+  guided = await all.server.post({ ...kJob, method: 'huang' });
+  plain = await all.server.post({ ...kJob, method: 'none' });
+  for (const id of [guided, plain]) {
+    await all.server.wait_until(id, ({ state }) => state === 'succeeded');
+  }
+});
+after(() => all?.close());
+afterEach(() => all.browser.expect_no_errors());
+
+// name -> [its address, what is there once it is]
+const views = () => ({
+  empty: ['', '.view-empty:visible'],
+  job: [`#job=${guided}&at=40,60`, '.panel-facts div:visible'],
+  compare: [`#job=${guided}&with=${plain}`, '.view-divider:visible'],
+  states: [`#job=${guided}&overlay=state&curve=false`, 'img.overlay:visible'],
+  tables: ['#tables', 'tbody tr'],
+  figures: ['#figures', '.figure-card'],
+});
+
+async function violations(page) {
+  await page.evaluate(() => document.activeElement.blur());
+  const { violations: found } = await page.evaluate(async (options) => globalThis.axe.run(options),
+    { resultTypes: ['violations'] });
+  return found.map(({ id, nodes }) => `${id}: ${nodes.map(({ html }) => html).join(' | ')}`);
+}
+
+for (const [width, colorScheme] of [[1280, 'light'], [1280, 'dark'], [390, 'light'], [390, 'dark']]) {
+  test(`axe-core finds nothing at ${width} px in ${colorScheme}`, async () => {
+    for (const [name, [hash, ready]] of Object.entries(views())) {
+      const page = await all.browser.page(`${all.server.url}/${hash}`, { width,
+        height: width > 800 ? 1000 : 844, colorScheme, reducedMotion: 'reduce', ready: '#scene option',
+        init: { path: axe } });
+      if (width > 800 || name !== 'empty') await page.locator(ready).first().waitFor();
+      assert.deepEqual(await violations(page), [], `${name} at ${width} px in ${colorScheme}`);
+      assert.equal(await page.evaluate(() => document.documentElement.scrollWidth), width, name);
+      await screenshot(page, `${name}-${width}-${colorScheme}`);
+      await page.context().close();
+    }
+  });
+}
+
+test('dialogs and the folded options are good too', async () => {
+  const page = await all.browser.page(all.server.url, { init: { path: axe } });
+  await page.locator('.more summary').click();
+  assert.deepEqual(await violations(page), []);
+  await page.locator('#show-keys').click();
+  assert.deepEqual(await violations(page), []);
+  await page.context().close();
+});
+
+test('the page runs nothing but files of its own', async () => {
+  const answer = await all.server.get('/');
+  const policy = answer.headers.get('content-security-policy');
+  assert.match(policy, /default-src 'self'/);
+  assert.doesNotMatch(policy, /unsafe|https?:|\*/);
+  const page = await all.browser.page(`${all.server.url}/#job=${guided}`);
+  const urls = [];
+  page.on('request', (request) => urls.push(request.url()));
+  await page.reload();
+  await wait_for_tiles(page, 0);
+  assert.ok(urls.length > 20);
+  assert.deepEqual(urls.filter((url) => !url.startsWith(all.server.url) &&
+    !url.startsWith('blob:')), []);
+  await page.context().close();
+});
+
+// How long: QRAY_E2E_UPDATES, where an hour of a running job is 7,200.
+test('updates leave no memory behind', async () => {
+  const updates = Number(process.env.QRAY_E2E_UPDATES ?? 600);
+  const page = await all.browser.page(`${all.server.url}/#job=${guided}&at=40,60`);
+  await wait_for_state(page, guided, 'Done');
+  const session = await page.context().newCDPSession(page);
+  const heap_bytes = async () => {
+    await session.send('HeapProfiler.collectGarbage');
+    return (await session.send('Runtime.getHeapUsage')).usedSize;
+  };
+  // What an event of a running job sets off: the list, the panel, tiles, history, pixel.
+  const update = (count) => page.evaluate(async ([id, times]) => {
+    const { store, viewer } = await import('/app.js');
+    const done = store.get(id);
+    for (let i = 0; i < times; ++i) {
+      store.put({ ...done, state: 'rendering', progress: { ...done.progress, fraction: i / times } });
+      store.apply_progress({ job: id, fraction: 1, samples: i % 64 + 1, seconds: i });
+      const [picture] = viewer.pictures;
+      const before_tiles = picture.tile_updates;
+      viewer.restart();
+      while (picture.tile_updates === before_tiles) await new Promise(requestAnimationFrame);
+    }
+    store.put(done);
+  }, [guided, count]);
+  await update(100); // compiled, and every cache is warm
+  const first = await heap_bytes();
+  await update(updates);
+  const last = await heap_bytes();
+  const nodes = await page.evaluate(() => document.querySelectorAll('*').length);
+  assert.ok(last - first < 400_000, `${updates} updates: from ${first} to ${last} bytes`);
+  assert.ok(nodes < 1500, `${nodes} elements`);
+  await page.context().close();
+});
+
+// As a proxy in front sends it (docker/nginx compresses), and as it is.
+test('the page itself stays small', () => {
+  const files = readdirSync(kWeb).filter((name) => /\.(js|html|css|svg)$/.test(name))
+    .map((name) => readFileSync(join(kWeb, name)));
+  const bytes = (pieces) => pieces.reduce((sum, piece) => sum + piece.length, 0);
+  assert.ok(bytes(files.map((file) => gzipSync(file))) < 75_000);
+  assert.ok(bytes(files) < 200_000, `web/ has ${bytes(files)} bytes`);
+});
