@@ -5,7 +5,8 @@ import { start_all, wait_for_tiles } from './support.mjs';
 
 const kLoads = 15;
 const kPanSteps = 240;
-const quantile = (values, q) => values.toSorted((a, b) => a - b)[Math.floor(q * (values.length - 1))];
+const quantile = (values, q) =>
+  values.toSorted((a, b) => a - b)[Math.floor(q * (values.length - 1))];
 
 const all = await start_all();
 const job = await all.server.post({ scene: 'cornell-box', method: 'none', samples: 1, width: 1920,

@@ -1,5 +1,5 @@
-// Two jobs against each other: flip, side by side with one zoom, equal samples and equal time, maps of
-// the difference, and how much brighter a biased method is.
+// Two jobs against each other: flip, side by side with one zoom, equal samples and equal time, maps
+// of the difference, and how much brighter a biased method is.
 import assert from 'node:assert/strict';
 import { after, afterEach, before, test } from 'node:test';
 import { screenshot, start_all, wait_for_picture,
@@ -33,7 +33,8 @@ const wait_for_moments = (left, right) => page.waitForFunction(async ([a, b]) =>
 }, [left, right]);
 
 test('a biased method says how much brighter it is', async () => {
-  const { difference } = await (await all.server.get(`/v1/compare?a=${published}&b=${plain}`)).json();
+  const answer = await all.server.get(`/v1/compare?a=${published}&b=${plain}`);
+  const { difference } = await answer.json();
   assert.ok(difference.mean_ratio > 1.2, `${difference.mean_ratio}`);
   const words = difference.mean_ratio >= 1.995 ? `${difference.mean_ratio.toPrecision(2)} times`
     : `${(100 * (difference.mean_ratio - 1)).toFixed(0)} % brighter`;
@@ -77,7 +78,8 @@ test('at equal samples each shows its moment of as many', async () => {
   assert.ok(within(b).samples < b.at(-1).samples); // or nothing would be matched
   await wait_for_moments(within(b).number, within(a).number);
   await wait_for_picture(page, 0, ({ job, cursor }) => job === plain && cursor > 0);
-  await page.locator('.view-left-label').filter({ hasText: `${within(b).samples} samples` }).waitFor();
+  await page.locator('.view-left-label').filter({ hasText: `${within(b).samples} samples` })
+    .waitFor();
 });
 
 test('at equal time each shows what it had by then', async () => {
@@ -85,7 +87,8 @@ test('at equal time each shows what it had by then', async () => {
   const [a, b] = await Promise.all([published, plain].map(async (id) =>
     (await history(id)).moments.filter(({ picture }) => picture)));
   const budget = Math.min(a.at(-1).seconds, b.at(-1).seconds);
-  const within = (moments) => moments.filter(({ seconds }) => seconds <= budget).at(-1) ?? moments[0];
+  const within = (moments) =>
+    moments.filter(({ seconds }) => seconds <= budget).at(-1) ?? moments[0];
   await wait_for_moments(within(b).number, within(a).number);
   assert.ok(await page.evaluate(() => location.hash.includes('equal=seconds')));
   await page.reload();

@@ -68,8 +68,8 @@ test('a running job tells how long it will take, and one that was canceled who e
       .filter({ hasText: /about [\d.]+\ss left/ }).waitFor();
     await page.getByRole('button', { name: 'Cancel' }).click();
     await wait_for_state(page, job, 'Canceled');
-    await why(job).filter({ hasText: /^Someone canceled it after .* Its picture so far is kept\.$/ })
-      .waitFor();
+    await why(job)
+      .filter({ hasText: /^Someone canceled it after .* Its picture so far is kept\.$/ }).waitFor();
   });
 
 test('Duplicate fills the form with all that the job was asked', async () => {

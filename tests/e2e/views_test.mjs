@@ -1,5 +1,5 @@
-// Every view in both colour schemes: axe-core finds nothing, nothing scrolls sideways, and a picture
-// of it is left. The size of what the page is made of, its content policy, and a lasting session's
+// Every view in both colour schemes: axe-core finds nothing, nothing scrolls sideways, and a
+// picture of it is left. The size of what the page is made of, its content policy, and a lasting session's
 // memory.
 import assert from 'node:assert/strict';
 import { readdirSync, readFileSync } from 'node:fs';
@@ -44,11 +44,12 @@ async function violations(page) {
   return found.map(({ id, nodes }) => `${id}: ${nodes.map(({ html }) => html).join(' | ')}`);
 }
 
-for (const [width, colorScheme] of [[1280, 'light'], [1280, 'dark'], [390, 'light'], [390, 'dark']]) {
+for (const [width, colorScheme] of [[1280, 'light'], [1280, 'dark'], [390, 'light'],
+  [390, 'dark']]) {
   test(`axe-core finds nothing at ${width} px in ${colorScheme}`, async () => {
     for (const [name, [hash, ready]] of Object.entries(views())) {
       const page = await all.browser.page(`${all.server.url}/${hash}`, { width,
-        height: width > 800 ? 1000 : 844, colorScheme, reducedMotion: 'reduce', ready: '#scene option',
+        height: width > 800 ? 1000 : 844, colorScheme, reducedMotion: 'reduce',
         init: { path: axe } });
       if (width > 800 || name !== 'empty') await page.locator(ready).first().waitFor();
       assert.deepEqual(await violations(page), [], `${name} at ${width} px in ${colorScheme}`);
@@ -99,7 +100,8 @@ test('updates leave no memory behind', async () => {
     const { store, viewer } = await import('/app.js');
     const done = store.get(id);
     for (let i = 0; i < times; ++i) {
-      store.put({ ...done, state: 'rendering', progress: { ...done.progress, fraction: i / times } });
+      const progress = { ...done.progress, fraction: i / times };
+      store.put({ ...done, state: 'rendering', progress });
       store.apply_progress({ job: id, fraction: 1, samples: i % 64 + 1, seconds: i });
       const [picture] = viewer.pictures;
       const before_tiles = picture.tile_updates;
@@ -118,7 +120,7 @@ test('updates leave no memory behind', async () => {
   await page.context().close();
 });
 
-// As a proxy in front sends it (docker/nginx compresses), and as it is.
+// As it is, and compressed, as a proxy in front may send it.
 test('the page itself stays small', () => {
   const files = readdirSync(kWeb).filter((name) => /\.(js|html|css|svg)$/.test(name))
     .map((name) => readFileSync(join(kWeb, name)));
