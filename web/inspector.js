@@ -81,7 +81,7 @@ export class Inspector {
       if (field.value !== value && (at || document.activeElement !== field)) field.value = value;
       field.max = Math.max(0, [first.width, first.height][i] - 1);
     });
-    const jobs = at && first.width ? this.#viewer.shown_jobs : [];
+    const jobs = at ? this.#viewer.shown_jobs : [];
     for (const id of this.#asks.keys()) if (!jobs.includes(id)) this.#forget(id);
     jobs.forEach((id) => this.#ask(id, at));
     this.#show(jobs);

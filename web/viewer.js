@@ -265,7 +265,8 @@ export class Viewer extends EventTarget {
     this.#part('problem').textContent = this.#problem;
   }
 
-  #size(job = null) {
+  // In pixels, of the first picture; a job's request knows it before a tile came.
+  #size(job = this.#store.get(this.#address.view.job)) {
     const [picture] = this.#pictures;
     return picture.width ? picture : job?.request ?? picture;
   }

@@ -1,5 +1,5 @@
-// Error against time: the chart and its words are what the server tells of each pass, it grows while
-// a job runs, a moment is shown while the pointer is on it and kept by a click or by the slider.
+// Error against time: the chart and its words are what the server tells of each pass, it grows
+// while a job runs, a moment is shown while the pointer is on it and kept by a click or the slider.
 import assert from 'node:assert/strict';
 import { after, afterEach, before, test } from 'node:test';
 import { canvas_pixels, png_pixels, post_by_form, screenshot, start_all, wait_for_state,

@@ -3,7 +3,7 @@
 import assert from 'node:assert/strict';
 import { after, afterEach, before, test } from 'node:test';
 import { display_values } from './rgb9e5.mjs';
-import { canvas_pixels, screenshot, start_all, wait_for_tiles } from './support.mjs';
+import { canvas_pixels, screenshot, Server, start_all, wait_for_tiles } from './support.mjs';
 
 const kSide = 64;
 let all;
@@ -158,4 +158,20 @@ test('keys are listed by ?, and can be switched off', async () => {
   await page.locator('#find').focus(); // typed letters stay letters
   await page.keyboard.press('c');
   assert.equal(await page.locator('#curve').inputValue(), 'srgb');
+});
+
+test('a server that starts again finds the page where it was', async () => {
+  const hash = `#job=${job}&ev=1&zoom=2&cx=4000&cy=6000&at=10,20`;
+  await page.goto(`${all.server.url}/${hash}`);
+  await page.reload();
+  await wait_for_tiles(page, 0);
+  const shown = await canvas_pixels(page, 0);
+  const { port } = all.server;
+  await all.server.stop();
+  await page.locator('#notice').waitFor();
+  all.server = await Server.start(all.folder, { port });
+  await page.locator('#notice').waitFor({ state: 'hidden' });
+  assert.equal(await page.evaluate(() => location.hash), hash);
+  assert.equal(await zoom(), '200\u00a0%');
+  assert.deepEqual(await canvas_pixels(page, 0), shown);
 });

@@ -1,6 +1,6 @@
 // Every view in both colour schemes: axe-core finds nothing, nothing scrolls sideways, and a
-// picture of it is left. The size of what the page is made of, its content policy, and a lasting session's
-// memory.
+// picture of it is left. The size of what the page is made of, its content policy, and a lasting
+// session's memory.
 import assert from 'node:assert/strict';
 import { readdirSync, readFileSync } from 'node:fs';
 import { createRequire } from 'node:module';
