@@ -66,10 +66,10 @@ export class Viewer extends EventTarget {
   get pictures() {
     return this.#pictures;
   }
-  // Of the two pictures, by the jobs' order in the address; the pixel's place in each.
+  // The ids, in the order of the address.
   get shown_jobs() {
     const { job, with: other } = this.#address.view;
-    return [job, other].filter((id) => id !== null && this.#store.get(id));
+    return [job, other].filter((id) => id && this.#pictures.some(({ job_id }) => job_id === id));
   }
   method_of(job_id) {
     return this.#store.get(job_id).request.method;
