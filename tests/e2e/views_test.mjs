@@ -86,7 +86,7 @@ test('the page runs nothing but files of its own', async () => {
 });
 
 // How long: QRAY_E2E_UPDATES, where an hour of a running job is 7,200.
-test('updates leave no memory behind', async () => {
+test('updates leave no memory behind', { timeout: 3_600_000 }, async (context) => {
   const updates = Number(process.env.QRAY_E2E_UPDATES ?? 600);
   const page = await all.browser.page(`${all.server.url}/#job=${guided}&at=40,60`);
   await wait_for_state(page, guided, 'Done');
@@ -115,6 +115,7 @@ test('updates leave no memory behind', async () => {
   await update(updates);
   const last = await heap_bytes();
   const nodes = await page.evaluate(() => document.querySelectorAll('*').length);
+  context.diagnostic(`${updates} updates: the heap went from ${first} to ${last} bytes`);
   assert.ok(last - first < 400_000, `${updates} updates: from ${first} to ${last} bytes`);
   assert.ok(nodes < 1500, `${nodes} elements`);
   await page.context().close();
