@@ -23,6 +23,10 @@ Result<std::unique_ptr<Guide>> load_guide(const PreparedScene& scene,
                                           const RenderSettings& settings,
                                           const std::optional<TableFile>& table);
 
+// What the guide knows now, as the child of `parent`.
+TableFile table_of(const Guide& guide, const PreparedScene& scene,
+                   const std::optional<TableHeader>& parent);
+
 // How the picture is made whole.
 struct Recovery {
   std::string name;  // for the metadata: an included network's, or an id

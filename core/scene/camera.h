@@ -1,6 +1,8 @@
 // A pinhole or thin-lens camera. Right-handed; the picture's rows run from the top.
 #pragma once
 
+#include <optional>
+
 #include "core/math/ray.h"
 #include "core/math/warp.h"
 
@@ -45,6 +47,15 @@ class CameraRays {
     const Vec2 lens = square_to_disk(u_lens) * aperture_radius_;
     const Vec3 offset = lens_x_ * lens.x + lens_y_ * lens.y;
     return {position_ + offset, normalize(d * focus_distance_ - offset)};
+  }
+  // The pixel (of real coordinates) that shows p through the lens' middle; none: it lies behind.
+  std::optional<Vec2> project(Vec3 p) const {
+    const Vec3 d = p - position_;
+    const float depth = dot(d, forward_);
+    if (!(depth > 0)) return std::nullopt;
+    const Vec3 on_plane = d / depth - corner_;
+    return Vec2{dot(on_plane, step_x_) / dot(step_x_, step_x_),
+                dot(on_plane, step_y_) / dot(step_y_, step_y_)};
   }
   float pixel_angle() const { return length(step_y_); }  // radians, in the picture's middle
   bool has_lens() const { return aperture_radius_ > 0; }

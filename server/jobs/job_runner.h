@@ -13,6 +13,7 @@
 #include "server/jobs/job_keeper.h"
 #include "server/jobs/job_queue.h"
 #include "server/jobs/live_job.h"
+#include "server/store/history_store.h"
 #include "server/store/job_store.h"
 #include "server/store/result_store.h"
 #include "server/store/scene_store.h"
@@ -30,6 +31,7 @@ struct Stores {
   ResultStore& results;
   SceneStore& scenes;
   CheckpointStore& checkpoints;
+  HistoryStore& histories;
   Metrics* metrics = nullptr;  // may be
 };
 

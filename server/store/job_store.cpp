@@ -216,11 +216,13 @@ Result<JobRecord> JobStore::find(const std::string& id) const {
 Result<std::vector<JobRecord>> JobStore::list(size_t limit, const Filter& filter) const {
   Database::Session session(db_);
   std::string sql = std::string("SELECT ") + kColumns + " FROM jobs WHERE id < ?";
+  if (filter.table) sql += " AND ? IN (table_in, table_out)";
   if (filter.state) sql += " AND state=?";
   if (filter.label) sql += " AND json_extract(request, ?)=?";
   sql += " ORDER BY id DESC LIMIT ?";
   Query query(session.handle(), sql.c_str());
   query.bind(filter.before ? static_cast<int64_t>(filter.before->value) : INT64_MAX);
+  if (filter.table) query.bind(*filter.table);
   if (filter.state) query.bind(std::string(to_string(*filter.state)));
   if (filter.label)  // a name needs no escapes: the request's reader saw to that
     query.bind("$.labels.\"" + filter.label->first + "\"").bind(filter.label->second);
