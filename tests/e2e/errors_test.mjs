@@ -59,8 +59,12 @@ test('against a reference the error is the relMSE', async () => {
   await page.locator('#error-ref').selectOption('');
 });
 
+// Those that the chart has and whose picture is kept; of a first pass no noise is known.
+const charted = async () =>
+  (await history(guided)).moments.filter(({ picture, noise }) => picture && noise > 0);
+
 test('the pointer over the chart shows that moment, and leaving it the newest', async () => {
-  const pictured = (await history(guided)).moments.filter(({ picture }) => picture);
+  const pictured = await charted();
   const over = page.locator('.error-chart .u-over');
   await over.scrollIntoViewIfNeeded();
   const box = await over.boundingBox();
@@ -77,7 +81,7 @@ test('the pointer over the chart shows that moment, and leaving it the newest', 
 });
 
 test('a kept moment is the picture of then, also after a reload', async () => {
-  const [first] = (await history(guided)).moments.filter(({ picture }) => picture);
+  const [first] = await charted();
   await page.reload();
   await wait_for_tiles(page, 0);
   const shown = await canvas_pixels(page, 0);
@@ -95,12 +99,13 @@ test('the slider and the keys go through the moments', async () => {
   const slider = page.locator('#moment');
   await slider.focus();
   await page.keyboard.press('ArrowRight');
-  assert.equal(await moment_shown(), pictured[1].number);
+  const at = pictured.findIndex(({ noise }) => noise > 0);
+  assert.equal(await moment_shown(), pictured[at + 1].number);
   assert.match(await slider.getAttribute('aria-valuetext'),
-    new RegExp(`^pass ${pictured[1].number}: `));
+    new RegExp(`^pass ${pictured[at + 1].number}: `));
   await page.locator('.stage').focus();
   await page.keyboard.press('[');
-  assert.equal(await moment_shown(), pictured[0].number);
+  assert.equal(await moment_shown(), pictured[at].number);
   await page.getByRole('button', { name: 'Newest' }).click();
   assert.equal(await moment_shown(), null);
 });

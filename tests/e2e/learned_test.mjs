@@ -2,7 +2,7 @@
 // picture, the lobe on a sphere, as rods in the scene and as a tree of cells, pass by pass.
 import assert from 'node:assert/strict';
 import { after, afterEach, before, test } from 'node:test';
-import { screenshot, start_all, wait_for_tiles } from './support.mjs';
+import { screenshot, start_all, wait_for_same_image, wait_for_tiles } from './support.mjs';
 
 const kJob = { scene: 'thesis-room', width: 128, height: 128, samples: 32 };
 let all;
@@ -64,13 +64,14 @@ test('by keyboard: two fields, or arrows on the picture', async () => {
   assert.equal(await page.locator('.pixel-table').isVisible(), false);
 });
 
-test('the 26 directions of huang are on a sphere and in the scene', async () => {
+test('the directions of huang are on a sphere and in the scene', async () => {
   const expected = await pixel(jobs.huang, 64, 115);
-  assert.equal(expected.lobe.directions.length, 26);
+  const { length } = expected.lobe.directions; // of the 26, those above the surface
+  assert.ok(length >= 9 && length <= 26, `${length} directions`);
   await page.locator('#pixel-x').fill('64');
   await page.locator('#pixel-y').fill('115');
   const lobe = page.locator(`.lobe[data-job="${jobs.huang}"]`);
-  await lobe.locator('figcaption').filter({ hasText: 'pixel 64, 115: 26 directions' }).waitFor();
+  await lobe.locator('figcaption').filter({ hasText: `pixel 64, 115: ${length} directions` }).waitFor();
   assert.ok(await lobe.locator('img').evaluate(async (image) => {
     await image.decode();
     return image.naturalWidth > 100;
@@ -117,12 +118,8 @@ test('states lie over the picture, and the pointer tells their size and visits',
 test('samples and variance are views too, with their scale in words', async () => {
   for (const view of ['samples', 'noise']) {
     await page.locator('#overlay').selectOption(view);
-    const expected = await (await all.server.get(
-      `/v1/jobs/${jobs.huang}/view.png?view=${view}`)).arrayBuffer();
-    await page.waitForFunction(async (size) => {
-      const { src } = document.querySelector('.pane.left img.overlay');
-      return src && (await (await fetch(src)).arrayBuffer()).byteLength === size;
-    }, expected.byteLength);
+    await wait_for_same_image(page, '.pane.left img.overlay',
+      `/v1/jobs/${jobs.huang}/view.png?view=${view}`);
     assert.ok((await page.locator('.view-caption').textContent()).length > 5);
   }
   await page.locator('#overlay').selectOption('');

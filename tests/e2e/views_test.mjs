@@ -30,7 +30,7 @@ afterEach(() => all.browser.expect_no_errors());
 // name -> [its address, what is there once it is]
 const views = () => ({
   empty: ['', '.view-empty:visible'],
-  job: [`#job=${guided}&at=40,60`, '.panel-facts div:visible'],
+  job: [`#job=${guided}&at=40,60`, '.pixel-table:visible'],
   compare: [`#job=${guided}&with=${plain}`, '.view-divider:visible'],
   states: [`#job=${guided}&overlay=state&curve=false`, 'img.overlay:visible'],
   tables: ['#tables', 'tbody tr'],
