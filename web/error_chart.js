@@ -12,6 +12,8 @@ export function load_library() {
   return library;
 }
 
+// As far as the points go, and a little on: whole decades would leave most of the chart empty.
+const range = (u, least, most) => (least > 0 ? [least / 1.15, most * 1.15] : [0.1, 1]);
 const log_ticks = (u, splits) => splits.map((v) => {
   const digit = v / 10 ** Math.floor(Math.log10(v) + 1e-9);
   return Math.abs(digit - Math.round(digit)) < 1e-6 && [1, 2, 5].includes(Math.round(digit))
@@ -78,7 +80,7 @@ export class ErrorChart {
     return {
       width: this.#root.clientWidth,
       height: kHeightPx,
-      scales: { x: { time: false, distr: 3 }, y: { distr: 3 } },
+      scales: { x: { time: false, distr: 3, range }, y: { distr: 3, range } },
       axes: [axis(x_label), { ...axis(y_label), size: 56 }],
       series: [{ label: x_label }, ...this.#lines.map(({ label }, i) => ({ label, width: 2,
         spanGaps: true, points: { show: true, size: 5 }, ...kLines[i] }))],

@@ -106,6 +106,7 @@ export class ErrorPanel {
       say.push(moments.length ? 'no error is known of its passes' : 'no finished pass yet');
     }
     for (const { moment, text } of this.#marks(id, moments)) {
+      if (text.startsWith('gate')) continue; // below, with its reason
       say.push(`${text} at ${samples_words(moment.samples)}`);
     }
     if (gate) say.push(`gate ${gate}`);

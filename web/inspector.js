@@ -6,6 +6,7 @@ import { Latest } from './latest.js';
 import { LobeView } from './lobe_view.js';
 import { luminance } from './look.js';
 
+const metres = (v) => v.map((part) => String(+part.toFixed(4))).join('  ');
 const triple = (v, digits = 3) => v.map((part) => significant(part, digits)).join('  ');
 
 // [name, job's answer -> text or node, or null when that is not known]
@@ -15,7 +16,7 @@ const kRows = [
   ['Samples', ({ samples }) => big(samples)],
   ['Variance of a sample', ({ variance }) => known(variance)],
   ['Standard error', ({ standard_error }) => known(standard_error)],
-  ['Place (m)', ({ surface }) => (surface ? triple(surface.position) : 'no surface')],
+  ['Place (m)', ({ surface }) => (surface ? metres(surface.position) : 'no surface')],
   ['Normal', ({ surface }) => surface && triple(surface.normal, 2)],
   ['State', ({ state }) => state && swatch(state)],
   ['Its edge (m)', ({ state }) => known(state?.size)],
@@ -31,7 +32,7 @@ function swatch({ id, color, known: is_known }) {
   const box = document.createElement('span');
   box.className = 'swatch';
   box.style.background = color;
-  words.append(box, is_known ? id.slice(0, 12) : `${id.slice(0, 12)}, not learned yet`);
+  words.append(box, is_known ? id : `${id}, no direction is drawn from it`);
   return words;
 }
 

@@ -2,7 +2,8 @@
 // of the difference, and how much brighter a biased method is.
 import assert from 'node:assert/strict';
 import { after, afterEach, before, test } from 'node:test';
-import { screenshot, start_all, wait_for_picture, wait_for_same_image, wait_for_tiles } from './support.mjs';
+import { screenshot, start_all, wait_for_picture, wait_for_same_image,
+  wait_for_tiles } from './support.mjs';
 
 const kJob = { scene: 'cornell-box', nee: false, width: 96, height: 96 };
 let all;

@@ -110,7 +110,7 @@ test('updates leave no memory behind', { timeout: 3_600_000 }, async (context) =
     }
     store.put(done);
   }, [guided, count]);
-  await update(100); // compiled, and every cache is warm
+  await update(300); // compiled, and every cache is warm
   const first = await heap_bytes();
   await update(updates);
   const last = await heap_bytes();
