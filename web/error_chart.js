@@ -14,6 +14,13 @@ export function load_library() {
 
 // As far as the points go, and a little on: whole decades would leave most of the chart empty.
 const range = (u, least, most) => (least > 0 ? [least / 1.15, most * 1.15] : [0.1, 1]);
+function log_splits(u, axis, least, most) {
+  const splits = [];
+  for (let power = Math.floor(Math.log10(least)); 10 ** power <= most; ++power) {
+    for (let digit = 1; digit < 10; ++digit) splits.push(digit * 10 ** power);
+  }
+  return splits.filter((v) => v >= least && v <= most);
+}
 const log_ticks = (u, splits) => splits.map((v) => {
   const digit = v / 10 ** Math.floor(Math.log10(v) + 1e-9);
   return Math.abs(digit - Math.round(digit)) < 1e-6 && [1, 2, 5].includes(Math.round(digit))
@@ -76,7 +83,7 @@ export class ErrorChart {
     const [text, grid] = [style.color, style.getPropertyValue('--line')];
     const axis = (label) => ({ label, stroke: text, labelSize: 22, font: '12px system-ui',
       labelFont: '12px system-ui', grid: { stroke: grid, width: 1 },
-      ticks: { stroke: grid, width: 1 }, values: log_ticks });
+      ticks: { stroke: grid, width: 1 }, splits: log_splits, values: log_ticks });
     return {
       width: this.#root.clientWidth,
       height: kHeightPx,
