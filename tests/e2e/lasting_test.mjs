@@ -1,5 +1,5 @@
-// What holds for as long as the page is open: it runs nothing but files of its own, stays small, and
-// updates leave no memory behind.
+// What holds for as long as the page is open: it runs nothing but files of its own, stays small,
+// and updates leave no memory behind.
 import assert from 'node:assert/strict';
 import { readdirSync, readFileSync } from 'node:fs';
 import { join } from 'node:path';
