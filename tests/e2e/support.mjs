@@ -11,7 +11,8 @@ import { setTimeout as sleep } from 'node:timers/promises';
 const kWaitMs = 60_000; // long enough for a sanitizer build on a busy machine
 
 // A file that hangs ends by itself before ctest kills it, so that no server stays behind.
-const kFileMs = 170_000;
+// Whoever asks for more updates (lasting_test.mjs) has the time.
+const kFileMs = process.env.QRAY_E2E_UPDATES ? 3_600_000 : 170_000;
 const running = new Set();
 const folders = [];
 process.on('exit', () => {
@@ -252,6 +253,22 @@ export const png_pixels = async (page, path) => Uint8Array.from(await page.evalu
     context.drawImage(bitmap, 0, 0);
     return Array.from(context.getImageData(0, 0, bitmap.width, bitmap.height).data);
   }, path));
+
+// Until an <img> of the page shows what the server has at `path`.
+export const wait_for_same_image = (page, selector, path) => page.waitForFunction(
+  async ([place, url]) => {
+    const shown = document.querySelector(place);
+    if (shown.hidden || !shown.complete || !shown.naturalWidth) return false;
+    const expected = Object.assign(new Image(), { src: url });
+    await expected.decode();
+    if (shown.naturalWidth !== expected.width) return false;
+    const [a, b] = [shown, expected].map((image) => {
+      const context = new OffscreenCanvas(expected.width, expected.height).getContext('2d');
+      context.drawImage(image, 0, 0);
+      return context.getImageData(0, 0, expected.width, expected.height).data;
+    });
+    return a.every((v, i) => v === b[i]);
+  }, [selector, path]);
 
 export async function screenshot(page, name) {
   const folder = join(env('QRAY_E2E_DIR'), 'screenshots');
