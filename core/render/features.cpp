@@ -1,7 +1,5 @@
 #include "core/render/features.h"
 
-#include <array>
-
 #include "core/math/frame.h"
 
 namespace qray {
@@ -20,10 +18,9 @@ float kind_of(BsdfKind bsdf, bool emits, bool mirrored) {
   return mirrored ? kind + kBehindMirror : kind;
 }
 
-using Features = std::array<float, kFeatureChannels>;
+}  // namespace
 
-// `pixel_angle`: radians across a pixel.
-Features features_along(const PreparedScene& scene, Ray ray, float diagonal, float pixel_angle) {
+Seen see(const PreparedScene& scene, Ray ray, float diagonal, float pixel_angle) {
   Rgb tint{1};
   float length = 0;
   for (int mirrors = 0; mirrors <= kMostMirrors; ++mirrors) {
@@ -48,13 +45,13 @@ Features features_along(const PreparedScene& scene, Ray ray, float diagonal, flo
     }
     const Rgb albedo = tint * material.bsdf->albedo(sp, wo);
     const Vec3 n = wo.z < 0 ? -at.ns : at.ns;
-    return {albedo.r, albedo.g, albedo.b,          n.x,
-            n.y,      n.z,      length / diagonal, kind_of(material.kind, mesh.emits, mirrors > 0)};
+    return {{albedo.r, albedo.g, albedo.b, n.x, n.y, n.z, length / diagonal,
+             kind_of(material.kind, mesh.emits, mirrors > 0)},
+            length,
+            hit.mesh.value | static_cast<uint32_t>(mirrors) << kMirrorShift};
   }
-  return {tint.r, tint.g, tint.b, 0, 0, 0, kFar, kNoSurface};
+  return {{tint.r, tint.g, tint.b, 0, 0, 0, kFar, kNoSurface}};
 }
-
-}  // namespace
 
 Result<Image> render_features(const PreparedScene& scene, const RenderSettings& settings,
                               TaskPool& pool, std::stop_token stop) {
@@ -68,8 +65,9 @@ Result<Image> render_features(const PreparedScene& scene, const RenderSettings& 
     for (int x = 0; x < settings.width; ++x) {
       const Ray ray =
           camera.ray({static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f}, {0.5f, 0.5f});
-      const Features f = features_along(scene, ray, diagonal, camera.pixel_angle());
-      for (int k = 0; k < kFeatureChannels; ++k) image.at(x, y, k) = f[static_cast<size_t>(k)];
+      const Seen seen = see(scene, ray, diagonal, camera.pixel_angle());
+      for (int k = 0; k < kFeatureChannels; ++k)
+        image.at(x, y, k) = seen.features[static_cast<size_t>(k)];
     }
   });
   if (stop.stop_requested()) return Error{ErrorCode::kCanceled, "canceled", ""};

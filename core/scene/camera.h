@@ -1,6 +1,8 @@
 // A pinhole or thin-lens camera. Right-handed; the picture's rows run from the top.
 #pragma once
 
+#include <optional>
+
 #include "core/math/ray.h"
 #include "core/math/warp.h"
 
@@ -46,6 +48,15 @@ class CameraRays {
     const Vec3 offset = lens_x_ * lens.x + lens_y_ * lens.y;
     return {position_ + offset, normalize(d * focus_distance_ - offset)};
   }
+  // Where the pinhole camera sees p; none: not before it.
+  std::optional<Vec2> pixel_of(Vec3 p) const {
+    const Vec3 v = p - position_;
+    const float depth = dot(v, forward_);
+    if (!(depth > 0)) return {};
+    const Vec3 q = v / depth - corner_;
+    return Vec2{dot(q, step_x_) / dot(step_x_, step_x_), dot(q, step_y_) / dot(step_y_, step_y_)};
+  }
+  Vec3 position() const { return position_; }
   float pixel_angle() const { return length(step_y_); }  // radians, in the picture's middle
   bool has_lens() const { return aperture_radius_ > 0; }
 
