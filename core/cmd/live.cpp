@@ -57,16 +57,15 @@ Result<Image> reference_at(const Options& o, const Flight& flight, double second
   if (found.value()) return std::move(found.value()->picture);
   if (!o.quiet) std::fprintf(stderr, "qray: the reference at %.2f s\n", seconds);
   RenderObserver nobody;
-  Result<Reference> made =
-      make_reference(path, scene, settings, pool, nobody, stop, SteadyClock());
+  Result<Reference> made = make_reference(path, scene, settings, pool, nobody, stop, SteadyClock());
   if (!made) return made.error();
   return std::move(made).value().picture;
 }
 
 double part_of(std::vector<double> values, double part) {
   if (values.empty()) return 0;
-  const auto at = values.begin() + static_cast<std::ptrdiff_t>(
-                                       part * static_cast<double>(values.size() - 1));
+  const auto at =
+      values.begin() + static_cast<std::ptrdiff_t>(part * static_cast<double>(values.size() - 1));
   std::nth_element(values.begin(), at, values.end());
   return *at;
 }
@@ -205,8 +204,8 @@ Status run(const Options& o) {
       if (!changed) return changed.error();
       lit = changed.value();
     }
-    Result<Image> reference = reference_at(o, flown.flight, seconds, *lit, settings.value(), pool,
-                                           stop.token());
+    Result<Image> reference =
+        reference_at(o, flown.flight, seconds, *lit, settings.value(), pool, stop.token());
     if (!reference) return reference.error();
     const auto number = std::to_string(static_cast<int>(seconds * 1000));
     if (Status s = write_image(std::filesystem::path(o.out) / (number + "-reference.png"),
@@ -226,7 +225,8 @@ Status run(const Options& o) {
     print_events(flown.flight, measured.value());
     if (Status s = write_json(o, measured.value()); !s) return s;
   }
-  if (o.rest > 0) return rest(o, flown, flown.references[flown.flight.seconds()], pool, stop.token());
+  if (o.rest > 0)
+    return rest(o, flown, flown.references[flown.flight.seconds()], pool, stop.token());
   return {};
 }
 
@@ -258,7 +258,8 @@ void add_live(CLI::App& app, int& exit_code) {
   live->add_option("--reference-seconds", o->reference_seconds, "for each")
       ->check(CLI::Range(0.1, 86400.0))
       ->capture_default_str();
-  live->add_option("--rest", o->rest, "seconds at the flight's end, against a job of as many samples")
+  live->add_option("--rest", o->rest,
+                   "seconds at the flight's end, against a job of as many samples")
       ->check(CLI::Range(0.0, 3600.0));
   live->add_option("--threads", o->threads, "default: one a processor")->check(CLI::Range(1, 1024));
   live->add_flag("-q,--quiet", o->quiet, "no progress");

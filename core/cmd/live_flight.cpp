@@ -63,8 +63,8 @@ void measure_flicker(Flyer& flyer) {
         }
       if (seen < static_cast<double>(kLeastSeen)) continue;
       const double mean = sum / seen;
-      flyer.measures.flicker += (squares / seen - mean * mean) * seen / (seen - 1) /
-                                (mean * mean + 0.01);
+      flyer.measures.flicker +=
+          (squares / seen - mean * mean) * seen / (seen - 1) / (mean * mean + 0.01);
       ++flyer.measures.flicker_points;
     }
 }
@@ -88,8 +88,8 @@ class FlightRunner {
       if (Status s = start(flyers.back()); !s.ok()) return s.error();
     }
     for (;;) {
-      const auto next = std::min_element(
-          flyers.begin(), flyers.end(), [](const Flyer& a, const Flyer& b) {
+      const auto next =
+          std::min_element(flyers.begin(), flyers.end(), [](const Flyer& a, const Flyer& b) {
             return std::pair(a.ended, a.now) < std::pair(b.ended, b.now);
           });
       if (next->ended) break;
@@ -167,7 +167,8 @@ class FlightRunner {
   void show(Flyer& flyer, const Image& picture) {
     const int width = run_.settings.render.width, height = run_.settings.render.height;
     const Image full = in_size(picture, width, height);
-    if (const auto reference = run_.references.find(flyer.now); reference != run_.references.end()) {
+    if (const auto reference = run_.references.find(flyer.now);
+        reference != run_.references.end()) {
       const Result<ImageDifference> d = image_difference(full, reference->second);
       if (d.ok()) {
         flyer.measures.relmse[flyer.now] = d.value().relmse;
@@ -177,9 +178,7 @@ class FlightRunner {
     }
     if (flyer.window.empty()) flyer.window_began = flyer.now;
     flyer.window.push_back(
-        {flyer.now,
-         see_view(*run_.scene, run_.flight.at(flyer.now), width, height, pool_),
-         {}});
+        {flyer.now, see_view(*run_.scene, run_.flight.at(flyer.now), width, height, pool_), {}});
     for (int y = 0; y < height; ++y)
       for (int x = 0; x < width; ++x)
         flyer.window.back().luminance.push_back(luminance(full.rgb(x, y)));
@@ -216,9 +215,22 @@ double FlightMeasures::mean(const std::map<double, double>& errors) const {
 Image in_size(const Image& picture, int width, int height) {
   if (picture.width() == width && picture.height() == height) return picture;
   Image out(width, height, 3);
+  const float step_x = static_cast<float>(picture.width()) / static_cast<float>(width);
+  const float step_y = static_cast<float>(picture.height()) / static_cast<float>(height);
+  const auto pixel = [&](int x, int y) {
+    return picture.rgb(std::clamp(x, 0, picture.width() - 1),
+                       std::clamp(y, 0, picture.height() - 1));
+  };
   for (int y = 0; y < height; ++y)
-    for (int x = 0; x < width; ++x)
-      out.set_rgb(x, y, picture.rgb(x * picture.width() / width, y * picture.height() / height));
+    for (int x = 0; x < width; ++x) {
+      const float px = (static_cast<float>(x) + 0.5f) * step_x - 0.5f;
+      const float py = (static_cast<float>(y) + 0.5f) * step_y - 0.5f;
+      const int x0 = static_cast<int>(std::floor(px)), y0 = static_cast<int>(std::floor(py));
+      const float fx = px - static_cast<float>(x0), fy = py - static_cast<float>(y0);
+      out.set_rgb(x, y,
+                  lerp(fy, lerp(fx, pixel(x0, y0), pixel(x0 + 1, y0)),
+                       lerp(fx, pixel(x0, y0 + 1), pixel(x0 + 1, y0 + 1))));
+    }
   return out;
 }
 

@@ -53,7 +53,7 @@ struct FlightRun {
 
 Result<std::vector<FlightMeasures>> fly(const FlightRun& run, TaskPool& pool, std::stop_token stop);
 
-// The picture in the size asked for, each pixel the nearest.
+// The picture in the size asked for, between its pixels as the page has it.
 Image in_size(const Image& picture, int width, int height);
 
 }  // namespace qray::cmd

@@ -44,8 +44,8 @@ Camera Flight::at(double seconds) const {
   if (after == keys.end() || after->cut) return before->camera;
   const auto earlier = before == keys.begin() || before->cut ? before : before - 1;
   const auto later = after + 1 == keys.end() || (after + 1)->cut ? after : after + 1;
-  const float t = static_cast<float>((seconds - before->seconds) /
-                                     (after->seconds - before->seconds));
+  const float t =
+      static_cast<float>((seconds - before->seconds) / (after->seconds - before->seconds));
   const auto curve = [&](Vec3 Camera::*member) {
     return catmull_rom(earlier->camera.*member, before->camera.*member, after->camera.*member,
                        later->camera.*member, t);

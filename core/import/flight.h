@@ -13,8 +13,8 @@ namespace qray {
 struct FlightKey {
   double seconds = 0;
   Camera camera;
-  bool cut = false;            // the camera is here at once; no curve leads to it
-  std::vector<float> lights;   // factors from here on; empty: as before
+  bool cut = false;           // the camera is here at once; no curve leads to it
+  std::vector<float> lights;  // factors from here on; empty: as before
 };
 
 struct Flight {

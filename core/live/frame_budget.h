@@ -38,8 +38,9 @@ class FrameBudget {
   static constexpr double kScales[] = {1, 0.75, 0.5, 0.375, 0.25};
   static constexpr int kSteps = 5, kFewFrames = 2, kManyFrames = 12;
   static constexpr double kFollow = 0.3, kLeastShare = 0.2, kLeastPaths = 1000;
-  // The next larger picture has up to 16/9 as many blocks, 4 times as many from half the size on.
-  static constexpr double kLeastPathsPerBlock = 0.4, kMostPathsPerBlock = 2.5;
+  // Few paths show less than few pixels: edges of lights cost most. A larger picture has up to 16/9
+  // as many blocks, which take time away from paths, too.
+  static constexpr double kLeastPathsPerBlock = 0.15, kMostPathsPerBlock = 1.2;
 
   double seconds_;
   double paths_per_second_ = 300'000, after_ = 0;

@@ -6,9 +6,9 @@
 namespace qray {
 namespace {
 
-constexpr float kMostPixelsOff = 2;      // from the plane through what is seen
+constexpr float kMostPixelsOff = 2;        // from the plane through what is seen
 constexpr float kMirroredDistance = .05f;  // relative, of what is seen in mirrors
-constexpr float kLeastWeight = 0.05f;    // of the taps that saw it
+constexpr float kLeastWeight = 0.05f;      // of the taps that saw it
 constexpr float kDiffuseKind = 0, kMixedKind = 0.5f;
 
 struct Reprojection {
@@ -65,8 +65,8 @@ struct Reprojection {
                          (now.camera.pixel_angle() / before.camera.pixel_angle());
     const float kind = now.kind(i);
     const bool surface = now.surfaces[i] != Seen{}.surface;
-    const bool glossy = surface && ((kind > kDiffuseKind && kind <= kMixedKind) ||
-                                    now.surfaces[i] >> kMirrorShift);
+    const bool glossy =
+        surface && ((kind > kDiffuseKind && kind <= kMixedKind) || now.surfaces[i] >> kMirrorShift);
     sum.samples = std::min(sum.samples / seen * std::min(1.0f, nearer * nearer),
                            glossy ? kMostGlossySamples : kMostMovedSamples);
     return sum;

@@ -1,6 +1,6 @@
 // What earlier frames' samples say of a frame's pixels: carried over by where each pixel's surface
-// was seen before (reverse reprojection: Nehab et al. 2007; moments as in SVGF, Schied et al. 2017),
-// left behind where another surface was seen. Any thread; the pool's work.
+// was seen before (reverse reprojection: Nehab et al. 2007; moments as in SVGF, Schied et al.
+// 2017), left behind where another surface was seen. Any thread; the pool's work.
 #pragma once
 
 #include <vector>

@@ -8,7 +8,7 @@
 namespace qray {
 namespace {
 
-constexpr float kFewSamples = 4;    // tell no variance by themselves
+constexpr float kFewSamples = 4;  // tell no variance by themselves
 constexpr float kLeastLight = 1e-3f;
 constexpr float kMostNoise = 16;
 
@@ -61,8 +61,8 @@ void BlockGrid::measure_noise(TaskPool& pool) {
       Rgb light;
       for (int j = std::max(0, y - kRadius); j < std::min(height_, y + kRadius + 1); ++j)
         for (int i = std::max(0, x - kRadius); i < std::min(width_, x + kRadius + 1); ++i) {
-          const BlockHistory& b = before[static_cast<size_t>(j) * static_cast<size_t>(width_) +
-                                         static_cast<size_t>(i)];
+          const BlockHistory& b =
+              before[static_cast<size_t>(j) * static_cast<size_t>(width_) + static_cast<size_t>(i)];
           if (b.samples == 0) continue;
           known += 1;
           samples += b.samples;
@@ -134,8 +134,7 @@ Image recovered_picture(const ViewBuffer& view, const History& history, const Bl
       const Rgb albedo = view.albedo(i);
       samples.set_rgb(x, y, h.samples > 0 ? h.light * albedo : guess.rgb(x, y));
       // None: it is the guess already, and tells nothing of how far samples are from it.
-      if (h.samples > 0)
-        own.at(x, y, 0) = luminance(albedo) * std::sqrt(b.variance / h.samples);
+      if (h.samples > 0) own.at(x, y, 0) = luminance(albedo) * std::sqrt(b.variance / h.samples);
     }
   });
   return shrink_towards(guess, samples, own, pool);

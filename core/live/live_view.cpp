@@ -11,8 +11,8 @@ namespace {
 
 constexpr int kTileBlocks = Film::kTilePx / 2;
 constexpr double kSettlingSeconds = 1;
-constexpr double kMostLearning = 0.08;  // of the time
-constexpr double kForget = 0.9;         // of times, each frame
+constexpr double kMostLearning = 0.08;   // of the time
+constexpr double kForget = 0.9;          // of times, each frame
 constexpr uint64_t kLeastSeen = 50'000;  // events: a table that saw fewer makes noise
 constexpr float kFewSamples = 4;         // of a block: it gets more
 constexpr double kMoreForFew = 3;        // times as many
@@ -89,7 +89,7 @@ void LiveView::look(LiveFrame& frame) {
   if (switches_.recovery || switches_.reprojection) {
     view_ = see_view(*scene_, *s.camera, width, height, pool_);
   } else {
-    view_ = {width, height, CameraRays(*s.camera, width, height), {}, {}, {}};
+    view_ = {width, height, CameraRays(*s.camera, width, height), {}, {}, {}, {}};
   }
   const double seen = clock_.seconds();
   frame.times.features = seen - start;
@@ -146,10 +146,9 @@ void LiveView::sample_tile(int tile, double per_block, uint64_t frame, Worker& w
       float has[4], sum = 0;
       for (int k = 0; k < 4; ++k) sum += has[k] = history_[pixels[k]].samples;
       const uint64_t bits = mix64(frame << 32 ^ first);
-      const double wanted = std::min<double>(
-          sum < kFewSamples ? std::max(1.0, per_block * kMoreForFew) : per_block, kMostPerBlock);
-      const int count =
-          static_cast<int>(wanted + to_unit_float(static_cast<uint32_t>(bits >> 32)));
+      const double wanted =
+          std::min<double>(sum < kFewSamples ? per_block * kMoreForFew : per_block, kMostPerBlock);
+      const int count = static_cast<int>(wanted + to_unit_float(static_cast<uint32_t>(bits >> 32)));
       for (int n = 0; n < count; ++n) {
         // The pixel that has the fewest; of several, another one each frame.
         int least = static_cast<int>(bits & 3);
@@ -243,6 +242,7 @@ void LiveView::sample_film(uint64_t unit, Worker& worker, GuideDelta* delta) {
     if (counts[i] == 0) continue;
     const size_t pixel = view_.index(rect.x + static_cast<int>(i) % rect.width,
                                      rect.y + static_cast<int>(i) / rect.width);
+    if (!view_.emitted.empty() && !view_.emitted[pixel].is_black()) continue;  // is in the sample
     history_[pixel].add(sums[i] / view_.albedo(pixel));
   }
 }
@@ -297,9 +297,10 @@ std::optional<LiveFrame> LiveView::next_frame(std::stop_token stop) {
   std::vector<Worker> workers;
   for (int i = 0; i < pool_.threads(); ++i) {
     workers.push_back({{*scene_, scene_->lights, settings_.render, guide_.get()}, {}, {}});
-    workers.back().tracer.set_guiding(frame.guided                     ? PathTracer::Guiding::kOn
+    workers.back().tracer.set_guiding(frame.guided                   ? PathTracer::Guiding::kOn
                                       : guide_ && switches_.learning ? PathTracer::Guiding::kWatch
                                                                      : PathTracer::Guiding::kOff);
+    if (!resting && !view_.emitted.empty()) workers.back().tracer.hide_lights_seen_directly();
   }
   if (resting) {
     sample_resting(frame, workers, clock_.seconds() - start, stop);
@@ -320,8 +321,8 @@ std::optional<LiveFrame> LiveView::next_frame(std::stop_token stop) {
   if (resting && whole_passes >= 1 && start - resting_since_ >= kSettlingSeconds) {
     frame.stage = LiveStage::kStill;
     frame.picture = film_->develop();
-    frame.samples_per_pixel = static_cast<double>(next_unit_) /
-                              (4 * static_cast<double>(film_->tile_count()));
+    frame.samples_per_pixel =
+        static_cast<double>(next_unit_) / (4 * static_cast<double>(film_->tile_count()));
   } else {
     frame.stage = resting ? LiveStage::kSettling : LiveStage::kMoving;
     blocks_.emplace(view_, history_, pool_);
@@ -332,6 +333,9 @@ std::optional<LiveFrame> LiveView::next_frame(std::stop_token stop) {
     } else {
       frame.picture = sampled_picture(view_, history_, *blocks_, pool_);
     }
+    for (size_t i = 0; i < view_.emitted.size(); ++i)
+      for (size_t c = 0; c < 3; ++c)
+        frame.picture.data()[i * 3 + c] += view_.emitted[i][static_cast<int>(c)];
     double samples = 0;
     for (const PixelHistory& h : history_) samples += static_cast<double>(h.samples);
     frame.samples_per_pixel = samples / static_cast<double>(history_.size());

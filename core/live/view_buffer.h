@@ -16,6 +16,9 @@ struct ViewBuffer {
   // As far along the pixel's ray as the light came: what is seen in a plane mirror lies behind it.
   std::vector<Vec3> points;
   std::vector<uint32_t> surfaces;  // Seen::surface
+  // Mean over the pixel of what lights show of themselves: so bright beside what they light that
+  // few samples make their edges flicker.
+  std::vector<Rgb> emitted;
 
   size_t index(int x, int y) const {
     return static_cast<size_t>(y) * static_cast<size_t>(width) + static_cast<size_t>(x);

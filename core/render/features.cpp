@@ -21,13 +21,20 @@ float kind_of(BsdfKind bsdf, bool emits, bool mirrored) {
 }  // namespace
 
 Seen see(const PreparedScene& scene, Ray ray, float diagonal, float pixel_angle) {
-  Rgb tint{1};
+  Rgb tint{1}, emitted;
   float length = 0;
   for (int mirrors = 0; mirrors <= kMostMirrors; ++mirrors) {
     Hit hit;
-    if (!scene.accel->intersect(ray, hit)) break;
+    if (!scene.accel->intersect(ray, hit)) {
+      if (mirrors == 0 && scene.lights.has_environment())
+        emitted = scene.lights.environment_radiance(ray.d);
+      break;
+    }
     const SurfacePoint at = scene.surface_at(ray, hit, (length + hit.t) * pixel_angle);
     const MeshShading& mesh = scene.meshes[hit.mesh.value];
+    if (mirrors == 0 && mesh.emits && (dot(at.ng, ray.d) < 0 || mesh.material->emission_two_sided))
+      emitted = mesh.emission_textured() ? scene.textures.color(mesh.material->emission, at.uv)
+                                         : mesh.material->emission.value;
     const MaterialShading& material = scene.resolve(mesh, at.uv, 0.5f);
     const ShadingPoint sp = scene.shading_point(material, at);
     const Frame frame(at.ns);
@@ -48,9 +55,13 @@ Seen see(const PreparedScene& scene, Ray ray, float diagonal, float pixel_angle)
     return {{albedo.r, albedo.g, albedo.b, n.x, n.y, n.z, length / diagonal,
              kind_of(material.kind, mesh.emits, mirrors > 0)},
             length,
-            hit.mesh.value | static_cast<uint32_t>(mirrors) << kMirrorShift};
+            hit.mesh.value | static_cast<uint32_t>(mirrors) << kMirrorShift,
+            emitted};
   }
-  return {{tint.r, tint.g, tint.b, 0, 0, 0, kFar, kNoSurface}};
+  Seen nothing;
+  nothing.features = {tint.r, tint.g, tint.b, 0, 0, 0, kFar, kNoSurface};
+  nothing.emitted = emitted;
+  return nothing;
 }
 
 Result<Image> render_features(const PreparedScene& scene, const RenderSettings& settings,

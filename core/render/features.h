@@ -19,10 +19,11 @@ namespace qray {
 constexpr int kFeatureChannels = 8;
 
 struct Seen {
-  std::array<float, kFeatureChannels> features;
+  std::array<float, kFeatureChannels> features{};
   float distance = std::numeric_limits<float>::infinity();  // metres, by way of the mirrors
   // Hit::mesh of what is seen and, above kMirrorShift, through how many mirrors.
   uint32_t surface = std::numeric_limits<uint32_t>::max();
+  Rgb emitted{};  // toward here by what the ray meets first
 };
 constexpr int kMirrorShift = 27;
 // `diagonal`: of the scene; `pixel_angle`: radians across a pixel.
