@@ -23,6 +23,10 @@ Result<std::unique_ptr<Guide>> load_guide(const PreparedScene& scene,
                                           const RenderSettings& settings,
                                           const std::optional<TableFile>& table);
 
+// What a guide knows, as a file. `parent`: the table that it began with.
+TableFile table_of(const Guide& guide, const SceneHash& scene,
+                   const std::optional<TableHeader>& parent);
+
 // How the picture is made whole.
 struct Recovery {
   std::string name;  // for the metadata: an included network's, or an id

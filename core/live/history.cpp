@@ -8,6 +8,7 @@ namespace {
 
 constexpr float kMostPixelsOff = 2;        // from the plane through what is seen
 constexpr float kMirroredDistance = .05f;  // relative, of what is seen in mirrors
+constexpr float kNearer = 0.9f;            // than where it was seen from: little is lost there
 constexpr float kLeastWeight = 0.05f;      // of the taps that saw it
 constexpr float kDiffuseKind = 0, kMixedKind = 0.5f;
 
@@ -60,14 +61,14 @@ struct Reprojection {
     sum.light *= 1 / weights;
     sum.square /= weights;
     // What was seen from farther away, in fewer pixels, is surer of less.
-    const float nearer = length(p - now.camera.position()) /
-                         std::max(length(p - before.camera.position()), 1e-20f) *
-                         (now.camera.pixel_angle() / before.camera.pixel_angle());
+    const float ratio = length(p - now.camera.position()) /
+                        std::max(length(p - before.camera.position()), 1e-20f) *
+                        (now.camera.pixel_angle() / before.camera.pixel_angle());
     const float kind = now.kind(i);
     const bool surface = now.surfaces[i] != Seen{}.surface;
     const bool glossy =
         surface && ((kind > kDiffuseKind && kind <= kMixedKind) || now.surfaces[i] >> kMirrorShift);
-    sum.samples = std::min(sum.samples / seen * std::min(1.0f, nearer * nearer),
+    sum.samples = std::min(sum.samples / seen * (ratio > kNearer ? 1 : ratio * ratio),
                            glossy ? kMostGlossySamples : kMostMovedSamples);
     return sum;
   }
