@@ -11,6 +11,7 @@ const kSwitches = ['learning', 'recovery', 'reprojection'];
 const kStageWords = { moving: 'moving: history and recovery',
   settling: 'at rest: history and recovery', still: 'still: samples alone' };
 const kMostSide = 640; // pixels of a picture on the page
+const kFrameMs = 75; // a camera waits for up to two frames, the one under way and its own
 
 const sign_in = new SignIn(by_id('sign-in'));
 on_unauthorized(() => sign_in.ask());
@@ -38,7 +39,7 @@ const kMeasures = [
   ['guided', (s) => (s.frame.guided ? 'yes' : 'not yet')],
 ];
 
-const camera = new LiveCamera(by_id('stage'), () => {
+export const camera = new LiveCamera(by_id('stage'), () => {
   live.main?.look(camera.camera);
   live.other?.look(camera.camera);
 });
@@ -112,7 +113,7 @@ async function open(name) {
   });
   if (!live.main.supported) return say('This browser has no WebGL2, which the picture needs.');
   try {
-    const info = await live.main.open({ scene: name, ...size, ...switches() });
+    const info = await live.main.open({ scene: name, ...size, ...switches(), frame_ms: kFrameMs });
     camera.forget();
     camera.camera = info.camera;
     show_lights(info.lights);
@@ -140,7 +141,7 @@ async function compare() {
   live.other = make_session('right', () => {});
   live.other.exposure_ev = Number(by_id('exposure').value);
   try {
-    await live.other.open({ scene, width, height, ...switches_without() });
+    await live.other.open({ scene, width, height, ...switches_without(), frame_ms: kFrameMs });
     live.other.look(camera.camera);
     await live.other.put('lights', { factors: factors() });
   } catch (error) {

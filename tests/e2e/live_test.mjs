@@ -2,7 +2,7 @@
 // off, a job of what is seen, and a closed page that leaves nothing behind. Leaves screenshots.
 import assert from 'node:assert/strict';
 import { after, afterEach, before, test } from 'node:test';
-import { screenshot, start_all } from './support.mjs';
+import { screenshot, start_all, wait_in_page } from './support.mjs';
 
 let all;
 let page;
@@ -16,9 +16,10 @@ afterEach(() => all.browser.expect_no_errors());
 
 // Waits for a frame of this stage, if one is given, that shows a later camera than `after`.
 const frame_with = (at, { stage = null, after = -1, session = 'main' } = {}) =>
-  at.waitForFunction(async (wanted) => {
+  wait_in_page(at, async (wanted) => {
     const frame = (await import('/live.js')).live[wanted.session]?.frame;
-    return frame && frame.camera > wanted.after && [null, frame.stage].includes(wanted.stage);
+    return Boolean(frame) && frame.camera > wanted.after &&
+      [null, frame.stage].includes(wanted.stage);
   }, { stage, after, session });
 
 // What the left canvas shows: means of red, green and blue.
@@ -64,7 +65,7 @@ test('a drag orbits, the wheel goes nearer, keys fly; the focus stays', async ()
   const flown = await newest_camera(page);
   assert.notDeepEqual(flown.camera.target, nearer.camera.target);
   assert.equal(await page.evaluate(() => document.activeElement.id), 'stage');
-  await page.waitForFunction(async () =>
+  await wait_in_page(page, async () =>
     Number.isFinite((await import('/live.js')).live.main.latency_ms(0.95)));
 });
 
@@ -87,7 +88,7 @@ test('a second view without what helps stands beside the first', async () => {
   await frame_with(page, { after: 1, session: 'other' });
   await screenshot(page, 'live-split');
   await page.locator('#compare').selectOption('');
-  await page.waitForFunction(async () => (await import('/live.js')).live.other === null);
+  await wait_in_page(page, async () => (await import('/live.js')).live.other === null);
 });
 
 test('a light switched off is off', async () => {
@@ -114,6 +115,7 @@ test('nothing scrolls sideways on a phone, where a finger orbits', async () => {
   const phone = await all.browser.page(`${all.server.url}/live.html#scene=cornell-box`,
     { width: 390, height: 844, hasTouch: true, colorScheme: 'dark' });
   await frame_with(phone);
+  await phone.locator('#waiting').waitFor({ state: 'hidden' });
   const widest = await phone.evaluate(() => document.documentElement.scrollWidth);
   assert.ok(widest <= 390, `${widest} px wide`);
   await screenshot(phone, 'live-390');
