@@ -92,6 +92,12 @@ void add_options(CLI::App& app, Config& c) {
   add(app, "unpacked-mib", c.unpacked_mib, "size of an uploaded zip's files")
       ->check(CLI::Range(1, 1 << 20));
   add(app, "imports", c.imports, "uploaded scenes that are read at once")->check(CLI::Range(1, 64));
+
+  add(app, "live-sessions", c.live_sessions, "live sessions at once; each renders all the time")
+      ->check(CLI::Range(0, 64));
+  add(app, "live-idle-seconds", c.live_idle_seconds,
+      "a live session without a camera or another call ends")
+      ->check(CLI::Range(1.0, 86400.0));
 }
 
 // The environment as options before the command line's, which win as the last ones. (CLI11 itself

@@ -16,6 +16,7 @@
 #include "server/handlers_events.h"
 #include "server/handlers_health.h"
 #include "server/handlers_jobs.h"
+#include "server/handlers_live.h"
 #include "server/handlers_pictures.h"
 #include "server/handlers_scenes.h"
 #include "server/handlers_tables.h"
@@ -170,6 +171,7 @@ struct Service::Parts {
   SceneStore scenes;
   SteadyClock clock;
   std::unique_ptr<JobRunner> runner;
+  std::unique_ptr<LiveSessions> live;
   std::unique_ptr<Janitor> janitor;
   std::unique_ptr<JobHandlers> job_handlers;
   std::unique_ptr<PictureSource> pictures;
@@ -183,6 +185,7 @@ struct Service::Parts {
   std::unique_ptr<SceneHandlers> scene_handlers;
   std::unique_ptr<AssetHandlers> asset_handlers;
   std::unique_ptr<HealthHandlers> health_handlers;
+  std::unique_ptr<LiveHandlers> live_handlers;
   WebHandlers web;
   EventHandlers event_handlers;
   std::vector<Router::RouteInfo> routes;
@@ -261,6 +264,10 @@ Result<std::unique_ptr<Service>> Service::start(const Config& config) {
       *parts->db, parts->jobs, parts->metrics, parts->event_handlers,
       [&http = parts->http] { return http ? http->connection_count() : 0; }, now_ms, config.data,
       uint64_t{config.min_free_mib} << 20, std::move(openapi).value()});
+  parts->live = std::make_unique<LiveSessions>(
+      stores, parts->runner->pool(),
+      LiveSessions::Limits{config.live_sessions, config.live_idle_seconds}, parts->clock, now_ms);
+  parts->live_handlers = std::make_unique<LiveHandlers>(*parts->live, stores, requests);
   Router router;
   parts->access.add_to(router);
   parts->job_handlers->add_to(router);
@@ -274,6 +281,7 @@ Result<std::unique_ptr<Service>> Service::start(const Config& config) {
   parts->asset_handlers->add_to(router);
   parts->scene_handlers->add_to(router);
   parts->health_handlers->add_to(router);
+  parts->live_handlers->add_to(router);
   parts->routes = router.routes();
   parts->http = std::make_unique<HttpServer>(
       std::move(router), http_limits(config),
@@ -298,6 +306,7 @@ void Service::stop() {
   parts_->events.close();
   parts_->view_handlers->stop();
   parts_->importer->stop();
+  parts_->live->stop();
   parts_->http->stop();
   parts_->janitor.reset();
   parts_->runner->stop();

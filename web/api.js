@@ -63,6 +63,16 @@ const post_json = async (path, request) => (await call(path, {
   body: JSON.stringify(request),
 })).json();
 
+// A live session, its camera, switches and lights.
+const live_path = (id) => `/v1/live/${encodeURIComponent(id)}`;
+export const open_live = (request) => post_json('/v1/live', request);
+export const put_live = async (id, what, body) => (await call(`${live_path(id)}/${what}`, {
+  method: 'PUT',
+  headers: { 'content-type': 'application/json' },
+  body: JSON.stringify(body),
+})).json();
+export const delete_live = (id) => call(live_path(id), { method: 'DELETE', keepalive: true });
+
 export const post_job = (request) => post_json('/v1/jobs', request);
 export const post_scene = (request) => post_json('/v1/scenes', request);
 

@@ -21,6 +21,7 @@ int run_command_line(int argc, const char* const* argv) {
   add_recover(app, exit_code);
   add_scene(app, exit_code);
   add_chart(app, exit_code);
+  add_live(app, exit_code);
   add_thesis(app, exit_code);
   add_submit(app, exit_code);
   add_watch(app, exit_code);

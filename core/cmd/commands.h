@@ -24,6 +24,7 @@ void add_table(CLI::App& app, int& exit_code);
 void add_recover(CLI::App& app, int& exit_code);
 void add_scene(CLI::App& app, int& exit_code);
 void add_chart(CLI::App& app, int& exit_code);
+void add_live(CLI::App& app, int& exit_code);
 void add_thesis(CLI::App& app, int& exit_code);
 void add_submit(CLI::App& app, int& exit_code);
 void add_watch(CLI::App& app, int& exit_code);

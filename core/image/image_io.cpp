@@ -81,11 +81,15 @@ Result<Bytes> encode_unguarded(ImageFormat format, const Image& image,
   spec.attribute("oiio:ColorSpace", exr ? "Linear" : "sRGB");
   if (exr) spec.attribute("compression", "zip");
   if (!exr) spec.attribute("oiio:UnassociatedAlpha", 1);
+  if (format == ImageFormat::kJpeg) spec.attribute("Compression", "jpeg:90");
+  if (format == ImageFormat::kWebp) spec.attribute("Compression", "webp:85");
   for (const auto& [name, value] : metadata) {
     spec.attribute(std::string(kPrefix) + name, OIIO::string_view(value));
   }
 
-  const char* name = exr ? "picture.exr" : "picture.png";
+  static constexpr const char* kNames[] = {"picture.exr", "picture.png", "picture.jpg",
+                                           "picture.webp"};
+  const char* name = kNames[static_cast<size_t>(format)];
   Bytes bytes;
   OIIO::Filesystem::IOVecOutput memory(bytes);
   std::unique_ptr<OIIO::ImageOutput> output = OIIO::ImageOutput::create(name, &memory);

@@ -1,6 +1,7 @@
 // Pictures to and from files and memory, by OpenImageIO. The format follows the name's extension.
-// PNG is 8-bit sRGB of the linear picture, clamped; EXR is 32-bit float linear. Metadata are string
-// attributes, in the file under "qray:" and the name; callers see the bare name. Any thread.
+// PNG, JPEG and WebP are 8-bit sRGB of the linear picture, clamped; EXR is 32-bit float linear.
+// Metadata are string attributes, in the file under "qray:" and the name; callers see the bare
+// name. Any thread.
 #pragma once
 
 #include <filesystem>
@@ -25,7 +26,7 @@ Result<ImageMetadata> read_image_metadata(const std::filesystem::path& path);
 Status write_image(const std::filesystem::path& path, const Image& image,
                    const ImageMetadata& metadata = {});
 
-enum class ImageFormat { kExr, kPng };
+enum class ImageFormat { kExr, kPng, kJpeg, kWebp };
 Result<Bytes> encode_image(ImageFormat format, const Image& image,
                            const ImageMetadata& metadata = {});
 

@@ -22,12 +22,19 @@ struct Squares {
 Image shrink_towards(const Image& guess, const Image& samples, const Image& own_error,
                      TaskPool& pool) {
   const int width = guess.width(), height = guess.height();
-  const auto at = [&](int x, int y) {
-    const float g = luminance(guess.rgb(x, y));
-    const float scale = 1 / (sqr(g) + sqr(kLeastGuess));
-    return Squares{sqr(luminance(samples.rgb(x, y)) - g) * scale,
-                   sqr(own_error.at(x, y, 0)) * scale};
+  std::vector<Squares> squares(static_cast<size_t>(width) * static_cast<size_t>(height));
+  const auto at = [&](int x, int y) -> Squares& {
+    return squares[static_cast<size_t>(y) * static_cast<size_t>(width) + static_cast<size_t>(x)];
   };
+  pool.run(static_cast<size_t>(height), [&](size_t row, int) {
+    const int y = static_cast<int>(row);
+    for (int x = 0; x < width; ++x) {
+      const float g = luminance(guess.rgb(x, y));
+      const float scale = 1 / (sqr(g) + sqr(kLeastGuess));
+      at(x, y) = {sqr(luminance(samples.rgb(x, y)) - g) * scale,
+                  sqr(own_error.at(x, y, 0)) * scale};
+    }
+  });
   Image out(width, height, 3);
   pool.run(static_cast<size_t>(height), [&](size_t row, int) {
     const int y = static_cast<int>(row);

@@ -1,7 +1,5 @@
 #include "core/render/features.h"
 
-#include <array>
-
 #include "core/math/frame.h"
 
 namespace qray {
@@ -20,17 +18,23 @@ float kind_of(BsdfKind bsdf, bool emits, bool mirrored) {
   return mirrored ? kind + kBehindMirror : kind;
 }
 
-using Features = std::array<float, kFeatureChannels>;
+}  // namespace
 
-// `pixel_angle`: radians across a pixel.
-Features features_along(const PreparedScene& scene, Ray ray, float diagonal, float pixel_angle) {
-  Rgb tint{1};
+Seen see(const PreparedScene& scene, Ray ray, float diagonal, float pixel_angle) {
+  Rgb tint{1}, emitted;
   float length = 0;
   for (int mirrors = 0; mirrors <= kMostMirrors; ++mirrors) {
     Hit hit;
-    if (!scene.accel->intersect(ray, hit)) break;
+    if (!scene.accel->intersect(ray, hit)) {
+      if (mirrors == 0 && scene.lights.has_environment())
+        emitted = scene.lights.environment_radiance(ray.d);
+      break;
+    }
     const SurfacePoint at = scene.surface_at(ray, hit, (length + hit.t) * pixel_angle);
     const MeshShading& mesh = scene.meshes[hit.mesh.value];
+    if (mirrors == 0 && mesh.emits && (dot(at.ng, ray.d) < 0 || mesh.material->emission_two_sided))
+      emitted = mesh.emission_textured() ? scene.textures.color(mesh.material->emission, at.uv)
+                                         : mesh.material->emission.value;
     const MaterialShading& material = scene.resolve(mesh, at.uv, 0.5f);
     const ShadingPoint sp = scene.shading_point(material, at);
     const Frame frame(at.ns);
@@ -48,13 +52,17 @@ Features features_along(const PreparedScene& scene, Ray ray, float diagonal, flo
     }
     const Rgb albedo = tint * material.bsdf->albedo(sp, wo);
     const Vec3 n = wo.z < 0 ? -at.ns : at.ns;
-    return {albedo.r, albedo.g, albedo.b,          n.x,
-            n.y,      n.z,      length / diagonal, kind_of(material.kind, mesh.emits, mirrors > 0)};
+    return {{albedo.r, albedo.g, albedo.b, n.x, n.y, n.z, length / diagonal,
+             kind_of(material.kind, mesh.emits, mirrors > 0)},
+            length,
+            hit.mesh.value | static_cast<uint32_t>(mirrors) << kMirrorShift,
+            emitted};
   }
-  return {tint.r, tint.g, tint.b, 0, 0, 0, kFar, kNoSurface};
+  Seen nothing;
+  nothing.features = {tint.r, tint.g, tint.b, 0, 0, 0, kFar, kNoSurface};
+  nothing.emitted = emitted;
+  return nothing;
 }
-
-}  // namespace
 
 Result<Image> render_features(const PreparedScene& scene, const RenderSettings& settings,
                               TaskPool& pool, std::stop_token stop) {
@@ -68,8 +76,9 @@ Result<Image> render_features(const PreparedScene& scene, const RenderSettings& 
     for (int x = 0; x < settings.width; ++x) {
       const Ray ray =
           camera.ray({static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f}, {0.5f, 0.5f});
-      const Features f = features_along(scene, ray, diagonal, camera.pixel_angle());
-      for (int k = 0; k < kFeatureChannels; ++k) image.at(x, y, k) = f[static_cast<size_t>(k)];
+      const Seen seen = see(scene, ray, diagonal, camera.pixel_angle());
+      for (int k = 0; k < kFeatureChannels; ++k)
+        image.at(x, y, k) = seen.features[static_cast<size_t>(k)];
     }
   });
   if (stop.stop_requested()) return Error{ErrorCode::kCanceled, "canceled", ""};

@@ -2,6 +2,8 @@
 // mirrors and clear glass to what is seen in them. Any thread.
 #pragma once
 
+#include <array>
+#include <limits>
 #include <stop_token>
 
 #include "core/base/task_pool.h"
@@ -15,6 +17,17 @@ namespace qray {
 // normal towards the eye, world space (3); length of the path, in diagonals of the scene; kind of
 // surface, [0, 2]. Where no surface is: albedo 1, normal 0, depth 2, kind 2.
 constexpr int kFeatureChannels = 8;
+
+struct Seen {
+  std::array<float, kFeatureChannels> features{};
+  float distance = std::numeric_limits<float>::infinity();  // metres, by way of the mirrors
+  // Hit::mesh of what is seen and, above kMirrorShift, through how many mirrors.
+  uint32_t surface = std::numeric_limits<uint32_t>::max();
+  Rgb emitted{};  // toward here by what the ray meets first
+};
+constexpr int kMirrorShift = 27;
+// `diagonal`: of the scene; `pixel_angle`: radians across a pixel.
+Seen see(const PreparedScene& scene, Ray ray, float diagonal, float pixel_angle);
 
 // Of the settings' size and camera. kCanceled when stopped.
 Result<Image> render_features(const PreparedScene& scene, const RenderSettings& settings,

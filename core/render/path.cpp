@@ -268,7 +268,7 @@ Rgb PathTracer::walk(Ray ray, Sampler& sampler, float pixel_deviation, Rgb& pixe
     Hit hit;
     if (!intersect(ray, hit)) {
       // 1a. The environment, weighted against nee having drawn this direction.
-      if (lights_.has_environment()) {
+      if (lights_.has_environment() && !(hides_lights_ && depth == 1)) {
         const Rgb emitted = lights_.environment_radiance(ray.d);
         const float mis = delta_ || !settings_.nee
                               ? 1.0f
@@ -291,7 +291,8 @@ Rgb PathTracer::walk(Ray ray, Sampler& sampler, float pixel_deviation, Rgb& pixe
     }
 
     // 1b. Light that the surface emits.
-    if (mesh.emits && (cos_geometric > 0 || mesh.material->emission_two_sided)) {
+    if (mesh.emits && (cos_geometric > 0 || mesh.material->emission_two_sided) &&
+        !(hides_lights_ && depth == 1)) {
       const Rgb emitted = mesh.emission_textured()
                               ? scene_.textures.color(mesh.material->emission, surface.uv)
                               : mesh.material->emission.value;

@@ -44,6 +44,10 @@ class PathTracer {
   enum class Guiding { kOff, kWatch, kOn };
   void set_guiding(Guiding guiding) { guiding_ = guiding; }
 
+  // What lights and the environment show of themselves to the camera is left out: it is known
+  // without samples.
+  void hide_lights_seen_directly() { hides_lights_ = true; }
+
   const PathCounters& counters() const { return counters_; }
 
  private:
@@ -76,6 +80,7 @@ class PathTracer {
   const Guide* guide_;
   const bool guide_expects_;
   Guiding guiding_ = Guiding::kOn;
+  bool hides_lights_ = false;  // from the camera
   PathCounters counters_;
   bool timed_ = false;
 

@@ -57,6 +57,7 @@ class CameraRays {
     return Vec2{dot(on_plane, step_x_) / dot(step_x_, step_x_),
                 dot(on_plane, step_y_) / dot(step_y_, step_y_)};
   }
+  Vec3 position() const { return position_; }
   float pixel_angle() const { return length(step_y_); }  // radians, in the picture's middle
   bool has_lens() const { return aperture_radius_ > 0; }
 

@@ -74,6 +74,7 @@ class JobRunner {
 
   // A running job that has a film.
   std::shared_ptr<const LiveJob> live(JobId id) const;
+  const TaskPool& pool() const { return pool_; }  // for others to share the render threads
   size_t queued() const { return queue_.size(); }
 
  private:

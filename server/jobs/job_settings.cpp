@@ -9,6 +9,17 @@ Vec3 vec3_of(const std::array<double, 3>& v) {
   return {static_cast<float>(v[0]), static_cast<float>(v[1]), static_cast<float>(v[2])};
 }
 
+// As text of the fewest digits that read back as the same float: 0.2, not 0.20000000298.
+double short_double(float v) {
+  char text[32];
+  const auto [end, error] = std::to_chars(text, text + sizeof text, v);
+  double out = 0;
+  std::from_chars(text, end, out);
+  return out;
+}
+
+}  // namespace
+
 Camera camera_of(const proto::CameraRequest& request, Camera camera) {
   if (request.position) camera.position = vec3_of(*request.position);
   if (request.target) camera.target = vec3_of(*request.target);
@@ -21,17 +32,6 @@ Camera camera_of(const proto::CameraRequest& request, Camera camera) {
   put(request.focus_distance, camera.focus_distance);
   return camera;
 }
-
-// As text of the fewest digits that read back as the same float: 0.2, not 0.20000000298.
-double short_double(float v) {
-  char text[32];
-  const auto [end, error] = std::to_chars(text, text + sizeof text, v);
-  double out = 0;
-  std::from_chars(text, end, out);
-  return out;
-}
-
-}  // namespace
 
 void fill_defaults(proto::JobRequest& request) {
   const RenderSettings defaults;

@@ -170,6 +170,18 @@ class RawConnection {
     rest_.erase(0, text.size());
     return text;
   }
+  // Up to `size` bytes, at least one; empty: the connection is over.
+  std::string read_some(size_t size) {
+    std::string block(size, '\0');
+    if (rest_.empty()) {
+      const ssize_t n = ::recv(fd_, block.data(), size, 0);
+      block.resize(n > 0 ? static_cast<size_t>(n) : 0);
+      return block;
+    }
+    block = rest_.substr(0, size);
+    rest_.erase(0, block.size());
+    return block;
+  }
   std::string read_all() { return read_until(""); }
 
  private:

@@ -1,0 +1,101 @@
+#include "core/live/history.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace qray {
+namespace {
+
+constexpr float kMostPixelsOff = 2;        // from the plane through what is seen
+constexpr float kMirroredDistance = .05f;  // relative, of what is seen in mirrors
+constexpr float kNearer = 0.9f;            // than where it was seen from: little is lost there
+constexpr float kLeastWeight = 0.05f;      // of the taps that saw it
+constexpr float kDiffuseKind = 0, kMixedKind = 0.5f;
+
+struct Reprojection {
+  const ViewBuffer& before;
+  const History& history;
+  const ViewBuffer& now;
+
+  bool same_surface(size_t i, size_t tap) const {
+    if (now.surfaces[i] != before.surfaces[tap]) return false;
+    const Vec3 n = now.normal(i);
+    if (dot(n, n) == 0) return true;  // the environment
+    if (dot(n, before.normal(tap)) < ViewBuffer::kLeastCosine) return false;
+    const Vec3 p = now.points[i], off = before.points[tap] - p;
+    const float distance = length(p - before.camera.position());
+    if (now.surfaces[i] >> kMirrorShift)
+      return std::abs(length(before.points[tap] - before.camera.position()) - distance) <
+             kMirroredDistance * distance;
+    return std::abs(dot(n, off)) < kMostPixelsOff * before.camera.pixel_angle() * distance;
+  }
+
+  PixelHistory pixel(size_t i) const {
+    const Vec3 p = now.points[i];
+    const std::optional<Vec2> at = before.camera.project(p);
+    if (!at || !(at->x > -1 && at->y > -1 && at->x < static_cast<float>(before.width) + 1 &&
+                 at->y < static_cast<float>(before.height) + 1))
+      return {};
+    const float x0 = std::floor(at->x - 0.5f), y0 = std::floor(at->y - 0.5f);
+    const float fx = at->x - 0.5f - x0, fy = at->y - 0.5f - y0;
+    PixelHistory sum;
+    float weights = 0, seen = 0;
+    for (int k = 0; k < 4; ++k) {
+      const int dx = k & 1, dy = k >> 1;
+      const int x = static_cast<int>(x0) + dx, y = static_cast<int>(y0) + dy;
+      const float weight = (dx ? fx : 1 - fx) * (dy ? fy : 1 - fy);
+      if (weight == 0 || x < 0 || y < 0 || x >= before.width || y >= before.height) continue;
+      const size_t tap = before.index(x, y);
+      if (!same_surface(i, tap)) continue;
+      seen += weight;
+      const PixelHistory& h = history[tap];
+      if (h.samples == 0) continue;
+      // By the samples in them too: a mean of many is surer than its neighbour of one.
+      const float sure = weight * h.samples;
+      sum.light += h.light * sure;
+      sum.square += h.square * sure;
+      sum.samples += weight * h.samples;
+      weights += sure;
+    }
+    if (seen < kLeastWeight || weights == 0) return {};
+    sum.light *= 1 / weights;
+    sum.square /= weights;
+    // What was seen from farther away, in fewer pixels, is surer of less.
+    const float ratio = length(p - now.camera.position()) /
+                        std::max(length(p - before.camera.position()), 1e-20f) *
+                        (now.camera.pixel_angle() / before.camera.pixel_angle());
+    const float kind = now.kind(i);
+    const bool surface = now.surfaces[i] != Seen{}.surface;
+    const bool glossy =
+        surface && ((kind > kDiffuseKind && kind <= kMixedKind) || now.surfaces[i] >> kMirrorShift);
+    sum.samples = std::min(sum.samples / seen * (ratio > kNearer ? 1 : ratio * ratio),
+                           glossy ? kMostGlossySamples : kMostMovedSamples);
+    return sum;
+  }
+};
+
+}  // namespace
+
+void PixelHistory::add(Rgb sample) {
+  samples += 1;
+  const float share = 1 / samples;
+  light = lerp(share, light, sample);
+  square = lerp(share, square, sqr(luminance(sample)));
+}
+
+float PixelHistory::variance() const { return std::max(square - sqr(luminance(light)), 0.0f); }
+
+History reproject(const ViewBuffer& before, const History& history, const ViewBuffer& now,
+                  TaskPool& pool) {
+  History moved(now.points.size());
+  const Reprojection reprojection{before, history, now};
+  pool.run(static_cast<size_t>(now.height), [&](size_t row, int) {
+    for (int x = 0; x < now.width; ++x) {
+      const size_t i = now.index(x, static_cast<int>(row));
+      moved[i] = reprojection.pixel(i);
+    }
+  });
+  return moved;
+}
+
+}  // namespace qray

@@ -1,0 +1,21 @@
+// A scene's lights as someone switches them: materials that emit, then lights without an extent,
+// then the environment. Pure functions.
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/render/prepared_scene.h"
+
+namespace qray {
+
+std::vector<std::string> light_names(const Scene& scene);
+
+// The scene with each light's emission times its factor, 0: switched off. `factors`: as many as
+// names. Its hash is another unless all are 1: tables learned there say so.
+Result<std::shared_ptr<const PreparedScene>> with_lights(const Scene& scene,
+                                                         std::span<const float> factors,
+                                                         int build_threads);
+
+}  // namespace qray

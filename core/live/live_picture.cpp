@@ -1,0 +1,143 @@
+#include "core/live/live_picture.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/recover/shrink.h"
+
+namespace qray {
+namespace {
+
+constexpr float kFewSamples = 4;  // tell no variance by themselves
+constexpr float kLeastLight = 1e-3f;
+constexpr float kMostNoise = 16;
+
+BlockHistory block_of(const ViewBuffer& view, const History& history, int bx, int by) {
+  const size_t first = view.index(2 * bx, 2 * by);
+  const size_t row = static_cast<size_t>(view.width);
+  const size_t pixels[] = {first, first + 1, first + row, first + row + 1};
+  BlockHistory block;
+  float square = 0;
+  // Of another surface, if need be.
+  for (const bool any : {false, true}) {
+    for (const size_t i : pixels) {
+      const PixelHistory& h = history[i];
+      if (h.samples == 0 || (!any && !view.features.empty() && !view.same_surface(i, first)))
+        continue;
+      block.light += h.light * h.samples;
+      square += h.square * h.samples;
+      block.samples += h.samples;
+    }
+    if (block.samples > 0) break;
+  }
+  if (block.samples == 0) return block;
+  block.light *= 1 / block.samples;
+  block.luminance = luminance(block.light);
+  block.variance = square / block.samples;  // for now: the mean square
+  return block;
+}
+
+}  // namespace
+
+BlockGrid::BlockGrid(const ViewBuffer& view, const History& history, TaskPool& pool)
+    : width_(view.width / 2),
+      height_(view.height / 2),
+      blocks_(static_cast<size_t>(width_) * static_cast<size_t>(height_)) {
+  pool.run(static_cast<size_t>(height_), [&](size_t row, int) {
+    for (int bx = 0; bx < width_; ++bx)
+      blocks_[row * static_cast<size_t>(width_) + static_cast<size_t>(bx)] =
+          block_of(view, history, bx, static_cast<int>(row));
+  });
+  measure_noise(pool);
+}
+
+void BlockGrid::measure_noise(TaskPool& pool) {
+  constexpr int kRadius = 2;
+  const std::vector<BlockHistory> before = blocks_;
+  pool.run(static_cast<size_t>(height_), [&](size_t row, int) {
+    const int y = static_cast<int>(row);
+    for (int x = 0; x < width_; ++x) {
+      float samples = 0, mean = 0, square = 0, own = 0, own_weight = 0, known = 0;
+      Rgb light;
+      for (int j = std::max(0, y - kRadius); j < std::min(height_, y + kRadius + 1); ++j)
+        for (int i = std::max(0, x - kRadius); i < std::min(width_, x + kRadius + 1); ++i) {
+          const BlockHistory& b =
+              before[static_cast<size_t>(j) * static_cast<size_t>(width_) + static_cast<size_t>(i)];
+          if (b.samples == 0) continue;
+          known += 1;
+          samples += b.samples;
+          mean += b.samples * b.luminance;
+          square += b.samples * b.variance;
+          light += b.light;
+          if (b.samples < kFewSamples) continue;
+          own += std::max(b.variance - sqr(b.luminance), 0.0f) * b.samples;
+          own_weight += b.samples - 1;
+        }
+      BlockHistory& block = blocks_[row * static_cast<size_t>(width_) + static_cast<size_t>(x)];
+      if (samples == 0) continue;
+      // A block's own noise leaves out how the light changes from block to block.
+      block.variance = own_weight > 0 ? own / own_weight
+                                      : std::max(square / samples - sqr(mean / samples), 0.0f);
+      if (block.samples == 0) block.light = light * (1 / known);
+      block.luminance = mean / samples;
+    }
+  });
+}
+
+double BlockGrid::noise() const {
+  double sum = 0;
+  for (const BlockHistory& b : blocks_)
+    sum += static_cast<double>(
+        std::min(std::sqrt(b.variance / std::max(b.samples, 1.0f)) / (b.luminance + kLeastLight),
+                 kMostNoise));
+  return sum / static_cast<double>(blocks_.size());
+}
+
+Image sampled_picture(const ViewBuffer& view, const History& history, const BlockGrid& blocks,
+                      TaskPool& pool) {
+  Image picture(view.width, view.height, 3);
+  pool.run(static_cast<size_t>(view.height), [&](size_t row, int) {
+    const int y = static_cast<int>(row);
+    for (int x = 0; x < view.width; ++x) {
+      const size_t i = view.index(x, y);
+      const PixelHistory& h = history[i];
+      picture.set_rgb(x, y,
+                      view.albedo(i) * (h.samples > 0 ? h.light : blocks.of_pixel(x, y).light));
+    }
+  });
+  return picture;
+}
+
+Image recovered_picture(const ViewBuffer& view, const History& history, const BlockGrid& blocks,
+                        FastRecovery& recovery, TaskPool& pool) {
+  Image known(view.width, view.height, 3), noise(view.width, view.height, 1), own = noise;
+  pool.run(static_cast<size_t>(view.height / 2), [&](size_t row, int) {
+    const int y = static_cast<int>(row) * 2;
+    for (int x = 0; x < view.width; x += 2) {
+      const BlockHistory& b = blocks.of_pixel(x, y);
+      known.set_rgb(x, y, view.albedo(view.index(x, y)) * b.light);
+      const float relative =
+          b.samples > 0 ? std::min(std::sqrt(b.variance / b.samples) / (b.luminance + kLeastLight),
+                                   kMostNoise)
+                        : kMostNoise;
+      noise.at(x, y, 0) = relative / (1 + relative);
+    }
+  });
+  const Image guess = recovery.run(view.features, known, noise, pool);
+  Image samples(view.width, view.height, 3);
+  pool.run(static_cast<size_t>(view.height), [&](size_t row, int) {
+    const int y = static_cast<int>(row);
+    for (int x = 0; x < view.width; ++x) {
+      const size_t i = view.index(x, y);
+      const PixelHistory& h = history[i];
+      const BlockHistory& b = blocks.of_pixel(x, y);
+      const Rgb albedo = view.albedo(i);
+      samples.set_rgb(x, y, h.samples > 0 ? h.light * albedo : guess.rgb(x, y));
+      // None: it is the guess already, and tells nothing of how far samples are from it.
+      if (h.samples > 0) own.at(x, y, 0) = luminance(albedo) * std::sqrt(b.variance / h.samples);
+    }
+  });
+  return shrink_towards(guess, samples, own, pool);
+}
+
+}  // namespace qray

@@ -1,0 +1,60 @@
+// What a live session's calls carry, as plain std types (docs/api.md, openapi.yaml). Any thread;
+// nothing here throws on bad input.
+#pragma once
+
+#include "proto/messages.h"
+
+namespace qray::proto {
+
+struct LiveSwitchesRequest {
+  bool learning = true, recovery = true, reprojection = true;
+};
+
+constexpr double kLeastFrameMs = 20, kMostFrameMs = 2000;
+
+struct LiveRequest {
+  std::string scene;
+  std::optional<int> width, height;  // pixels, even; absent: the scene's own
+  double frame_ms = 100;
+  std::string method = "adaptive", table = "auto", recover = "auto";  // as JobRequest's
+  uint64_t seed = 1;
+  std::optional<int> max_depth;
+  std::optional<CameraRequest> camera;
+  LiveSwitchesRequest switches;
+};
+
+struct LiveCameraRequest {
+  uint64_t number = 0;  // the latest wins
+  CameraRequest camera;
+};
+
+struct LiveInfo {
+  std::string id, scene, method, recover, table_in;  // recover: what serves; table_in: empty, none
+  int width = 0, height = 0;
+  double frame_ms = 0;
+  uint64_t camera_number = 0;
+  CameraRequest camera;  // complete
+  LiveSwitchesRequest switches;
+  std::vector<std::string> lights;
+  std::vector<double> factors;  // of the lights
+  uint64_t frames = 0;
+  int readers = 0;
+};
+
+// Problems as for parse_job_request().
+std::variant<LiveRequest, Problem> parse_live_request(std::string_view json,
+                                                      const RequestLimits& limits);
+std::variant<LiveCameraRequest, Problem> parse_live_camera(std::string_view json,
+                                                           const RequestLimits& limits);
+// Members that are absent stay as `now` has them.
+std::variant<LiveSwitchesRequest, Problem> parse_live_switches(std::string_view json,
+                                                               const RequestLimits& limits,
+                                                               const LiveSwitchesRequest& now);
+// {"factors":[1, 0]}: one for each of `lights` lights.
+std::variant<std::vector<double>, Problem> parse_live_lights(std::string_view json,
+                                                             const RequestLimits& limits,
+                                                             size_t lights);
+std::string live_to_json(const LiveInfo& live);
+std::string live_camera_to_json(uint64_t number);
+
+}  // namespace qray::proto

@@ -1,0 +1,174 @@
+#include "core/live/live_view.h"
+
+#include <gtest/gtest.h>
+
+#include "core/live/lights.h"
+#include "core/recover/included_networks.h"
+#include "tests/support/render.h"
+#include "tests/support/test_scenes.h"
+
+namespace qray {
+namespace {
+
+class Hands final : public Clock {
+ public:
+  double seconds() const override { return now; }
+  double now = 0;
+};
+
+struct Walk {
+  explicit Walk(const std::string& method, int threads = 2, const std::string& name = "cornell-box",
+                double paths_per_block = 4)
+      : scene(test::included_scene(name)), pool(threads) {
+    settings = {test::small_settings(method, 64, 1), 0.1, paths_per_block};
+    view = std::make_unique<LiveView>(
+        scene, settings, make_guide(method, scene->guide_setup(settings.render)).value(),
+        included_network("default").value(), pool, clock);
+  }
+  Camera moved(float x) const {
+    Camera camera = scene->scene.camera;
+    camera.position.x += x;
+    return camera;
+  }
+  LiveFrame next() { return view->next_frame().value(); }
+
+  std::shared_ptr<const PreparedScene> scene;
+  TaskPool pool;
+  Hands clock;
+  LiveSettings settings;
+  std::unique_ptr<LiveView> view;
+};
+
+TEST(LiveView, AtRestShowsTheVeryPictureOfAJobOfItsSamples) {
+  Walk walk("none");
+  EXPECT_EQ(walk.next().stage, LiveStage::kMoving);
+  LiveFrame frame;
+  for (int i = 0; i < 3 * 4; ++i) {  // a unit each: a quarter of the only tile's pixels, 4 a frame
+    frame = walk.next();
+    walk.clock.now += 0.2;
+    if (frame.samples_per_pixel == 3 && frame.stage == LiveStage::kStill) break;
+  }
+  ASSERT_EQ(frame.stage, LiveStage::kStill);
+  const int samples = static_cast<int>(frame.samples_per_pixel);
+  EXPECT_EQ(frame.samples_per_pixel, samples);
+  const Image job = test::render(*walk.scene, test::small_settings("none", 64, samples)).image;
+  ASSERT_EQ(frame.picture.data().size(), job.data().size());
+  for (size_t i = 0; i < job.data().size(); ++i)
+    ASSERT_NEAR(frame.picture.data()[i], job.data()[i], 1e-5f * (1 + job.data()[i])) << i;
+}
+
+TEST(LiveView, ShowsTheRecoveredPictureForTheFirstStillSecond) {
+  Walk walk("none");
+  walk.next();
+  for (const double now : {0.0, 0.5, 0.9}) {
+    walk.clock.now = now;
+    EXPECT_EQ(walk.next().stage, LiveStage::kSettling) << now;
+  }
+  walk.clock.now = 1.1;
+  EXPECT_EQ(walk.next().stage, LiveStage::kStill);
+  walk.view->set_camera(walk.moved(0.01f));
+  EXPECT_EQ(walk.next().stage, LiveStage::kMoving);
+  walk.clock.now = 5;
+  EXPECT_EQ(walk.next().stage, LiveStage::kSettling);  // rests since now
+}
+
+// Frames of a fixed number of samples, bit by bit.
+TEST(LiveView, IsTheSameForAnyNumberOfThreads) {
+  Walk one("adaptive", 1), three("adaptive", 3);
+  for (int i = 0; i < 12; ++i) {
+    const float x = 0.01f * static_cast<float>(std::min(i, 8));
+    one.view->set_camera(one.moved(x));
+    three.view->set_camera(three.moved(x));
+    const LiveFrame a = one.next(), b = three.next();
+    ASSERT_TRUE(std::ranges::equal(a.picture.data(), b.picture.data())) << "frame " << i;
+    EXPECT_EQ(a.rays, b.rays);
+  }
+  EXPECT_GT(one.view->guide()->stats().samples_seen, 10'000u);
+  EXPECT_EQ(one.view->guide()->stats().samples_seen, three.view->guide()->stats().samples_seen);
+}
+
+TEST(LiveView, EarlierFramesMakeAPictureBetter) {
+  const auto error_with = [](LiveSwitches switches) {
+    Walk walk("none");
+    walk.view->set_switches(switches);
+    LiveFrame frame;
+    for (int i = 0; i <= 12; ++i) {
+      walk.view->set_camera(walk.moved(0.004f * static_cast<float>(i)));
+      frame = walk.next();
+    }
+    RenderSettings settings = test::small_settings("none", 64, 512, 9);
+    settings.camera = walk.moved(0.004f * 12);
+    return relmse(frame.picture, test::render(*walk.scene, settings).image);
+  };
+  const double plain = error_with({false, false, false});
+  const double reprojected = error_with({false, false, true});
+  const double recovered = error_with({false, true, false});
+  EXPECT_LT(reprojected, plain / 2);
+  EXPECT_LT(recovered, plain / 2);
+  EXPECT_LT(error_with({false, true, true}), plain / 4);
+}
+
+TEST(LiveView, ALightSwitchedOffLeavesNothing) {
+  Walk walk("adaptive");
+  for (int i = 0; i < 6; ++i) walk.next();
+  const std::vector<float> off(light_names(walk.scene->scene).size(), 0.0f);
+  ASSERT_FALSE(off.empty());
+  walk.view->set_scene(with_lights(walk.scene->scene, off, 1).value());
+  for (int i = 0; i < 3; ++i) {
+    const LiveFrame dark = walk.next();
+    for (const float v : dark.picture.data()) ASSERT_EQ(v, 0);
+  }
+}
+
+TEST(LiveView, ACutShowsNothingOfBefore) {
+  Walk walk("none");
+  for (int i = 0; i < 4; ++i) walk.next();
+  Camera back = walk.scene->scene.camera;
+  back.target = back.position * 2 - back.target;
+  walk.view->set_camera(back);
+  const LiveFrame cut = walk.next();
+  EXPECT_EQ(cut.stage, LiveStage::kMoving);
+  EXPECT_LE(cut.samples_per_pixel, static_cast<double>(cut.paths) / (64 * 64));
+}
+
+TEST(LiveView, KeepsToItsBudget) {
+  SteadyClock clock;
+  const auto scene = test::included_scene("cornell-box");
+  TaskPool pool(2);
+  LiveSettings settings{test::small_settings("none", 128, 1), 0.05, 0};
+  LiveView view(scene, settings, nullptr, included_network("default").value(), pool, clock);
+  uint64_t paths = 0;
+  for (int i = 0; i < 10; ++i) {
+    Camera camera = scene->scene.camera;
+    camera.position.x += 0.01f * static_cast<float>(i);
+    view.set_camera(camera);
+    paths += view.next_frame()->paths;
+  }
+  EXPECT_GT(paths, 10 * 64 * 64 / 8u);
+}
+
+TEST(LiveView, StopsWhenTold) {
+  Walk walk("none");
+  std::stop_source stop;
+  stop.request_stop();
+  EXPECT_FALSE(walk.view->next_frame(stop.get_token()).has_value());
+}
+
+TEST(LightNames, AreOfAllKindsAndTheirFactorsCount) {
+  Scene scene = test::room();
+  scene.lights.push_back({});
+  scene.environment.radiance = Rgb{1.0f};
+  const std::vector<std::string> names = light_names(scene);
+  EXPECT_EQ(names, (std::vector<std::string>{"m2", "point light 0", "environment"}));
+  const float factors[] = {0.5f, 0, 2};
+  const auto changed = with_lights(scene, factors, 1).value();
+  EXPECT_EQ(changed->scene.materials[2].emission.value.r, 10);
+  EXPECT_TRUE(changed->scene.lights[0].intensity.is_black());
+  EXPECT_EQ(changed->scene.environment.radiance.g, 2);
+  const SceneHash before = hash_scene(scene).value();
+  EXPECT_FALSE(changed->hash.lights == before.lights);
+  EXPECT_TRUE(changed->hash.geometry == before.geometry);
+}
+
+}  // namespace
+}  // namespace qray

@@ -1,0 +1,133 @@
+// The live page: frames follow mouse, touch and keys, switches and a second view, a light switched
+// off, a job of what is seen, and a closed page that leaves nothing behind. Leaves screenshots.
+import assert from 'node:assert/strict';
+import { after, afterEach, before, test } from 'node:test';
+import { screenshot, start_all, wait_in_page } from './support.mjs';
+
+let all;
+let page;
+before(async () => {
+  all = await start_all();
+  page = await all.browser.page(`${all.server.url}/live.html#scene=cornell-box`);
+  await frame_with(page);
+});
+after(() => all?.close());
+afterEach(() => all.browser.expect_no_errors());
+
+// Waits for a frame of this stage, if one is given, that shows a later camera than `after`.
+const frame_with = (at, { stage = null, after = -1, session = 'main' } = {}) =>
+  wait_in_page(at, async (wanted) => {
+    const frame = (await import('/live.js')).live[wanted.session]?.frame;
+    return Boolean(frame) && frame.camera > wanted.after &&
+      [null, frame.stage].includes(wanted.stage);
+  }, { stage, after, session });
+
+// What the left canvas shows: means of red, green and blue.
+const colour = (at) => at.evaluate(() => {
+  const canvas = document.getElementById('left');
+  const copy = new OffscreenCanvas(16, 16).getContext('2d');
+  copy.drawImage(canvas, 0, 0, 16, 16);
+  const { data } = copy.getImageData(0, 0, 16, 16);
+  const mean = (k) => data.filter((_, i) => i % 4 === k).reduce((a, b) => a + b, 0) / 256;
+  return [mean(0), mean(1), mean(2)];
+});
+const newest_camera = (at) => at.evaluate(async () => (await import('/live.js')).live.main.info.id)
+  .then(async (id) => (await all.server.get(`/v1/live/${id}`)).json());
+
+test('the picture is there, and says that it comes to rest', async () => {
+  await frame_with(page, { stage: 'still' });
+  await page.locator('#stage-label').filter({ hasText: 'samples alone' }).waitFor();
+  assert.ok((await colour(page)).every((v) => v > 8));
+  await screenshot(page, 'live-1280');
+});
+
+test('a drag orbits, the wheel goes nearer, keys fly; the focus stays', async () => {
+  const before = (await newest_camera(page)).camera.position;
+  const stage = await page.locator('#stage').boundingBox();
+  const [x, y] = [stage.x + stage.width / 2, stage.y + stage.height / 2];
+  await page.mouse.move(x, y);
+  await page.mouse.down();
+  await page.mouse.move(x + 40, y + 5, { steps: 4 });
+  await page.mouse.up();
+  await frame_with(page, { after: 0 });
+  const orbited = await newest_camera(page);
+  assert.notDeepEqual(orbited.camera.position, before);
+  const distance = ({ position, target }) => Math.hypot(...position.map((v, i) => v - target[i]));
+  await page.mouse.wheel(0, -100);
+  await frame_with(page, { after: orbited.camera_number });
+  const nearer = await newest_camera(page);
+  assert.ok(distance(nearer.camera) < distance(orbited.camera));
+
+  await page.locator('#stage').focus();
+  await page.keyboard.down('KeyD');
+  await frame_with(page, { after: nearer.camera_number });
+  await page.keyboard.up('KeyD');
+  const flown = await newest_camera(page);
+  assert.notDeepEqual(flown.camera.target, nearer.camera.target);
+  assert.equal(await page.evaluate(() => document.activeElement.id), 'stage');
+  await wait_in_page(page, async () =>
+    Number.isFinite((await import('/live.js')).live.main.latency_ms(0.95)));
+});
+
+test('switches reach the session', async () => {
+  await page.locator('#recovery').uncheck();
+  await page.waitForFunction(() =>
+    document.getElementById('stage-label').textContent.includes('without recovery'));
+  assert.equal((await newest_camera(page)).recovery, false);
+  await page.locator('#recovery').check();
+});
+
+test('a second view without what helps stands beside the first', async () => {
+  await page.locator('#compare').selectOption('all');
+  await frame_with(page, { session: 'other' });
+  await page.locator('#stage').focus();
+  await page.keyboard.press('KeyA', { delay: 60 });
+  assert.equal(await page.locator('#other-label').textContent(), 'without any of them');
+  await page.waitForFunction(() => document.querySelectorAll('#measures tr:first-child td')
+    .length === 2);
+  await frame_with(page, { after: 1, session: 'other' });
+  await screenshot(page, 'live-split');
+  await page.locator('#compare').selectOption('');
+  await wait_in_page(page, async () => (await import('/live.js')).live.other === null);
+});
+
+test('a light switched off is off', async () => {
+  await page.locator('#lights input').uncheck();
+  await page.waitForFunction(() => {
+    const copy = new OffscreenCanvas(8, 8).getContext('2d');
+    copy.drawImage(document.getElementById('left'), 0, 0, 8, 8);
+    return copy.getImageData(0, 0, 8, 8).data.every((v, i) => i % 4 === 3 || v === 0);
+  });
+  await page.locator('#lights input').check();
+});
+
+test('a job renders the view', async () => {
+  await page.locator('#render').click();
+  const link = page.locator('#rendered a');
+  await link.waitFor();
+  const id = await link.textContent();
+  const { request } = await all.server.job(id);
+  const { camera } = await newest_camera(page);
+  request.camera.position.forEach((v, i) => assert.ok(Math.abs(v - camera.position[i]) < 1e-4));
+});
+
+test('nothing scrolls sideways on a phone, where a finger orbits', async () => {
+  const phone = await all.browser.page(`${all.server.url}/live.html#scene=cornell-box`,
+    { width: 390, height: 844, hasTouch: true, colorScheme: 'dark' });
+  await frame_with(phone);
+  await phone.locator('#waiting').waitFor({ state: 'hidden' });
+  const widest = await phone.evaluate(() => document.documentElement.scrollWidth);
+  assert.ok(widest <= 390, `${widest} px wide`);
+  await screenshot(phone, 'live-390');
+  await phone.close();
+});
+
+test('a closed page leaves no session', async () => {
+  const { id } = await newest_camera(page);
+  await page.close();
+  for (;;) {
+    const answer = await fetch(`${all.server.url}/v1/live/${id}`);
+    if (answer.status === 404) break;
+    await new Promise((resolve) => setTimeout(resolve, 50));
+  }
+});

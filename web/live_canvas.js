@@ -1,0 +1,103 @@
+// A live frame in WebGL2: an RGB9E5 texture that fills the canvas, smoothed where the frame is
+// smaller; exposure and the sRGB curve in the shader.
+
+const kVertexShader = `#version 300 es
+out vec2 at;
+void main() {  // one triangle over the whole canvas
+  vec2 p = vec2(gl_VertexID == 1 ? 3.0 : -1.0, gl_VertexID == 2 ? 3.0 : -1.0);
+  at = vec2(p.x, -p.y) * 0.5 + 0.5;
+  gl_Position = vec4(p, 0.0, 1.0);
+}`;
+
+const kFragmentShader = `#version 300 es
+precision highp float;
+uniform highp sampler2D picture;
+uniform float gain;
+in vec2 at;
+out vec4 color;
+void main() {
+  vec3 v = clamp(texture(picture, at).rgb * gain, 0.0, 1.0);
+  vec3 curve = 1.055 * pow(max(v, vec3(1e-6)), vec3(1.0 / 2.4)) - 0.055;
+  color = vec4(mix(curve, 12.92 * v, vec3(lessThanEqual(v, vec3(0.0031308)))), 1.0);
+}`;
+
+export class LiveCanvas {
+  #canvas;
+  #gl;
+  #program;
+  #texture = null;
+  #width = 0;
+  #height = 0;
+  #gain = 1;
+
+  // `width`, `height`: of the picture at its largest.
+  constructor(canvas, width, height) {
+    this.#canvas = canvas;
+    canvas.width = width;
+    canvas.height = height;
+    this.#gl = canvas.getContext('webgl2',
+      { antialias: false, depth: false, preserveDrawingBuffer: true });
+    if (!this.#gl) return;
+    this.#start();
+    canvas.addEventListener('webglcontextlost', (event) => event.preventDefault());
+    canvas.addEventListener('webglcontextrestored', () => this.#start());
+  }
+
+  get supported() {
+    return this.#gl !== null;
+  }
+  set exposure_ev(value) {
+    this.#gain = 2 ** value;
+    this.#draw();
+  }
+  resize(width, height) {
+    this.#canvas.width = width;
+    this.#canvas.height = height;
+  }
+
+  // `pixels`: Uint32Array in rows from the top.
+  show(width, height, pixels) {
+    const gl = this.#gl;
+    if (width !== this.#width || height !== this.#height) this.#make_texture(width, height);
+    gl.texSubImage2D(gl.TEXTURE_2D, 0, 0, 0, width, height, gl.RGB, gl.UNSIGNED_INT_5_9_9_9_REV,
+      pixels);
+    this.#draw();
+  }
+
+  #make_texture(width, height) {
+    const gl = this.#gl;
+    gl.deleteTexture(this.#texture);
+    this.#texture = gl.createTexture();
+    gl.bindTexture(gl.TEXTURE_2D, this.#texture);
+    gl.texStorage2D(gl.TEXTURE_2D, 1, gl.RGB9_E5, width, height);
+    for (const [name, value] of [[gl.TEXTURE_MIN_FILTER, gl.LINEAR],
+      [gl.TEXTURE_MAG_FILTER, gl.LINEAR], [gl.TEXTURE_WRAP_S, gl.CLAMP_TO_EDGE],
+      [gl.TEXTURE_WRAP_T, gl.CLAMP_TO_EDGE]]) gl.texParameteri(gl.TEXTURE_2D, name, value);
+    [this.#width, this.#height] = [width, height];
+  }
+
+  #start() {
+    const gl = this.#gl;
+    this.#program = gl.createProgram();
+    for (const [type, text] of [[gl.VERTEX_SHADER, kVertexShader],
+      [gl.FRAGMENT_SHADER, kFragmentShader]]) {
+      const shader = gl.createShader(type);
+      gl.shaderSource(shader, text);
+      gl.compileShader(shader);
+      gl.attachShader(this.#program, shader);
+    }
+    gl.linkProgram(this.#program);
+    gl.useProgram(this.#program);
+    gl.pixelStorei(gl.UNPACK_ALIGNMENT, 1);
+    this.#texture = null;
+    this.#width = this.#height = 0;
+  }
+
+  #draw() {
+    if (!this.#gl || !this.#texture) return;
+    const gl = this.#gl;
+    gl.viewport(0, 0, this.#canvas.width, this.#canvas.height);
+    gl.uniform1f(gl.getUniformLocation(this.#program, 'gain'), this.#gain);
+    gl.drawArrays(gl.TRIANGLES, 0, 3);
+  }
+}

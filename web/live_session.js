@@ -1,0 +1,118 @@
+// A session of the server and what it shows: frames onto a canvas, cameras to the server one at a
+// time, the newest last; and what is measured of both.
+import { ApiError, delete_live, open_live, put_live } from './api.js';
+import { LiveCanvas } from './live_canvas.js';
+import { LiveStream } from './live_stream.js';
+
+const kRemembered = 240; // frames and cameras
+
+export class LiveSession {
+  #canvas;
+  #stream = null;
+  #info = null;
+  #number = 0;
+  #sent_ms = new Map(); // camera number -> when it was wanted
+  #wanted = null; // a camera that waits for the one before it
+  #sending = false;
+  #shown_ms = [];
+  #latencies = [];
+  #frame = null;
+  #on_frame;
+  #on_end;
+
+  constructor(element, on_frame, on_end) {
+    this.#canvas = new LiveCanvas(element, 2, 2);
+    this.#on_frame = on_frame;
+    this.#on_end = on_end;
+  }
+
+  get info() {
+    return this.#info;
+  }
+  get frame() {
+    return this.#frame;
+  }
+  get supported() {
+    return this.#canvas.supported;
+  }
+  get latencies_ms() {
+    return this.#latencies;
+  }
+  get missed() {
+    return this.#stream?.missed ?? 0;
+  }
+  // Of the last two seconds.
+  get frames_per_second() {
+    const now = performance.now();
+    return this.#shown_ms.filter((t) => now - t < 2000).length / 2;
+  }
+  latency_ms(part) {
+    const sorted = [...this.#latencies].sort((a, b) => a - b);
+    return sorted.length ? sorted[Math.floor(part * (sorted.length - 1))] : NaN;
+  }
+  set exposure_ev(value) {
+    this.#canvas.exposure_ev = value;
+  }
+
+  async open(request) {
+    this.#info = await open_live(request);
+    this.#canvas.resize(this.#info.width, this.#info.height);
+    this.#read();
+    return this.#info;
+  }
+
+  close() {
+    this.#stream?.stop();
+    this.#stream = null;
+    if (this.#info) delete_live(this.#info.id).catch(() => {});
+    this.#info = null;
+  }
+
+  look(camera) {
+    this.#wanted = { camera, number: ++this.#number };
+    this.#sent_ms.set(this.#number, performance.now());
+    this.#send();
+  }
+
+  put(what, body) {
+    return put_live(this.#info.id, what, body);
+  }
+
+  #read() {
+    const id = this.#info.id;
+    this.#stream = new LiveStream(id, (frame, pixels) => {
+      this.#canvas.show(frame.width, frame.height, pixels);
+      this.#frame = frame;
+      requestAnimationFrame(() => this.#shown(frame));
+    }, (error) => this.#info?.id === id && this.#on_end(error));
+  }
+
+  // Drawn, and about to be on the screen.
+  #shown(frame) {
+    const now = performance.now();
+    this.#shown_ms = [...this.#shown_ms.slice(-kRemembered), now];
+    for (const [number, wanted] of this.#sent_ms) {
+      if (number > frame.camera) break;
+      // Of cameras that one frame answers, the newest is what it shows.
+      if (number === frame.camera) this.#latencies =
+        [...this.#latencies.slice(-kRemembered), now - wanted];
+      this.#sent_ms.delete(number);
+    }
+    this.#on_frame(frame);
+  }
+
+  async #send() {
+    if (this.#sending || !this.#info) return;
+    this.#sending = true;
+    while (this.#wanted && this.#info) {
+      const { camera, number } = this.#wanted;
+      this.#wanted = null;
+      try {
+        await put_live(this.#info.id, 'camera', { number, camera });
+      } catch (error) {
+        if (!(error instanceof ApiError)) throw error; // the stream tells that it has ended
+      }
+    }
+    this.#sending = false;
+  }
+}
