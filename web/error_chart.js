@@ -7,7 +7,7 @@ const kHeightPx = 260;
 const kLines = [{ stroke: '#0072b2' }, { stroke: '#d55e00', dash: [7, 4] }];
 
 let library = null;
-export function load_library() {
+function load_library() {
   library ??= import(kUrl).then((module) => module.default).catch(() => null);
   return library;
 }
@@ -83,7 +83,8 @@ export class ErrorChart {
     const [text, grid] = [style.color, style.getPropertyValue('--line')];
     const axis = (label) => ({ label, stroke: text, labelSize: 22, font: '12px system-ui',
       labelFont: '12px system-ui', grid: { stroke: grid, width: 1 },
-      ticks: { stroke: grid, width: 1 }, splits: log_splits, values: log_ticks });
+      ticks: { stroke: grid, width: 1 }, splits: log_splits, filter: (u, splits) => splits,
+      values: log_ticks });
     return {
       width: this.#root.clientWidth,
       height: kHeightPx,

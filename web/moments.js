@@ -4,7 +4,7 @@ export const with_picture = (moments) => moments.filter(({ picture }) => picture
 
 // The last moment with a picture that took no more than `budget` of `axis` ('samples', 'seconds'),
 // else the first with one; null where none has.
-export function last_within(moments, axis, budget) {
+function last_within(moments, axis, budget) {
   const shown = with_picture(moments);
   const within = shown.filter((moment) => moment[axis] <= budget * (1 + 1e-9));
   return within.at(-1) ?? shown[0] ?? null;
