@@ -70,6 +70,8 @@ void add_options(CLI::App& app, Config& c) {
 
   add(app, "table-mib", c.table_mib, "memory of a job's table: full, it adds no states")
       ->check(CLI::Range(1, 1 << 19));
+  add(app, "jobs-mib", c.jobs_mib, "memory of jobs that run at once; who does not fit waits")
+      ->check(CLI::Range(1, 1 << 21));
   add(app, "scene-mib", c.scene_mib, "memory for loaded scenes that the next job may want")
       ->check(CLI::Range(0, 1 << 19));
   add(app, "max-triangles", c.max_triangles, "of a scene, an instanced mesh's once")
@@ -135,6 +137,7 @@ Config default_config() {
   config.web_lib = installed_or("web_lib", QRAY_WEB_LIB_DIR);
   config.openapi = installed_or("openapi.yaml", QRAY_OPENAPI_FILE);
   config.table_mib = std::clamp<size_t>(memory_bytes() / 4 >> 20, 1, 1 << 19);
+  config.jobs_mib = 3 * config.table_mib;
   return config;
 }
 

@@ -35,6 +35,7 @@ struct Config {
   double idle_seconds = 15, head_seconds = 5, body_seconds = 30;
   // Of memory and disk.
   size_t table_mib = 256;   // that a job's table may take
+  size_t jobs_mib = 8192;   // that running jobs may take together
   size_t scene_mib = 2048;  // for scenes that the next job may want
   size_t max_triangles = 5'000'000;
   size_t asset_mib = 64;         // of one uploaded file
@@ -47,7 +48,8 @@ struct Config {
   std::filesystem::path program = "/proc/self/exe";  // qrayd, for these
 };
 
-// Default folders filled in, and a quarter of this machine's memory for tables.
+// Default folders filled in, and of this machine's memory a quarter for a table, three for all
+// jobs.
 Config default_config();
 // The configuration, or the exit code after --help or a wrong option was answered.
 struct ParsedConfig {

@@ -238,7 +238,7 @@ Result<std::unique_ptr<Service>> Service::start(const Config& config) {
                       parts->scenes, parts->checkpoints, parts->histories, &parts->metrics};
   const proto::RequestLimits requests = request_limits(config);
   const JobRunner::Limits runner_limits{render_threads(config.threads), config.jobs_at_once,
-                                        config.max_queued};
+                                        config.max_queued, config.jobs_mib << 20};
   parts->runner = std::make_unique<JobRunner>(stores, runner_limits, parts->clock, now_ms);
   parts->job_handlers =
       std::make_unique<JobHandlers>(*parts->runner, stores, parts->events, requests);

@@ -10,9 +10,11 @@
 
 #include "core/base/task_pool.h"
 #include "core/job/run_job.h"
+#include "server/jobs/gather.h"
 #include "server/jobs/job_keeper.h"
 #include "server/jobs/job_queue.h"
 #include "server/jobs/live_job.h"
+#include "server/jobs/memory_budget.h"
 #include "server/store/history_store.h"
 #include "server/store/job_store.h"
 #include "server/store/result_store.h"
@@ -41,6 +43,7 @@ class JobRunner {
     int threads = 1;  // of rendering
     int at_once = 1;  // jobs
     size_t max_queued = 1000;
+    size_t memory_bytes = size_t{8} << 30;  // of all that run at once
   };
   JobRunner(Stores stores, const Limits& limits, const Clock& clock,
             std::function<int64_t()> now_ms);
@@ -80,6 +83,8 @@ class JobRunner {
     std::shared_ptr<LiveJob> live;
   };
   Status room() const;  // in the queue; kBusy: none
+  std::vector<Result<JobRecord>> accept(std::span<const JobStore::Posted> posted);
+  Result<JobRecord> enqueue(const JobRecord& job);
   void work(std::stop_token stop);
   void run(const JobRecord& job, std::stop_token stop);
   // Moves a job that may be running: `to_when` says to what from its present state.
@@ -90,9 +95,11 @@ class JobRunner {
   const Limits limits_;
   JobQueue queue_;
   TaskPool pool_;
+  MemoryBudget memory_;
   const Clock& clock_;
   std::function<int64_t()> now_ms_;
 
+  Gather<JobStore::Posted, Result<JobRecord>> submits_;
   std::mutex submit_mutex_;   // the queue's bound holds over several submits at once
   mutable std::mutex mutex_;  // guards what follows
   std::condition_variable ended_;
