@@ -121,14 +121,13 @@ export class ErrorChart {
   #draw_marks(u) {
     const { ctx } = u;
     const { left, top, width, height } = u.bbox;
-    const ground = getComputedStyle(this.#root).getPropertyValue('--card');
     ctx.save();
     ctx.font = `${11 * devicePixelRatio}px system-ui`;
     ctx.textAlign = 'left';
     this.#lines.forEach(({ marks }, line) => marks.forEach(({ x, text }, i) => {
       const at = u.valToPos(x, 'x', true);
       if (!(at >= left - 1 && at <= left + width + 1)) return;
-      ctx.strokeStyle = kLines[line].stroke;
+      ctx.strokeStyle = ctx.fillStyle = kLines[line].stroke;
       ctx.lineWidth = devicePixelRatio;
       ctx.setLineDash([2, 3].map((v) => v * devicePixelRatio));
       ctx.beginPath();
@@ -137,11 +136,8 @@ export class ErrorChart {
       ctx.stroke();
       const wide = ctx.measureText(text).width + 4 * devicePixelRatio;
       const x_text = Math.min(at + 4 * devicePixelRatio, left + width - wide);
-      const y_text = top + (14 + 14 * (i + 2 * line)) * devicePixelRatio;
-      ctx.fillStyle = ground; // a curve may run there
-      ctx.fillRect(x_text, y_text - 10 * devicePixelRatio, wide, 13 * devicePixelRatio);
-      ctx.fillStyle = kLines[line].stroke;
-      ctx.fillText(text, x_text, y_text);
+      // From the bottom: errors fall, so there the curves come last.
+      ctx.fillText(text, x_text, top + height - (6 + 14 * (i + 2 * line)) * devicePixelRatio);
     }));
     ctx.restore();
   }
