@@ -43,14 +43,13 @@ const kMembers = {
   at: [null, pixel], // the inspected one
   axis: ['seconds', one_of('seconds', 'samples')], // of the chart
   ref: [null, text], // the job whose picture errors are against
-  table: [null, text],
 };
 const kLook = ['find', 'state', 'ev', 'curve', 'gamma', 'overlay', 'axis'];
 
 const first_view = () =>
   Object.fromEntries(Object.entries(kMembers).map(([name, [first]]) => [name, first]));
 
-export function read_address(hash) {
+function read_address(hash) {
   const view = first_view();
   for (const [name, value] of new URLSearchParams(hash.slice(1))) {
     if (name in kMembers) view[name] = kMembers[name][1].read(value) ?? view[name];
@@ -62,7 +61,7 @@ export function read_address(hash) {
   return view;
 }
 
-export function write_address(view) {
+function write_address(view) {
   const parts = view.page === 'jobs' ? [] : [view.page];
   for (const [name, [first, kind]] of Object.entries(kMembers)) {
     if (name === 'page' || view[name] === null || view[name] === first) continue;

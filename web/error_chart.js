@@ -7,7 +7,7 @@ const kHeightPx = 260;
 const kLines = [{ stroke: '#0072b2' }, { stroke: '#d55e00', dash: [7, 4] }];
 
 let library = null;
-export function load_library() {
+function load_library() {
   library ??= import(kUrl).then((module) => module.default).catch(() => null);
   return library;
 }
@@ -83,7 +83,8 @@ export class ErrorChart {
     const [text, grid] = [style.color, style.getPropertyValue('--line')];
     const axis = (label) => ({ label, stroke: text, labelSize: 22, font: '12px system-ui',
       labelFont: '12px system-ui', grid: { stroke: grid, width: 1 },
-      ticks: { stroke: grid, width: 1 }, splits: log_splits, values: log_ticks });
+      ticks: { stroke: grid, width: 1 }, splits: log_splits, filter: (u, splits) => splits,
+      values: log_ticks });
     return {
       width: this.#root.clientWidth,
       height: kHeightPx,
@@ -135,7 +136,8 @@ export class ErrorChart {
       ctx.stroke();
       const wide = ctx.measureText(text).width + 4 * devicePixelRatio;
       const x_text = Math.min(at + 4 * devicePixelRatio, left + width - wide);
-      ctx.fillText(text, x_text, top + (14 + 14 * (i + 2 * line)) * devicePixelRatio);
+      // From the bottom: errors fall, so there the curves come last.
+      ctx.fillText(text, x_text, top + height - (6 + 14 * (i + 2 * line)) * devicePixelRatio);
     }));
     ctx.restore();
   }

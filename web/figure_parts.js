@@ -1,7 +1,7 @@
 // The thesis' figures as jobs: what each shows, and the requests behind it. Settings are those of
 // `qray thesis`, which makes the same pictures from the command line.
 
-export const kScene = 'thesis-room';
+const kScene = 'thesis-room';
 export const kPageLabel = { page: 'thesis-figures' };
 const kLesson = { samples: 64, learning_samples: 16 }; // a pixel
 // Figures 11 and 13: from lower down and off to the side, at the same target.

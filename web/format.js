@@ -71,7 +71,7 @@ export function why_words(job) {
 }
 
 // Seconds that a running job will still take, going on as it went; null when that cannot be said.
-export function seconds_left({ state, progress, request }) {
+function seconds_left({ state, progress, request }) {
   if (!is_forming({ state }) || !(progress.fraction > 0.02) || !progress.seconds) return null;
   if (request.seconds && !request.samples) return Math.max(0, request.seconds - progress.seconds);
   return progress.seconds * (1 - progress.fraction) / progress.fraction;

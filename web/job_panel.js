@@ -81,7 +81,7 @@ export class JobPanel {
     this.#part('badge').hidden = !badge_word(job);
     this.#set('badge', badge_word(job));
     this.#part('bias-note').hidden = !is_biased(job);
-    this.#set('bias-words', this.#bias);
+    this.#set('bias-words', this.#bias && `Here it is ${this.#bias}.`);
     this.#part('recovered-note').hidden = !recovered;
   }
 

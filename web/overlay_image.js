@@ -4,7 +4,7 @@
 import { ApiError } from './api.js';
 
 // The text of a PNG's tEXt chunk of that name, '' when it has none.
-export function png_text(buffer, name) {
+function png_text(buffer, name) {
   const view = new DataView(buffer);
   const latin = new TextDecoder('latin1');
   for (let at = 8; at + 8 <= buffer.byteLength;) {

@@ -3,7 +3,7 @@ import { ApiError, delete_table, jobs_of_table, merge_tables } from './api.js';
 import { ago, big, bytes, count, method_words, state_words } from './format.js';
 
 // How many generations a table has behind it, itself counted. Parents that are gone count as none.
-export function version_of(table, by_id) {
+function version_of(table, by_id) {
   const parents = table.parents.map((id) => by_id(id)).filter(Boolean);
   return 1 + Math.max(0, ...parents.map((parent) => version_of(parent, by_id)));
 }

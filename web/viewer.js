@@ -1,11 +1,11 @@
 // The stage and a panel for each job: one picture, two with a divider, in a row, one at a time or
 // as a map of how they differ, or three in a row. A job whose picture was recovered shows its
 // samples beside it. Of two, the job that does not learn is on the left, as in the thesis.
-import { get_compare, get_map, get_view } from './api.js';
-import { brightness_words, exposure, has_ended, is_biased, is_recovered, method_words,
-  samples_words, seconds, state_words } from './format.js';
+import { get_map, get_view } from './api.js';
+import { Bias, picture_age } from './bias.js';
+import { exposure, has_ended, is_recovered, method_words, samples_words, seconds,
+  state_words } from './format.js';
 import { JobPanel } from './job_panel.js';
-import { Latest } from './latest.js';
 import { kFalseStops } from './look.js';
 import { matching } from './moments.js';
 import { Picture } from './picture.js';
@@ -29,8 +29,7 @@ export class Viewer extends EventTarget {
   #place;
   #problem = '';
   #hovered = null; // {job, number}: a moment that the pointer is on in the chart
-  #bias = { key: '', of: null, ratio: null };
-  #ask_bias = new Latest();
+  #bias = new Bias(() => this.update());
 
   constructor(root, templates, store, history, address, on_duplicate) {
     super();
@@ -172,7 +171,7 @@ export class Viewer extends EventTarget {
     const views = this.#views(ordered);
     const mode = views.length === 2 ? view.mode : views.length === 3 ? 'row' : 'split';
     const moments = this.#moments(jobs);
-    this.#ask_for_bias(ordered, moments);
+    this.#bias.follow(ordered, moments);
     this.#pictures.forEach((picture, index) => {
       const shown = views[index] ?? null;
       picture.show(shown?.job.id ?? null, shown?.which, moments.get(shown?.job.id) ?? null);
@@ -181,7 +180,9 @@ export class Viewer extends EventTarget {
     const is_map = mode in kMaps;
     this.#pictures.forEach((picture, index) => {
       const shown = views[index] ?? null;
-      this.#label(index, views.length > 1 || picture.moment !== null ? shown : null, is_map);
+      const labelled = !is_map && (views.length > 1 || picture.moment !== null);
+      const bias = shown ? this.#bias.words(shown.job, ordered) : '';
+      this.#label(index, labelled ? shown : null, bias);
       picture.root.classList.toggle('behind', (mode === 'flip' && index < 2 &&
         kSides[index] !== view.side) || (is_map && index === 1));
       this.#show_overlay(picture, index, shown, is_map ? { kind: kMaps[mode], ordered } : null);
@@ -193,7 +194,7 @@ export class Viewer extends EventTarget {
       if (!job) return;
       panel.side = ordered.length > 1 ? this.#side_words(views, job) : '';
       panel.look = { ev: view.ev, moment: moments.get(job.id) ?? null };
-      panel.bias = is_biased(job) ? this.#bias_words(ordered) : '';
+      panel.bias = this.#bias.words(job, ordered, true);
       // Without WebGL2 no tiles are fetched; the server has a picture from the first sample on.
       const has_tiles = this.#pictures.some((p) => p.job_id === job.id && p.has_picture);
       panel.update(job, has_tiles || job.progress.samples > 0);
@@ -271,10 +272,10 @@ export class Viewer extends EventTarget {
     return picture.width ? picture : job?.request ?? picture;
   }
 
-  #label(index, view, is_map) {
+  #label(index, view, bias) {
     const label = this.#part(`${kSides[index]}-label`);
-    label.hidden = !view || is_map;
-    if (label.hidden) return;
+    label.hidden = !view;
+    if (!view) return;
     const { job, which } = view;
     const words = [method_words(job.request.method)];
     if (is_recovered(job)) words.push(which === 'recovered' ? 'recovered' : 'its samples');
@@ -282,9 +283,7 @@ export class Viewer extends EventTarget {
     if (!picture.has_picture) words.push(state_words(job.state));
     const moment = this.#history.of(job.id).moments.find((m) => m.number === picture.moment);
     if (moment) words.push(samples_words(moment.samples), seconds(moment.seconds));
-    if (is_biased(job) && this.#bias.ratio) {
-      words.push(`biased: ${brightness_words(this.#bias.ratio)}`);
-    }
+    if (bias) words.push(`biased: ${bias}`);
     const text = words.join(' · ');
     if (label.textContent !== text) label.textContent = text;
   }
@@ -296,24 +295,19 @@ export class Viewer extends EventTarget {
       const [b, a] = map.ordered;
       const values = { a: a.id, b: b.id, map: map.kind, a_moment: this.moment_of(a.id),
         b_moment: this.moment_of(b.id) };
-      const key = JSON.stringify([values, this.#age(a), this.#age(b)]);
+      const ages = [a, b].map((job) => picture_age(job, this.moment_of(job.id)));
+      const key = JSON.stringify([values, ...ages]);
       overlay.show(index === 0 ? key : '', (signal) => get_map(values, signal), map.kind === 'flip'
         ? 'Map of the differences that an eye sees (FLIP)'
         : 'Map of where the right picture is brighter or darker than the left one');
     } else if (view.overlay && shown) {
       const { id } = shown.job;
-      const key = JSON.stringify([id, view.overlay, picture.moment, this.#age(shown.job)]);
+      const key = JSON.stringify([id, view.overlay, picture_age(shown.job, picture.moment)]);
       overlay.show(key, (signal) => get_view(id, view.overlay, picture.moment, signal),
         `Over the picture: ${kOverlayWords[view.overlay]}`);
     } else {
       overlay.show('');
     }
-  }
-
-  // Changes as a running job's picture changes much: with every half as many samples more.
-  #age(job) {
-    if (this.moment_of(job.id) !== null) return 0;
-    return has_ended(job) ? job.state : Math.floor(2 * Math.log2(1 + job.progress.samples));
   }
 
   #show_look() {
@@ -330,30 +324,6 @@ export class Viewer extends EventTarget {
       .filter((words, i, all) => words && all.indexOf(words) === i).join(' ');
     this.#part('caption').hidden = !said;
     this.#part('caption').textContent = said;
-  }
-
-  // How much brighter a biased method's picture is than that of the unbiased job beside it.
-  #ask_for_bias(ordered, moments) {
-    const [biased, other] = is_biased(ordered[0]) ? ordered : [...ordered].reverse();
-    const fit = other && is_biased(biased) && !is_biased(other) &&
-      [biased, other].every((job) => job.progress.samples > 0);
-    const values = fit && { a: biased.id, b: other.id, a_moment: moments.get(biased.id),
-      b_moment: moments.get(other.id) };
-    const key = fit ? JSON.stringify([values, this.#age(biased), this.#age(other)]) : '';
-    if (key === this.#bias.key) return;
-    if (!key || values.a !== this.#bias.of) this.#bias.ratio = null;
-    this.#bias = { key, of: values?.a, ratio: this.#bias.ratio };
-    if (!key) return;
-    this.#ask_bias.run(() => get_compare(values), ({ difference }) => {
-      this.#bias.ratio = difference.mean_ratio;
-      this.update();
-    }, () => {}); // pictures of other sizes or scenes have no ratio
-  }
-
-  #bias_words(ordered) {
-    const other = ordered.find((job) => !is_biased(job));
-    return this.#bias.ratio && other
-      ? `Here it is ${brightness_words(this.#bias.ratio, other.id)}.` : '';
   }
 
   #list_others() {

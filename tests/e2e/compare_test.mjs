@@ -2,7 +2,7 @@
 // of the difference, and how much brighter a biased method is.
 import assert from 'node:assert/strict';
 import { after, afterEach, before, test } from 'node:test';
-import { screenshot, start_all, wait_for_picture, wait_for_same_image,
+import { screenshot, start_all, wait_for, wait_for_picture, wait_for_same_image,
   wait_for_tiles } from './support.mjs';
 
 const kJob = { scene: 'cornell-box', nee: false, width: 96, height: 96 };
@@ -27,7 +27,7 @@ const seen = (name) => page.locator(`.pane.${name}`)
   .evaluate((pane) => getComputedStyle(pane).visibility === 'visible');
 const history = async (id, ref = '') =>
   (await all.server.get(`/v1/jobs/${id}/metrics${ref && `?ref=${ref}`}`)).json();
-const wait_for_moments = (left, right) => page.waitForFunction(async ([a, b]) => {
+const wait_for_moments = (left, right) => wait_for(page, async ([a, b]) => {
   const { viewer } = await import('/app.js');
   return viewer.pictures[0].moment === a && viewer.pictures[1].moment === b;
 }, [left, right]);
@@ -84,15 +84,21 @@ test('at equal samples each shows its moment of as many', async () => {
 
 test('at equal time each shows what it had by then', async () => {
   await page.locator('#equal').selectOption('seconds');
-  const [a, b] = await Promise.all([published, plain].map(async (id) =>
+  const [left, right] = await Promise.all([plain, published].map(async (id) =>
     (await history(id)).moments.filter(({ picture }) => picture)));
-  const budget = Math.min(a.at(-1).seconds, b.at(-1).seconds);
-  const within = (moments) =>
-    moments.filter(({ seconds }) => seconds <= budget).at(-1) ?? moments[0];
-  await wait_for_moments(within(b).number, within(a).number);
-  assert.ok(await page.evaluate(() => location.hash.includes('equal=seconds')));
+  const apart = (a, b) => Math.max(a.seconds / b.seconds, b.seconds / a.seconds);
+  const least = Math.min(...left.flatMap((a) => right.map((b) => apart(a, b))));
+  await page.waitForFunction(() => location.hash.includes('equal=seconds'));
+  const shown = () => page.evaluate(async () => {
+    const { viewer } = await import('/app.js');
+    return viewer.pictures.map(({ moment }) => moment);
+  });
+  const numbers = await shown();
+  const [a, b] = [left, right].map((moments, i) =>
+    moments.find(({ number }) => number === numbers[i]));
+  assert.ok(apart(a, b) <= Math.max(1.1, least) + 1e-9, `${a.seconds} s and ${b.seconds} s`);
   await page.reload();
-  await wait_for_moments(within(b).number, within(a).number);
+  await wait_for_moments(a.number, b.number);
   await page.locator('#equal').selectOption('');
   await wait_for_moments(null, null);
 });

@@ -2,7 +2,7 @@
 // while a job runs, a moment is shown while the pointer is on it and kept by a click or the slider.
 import assert from 'node:assert/strict';
 import { after, afterEach, before, test } from 'node:test';
-import { canvas_pixels, png_pixels, post_by_form, screenshot, start_all, wait_for_state,
+import { canvas_pixels, png_pixels, post_by_form, screenshot, start_all, wait_for, wait_for_state,
   wait_for_tiles } from './support.mjs';
 
 const kJob = { scene: 'ajar-door', width: 96, height: 64 };
@@ -69,10 +69,10 @@ test('the pointer over the chart shows that moment, and leaving it the newest', 
   await over.scrollIntoViewIfNeeded();
   const box = await over.boundingBox();
   await page.mouse.move(box.x + 4, box.y + box.height / 2);
-  await page.waitForFunction(async (number) =>
+  await wait_for(page, async (number) =>
     (await import('/app.js')).viewer.pictures[0].moment === number, pictured[0].number);
   await page.mouse.move(box.x + box.width / 2, box.y - 200);
-  await page.waitForFunction(async () =>
+  await wait_for(page, async () =>
     (await import('/app.js')).viewer.pictures[0].moment === null);
   await page.mouse.click(box.x + 4, box.y + box.height / 2);
   await page.waitForFunction((n) => location.hash.includes(`moment=${n}`), pictured[0].number);

@@ -36,6 +36,15 @@ test('the page runs nothing but files of its own', async () => {
   await page.context().close();
 });
 
+test('of its libraries the server gives what the page loads, and nothing else', async () => {
+  const library = await all.server.get('/lib/uPlot.esm.js');
+  assert.match(library.headers.get('content-type'), /^text\/javascript/);
+  assert.match(library.headers.get('content-security-policy'), /default-src 'self'/);
+  for (const path of ['/lib/installed', '/package-lock.json', '/lib/../install_lib.cmake']) {
+    assert.equal((await fetch(all.server.url + path)).status, 404, path);
+  }
+});
+
 // How long: QRAY_E2E_UPDATES, where an hour of a running job is 7,200.
 test('updates leave no memory behind', { timeout: 3_600_000 }, async (context) => {
   const updates = Number(process.env.QRAY_E2E_UPDATES ?? 600);

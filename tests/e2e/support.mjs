@@ -263,8 +263,17 @@ export const png_pixels = async (page, path) => Uint8Array.from(await page.evalu
     return Array.from(context.getImageData(0, 0, bitmap.width, bitmap.height).data);
   }, path));
 
+// Until `check` is true in the page; it may be async, which page.waitForFunction takes for true.
+export async function wait_for(page, check, arg) {
+  const until = Date.now() + kWaitMs;
+  while (!await page.evaluate(check, arg)) {
+    assert.ok(Date.now() < until, `waited in vain for ${check} of ${JSON.stringify(arg)}`);
+    await sleep(40);
+  }
+}
+
 // Until an <img> of the page shows what the server has at `path`.
-export const wait_for_same_image = (page, selector, path) => page.waitForFunction(
+export const wait_for_same_image = (page, selector, path) => wait_for(page,
   async ([place, url]) => {
     const shown = document.querySelector(place);
     if (shown.hidden || !shown.complete || !shown.naturalWidth) return false;

@@ -61,5 +61,7 @@ test('dialogs and the folded options are good too', async () => {
   assert.deepEqual(await violations(page), []);
   await page.locator('#show-keys').click();
   assert.deepEqual(await violations(page), []);
+  await page.locator('#keys').evaluate((dialog) => dialog.append(document.createElement('input')));
+  assert.match((await violations(page)).join(), /label/); // it does look
   await page.context().close();
 });
