@@ -153,6 +153,67 @@ std::string comparison_to_json(const Comparison& c) {
   return text_of(out);
 }
 
+std::string metrics_to_json(const JobMetrics& metrics) {
+  const auto known = [](double v) { return v > 0 ? Json(v) : Json(nullptr); };
+  Json moments = Json::array();
+  for (const Moment& m : metrics.moments) {
+    Json moment = {{"number", m.number},
+                   {"samples", m.samples},
+                   {"seconds", m.seconds},
+                   {"noise", known(m.noise)},
+                   {"learning", m.learning},
+                   {"guided", m.guided},
+                   {"gain", known(m.gain)},
+                   {"states", m.states},
+                   {"direction_nodes", m.direction_nodes},
+                   {"table_bytes", m.table_bytes},
+                   {"picture", m.picture},
+                   {"table", m.table}};
+    if (const auto found = metrics.relmse.find(m.number); found != metrics.relmse.end())
+      moment["relmse"] = found->second;
+    moments.push_back(std::move(moment));
+  }
+  const std::string gate = metrics.moments.empty() ? "" : metrics.moments.back().gate;
+  return text_of({{"job", metrics.job},
+                  {"ref", or_null(metrics.ref)},
+                  {"gate", or_null(gate)},
+                  {"moments", std::move(moments)}});
+}
+
+std::string pixel_to_json(const PixelInfo& pixel) {
+  Json out = {{"x", pixel.x},
+              {"y", pixel.y},
+              {"radiance", pixel.radiance},
+              {"samples", pixel.samples},
+              {"variance", or_null(pixel.variance)},
+              {"standard_error", or_null(pixel.standard_error)},
+              {"surface", nullptr},
+              {"state", nullptr},
+              {"lobe", nullptr}};
+  if (pixel.surface)
+    out["surface"] = {{"position", pixel.surface->first}, {"normal", pixel.surface->second}};
+  if (!pixel.state) return text_of(out);
+  const PixelState& state = *pixel.state;
+  char id[17];
+  std::snprintf(id, sizeof id, "%016llx", static_cast<unsigned long long>(state.id));
+  out["state"] = {{"id", id},
+                  {"color", state.color},
+                  {"known", state.known},
+                  {"size", or_null(state.size_m)},
+                  {"visits", or_null(state.visits)},
+                  {"gain", state.gain},
+                  {"guide_fraction", state.guide_fraction}};
+  if (state.directions.empty()) return text_of(out);
+  Json directions = Json::array(), cells = Json::array();
+  for (const PixelDirection& d : state.directions)
+    directions.push_back({{"wi", d.wi}, {"pdf_w", d.pdf_w}, {"screen", or_null(d.screen)}});
+  for (const DirectionSquare& c : state.cells)
+    cells.push_back({{"u", c.u}, {"v", c.v}, {"size", c.size}, {"pdf_w", c.pdf_w}});
+  out["lobe"] = {{"directions", std::move(directions)},
+                 {"cells", state.cells.empty() ? Json(nullptr) : std::move(cells)}};
+  return text_of(out);
+}
+
 std::string job_to_json(const JobInfo& job) { return text_of(job_json(job)); }
 
 std::string job_list_to_json(std::span<const JobInfo> jobs, std::string_view next) {

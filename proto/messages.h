@@ -171,6 +171,59 @@ struct PictureDifference {
   double relmse = 0, relmse_trimmed = 0, flip = 0, mean_ratio = 0, max_abs = 0;
 };
 
+// GET /v1/jobs/{id}/metrics: what was known after a pass.
+struct Moment {
+  uint32_t number = 0;            // of the pass, from 1
+  uint64_t samples = 0;           // a pixel, so far
+  double seconds = 0, noise = 0;  // noise: 0: not known
+  bool learning = false, guided = false;
+  double gain = 0;  // 0: not known
+  uint64_t states = 0, direction_nodes = 0, table_bytes = 0;
+  std::string gate;                     // "on", or "off: " and why; empty: no guide
+  bool picture = false, table = false;  // that of the moment is kept
+
+  template <class Self, class Archive>
+  static void exchange(Self& self, Archive& archive) {
+    archive(self.number, self.samples, self.seconds, self.noise, self.learning, self.guided,
+            self.gain, self.states, self.direction_nodes, self.table_bytes, self.gate, self.picture,
+            self.table);
+  }
+};
+
+struct JobMetrics {
+  std::string job, ref;  // `ref` may be empty
+  std::vector<Moment> moments;
+  std::map<uint32_t, double> relmse;  // from ref, by the moments' numbers
+};
+
+// GET /v1/jobs/{id}/pixel.
+struct PixelDirection {
+  std::array<float, 3> wi{};
+  float pdf_w = 0;
+  std::optional<std::array<float, 2>> screen;  // where a rod along it ends, in pixels
+};
+struct DirectionSquare {
+  float u = 0, v = 0, size = 0, pdf_w = 0;
+};
+struct PixelState {
+  uint64_t id = 0;
+  std::string color;  // of view=state, "#rrggbb"
+  bool known = false;
+  std::optional<double> size_m;
+  std::optional<uint64_t> visits;
+  double gain = 1, guide_fraction = 0;
+  std::vector<PixelDirection> directions;
+  std::vector<DirectionSquare> cells;  // empty: the method has none
+};
+struct PixelInfo {
+  int x = 0, y = 0;
+  std::array<float, 3> radiance{};
+  uint64_t samples = 0;
+  std::optional<double> variance, standard_error;  // of luminance: a sample's; the mean's
+  std::optional<std::pair<std::array<float, 3>, std::array<float, 3>>> surface;  // position, normal
+  std::optional<PixelState> state;
+};
+
 // GET /v1/compare.
 struct Comparison {
   std::string a, b, ref;                              // jobs; `ref` may be empty
@@ -178,6 +231,8 @@ struct Comparison {
   std::optional<PictureDifference> a_error, b_error;  // from ref
 };
 
+std::string metrics_to_json(const JobMetrics& metrics);
+std::string pixel_to_json(const PixelInfo& pixel);
 std::string comparison_to_json(const Comparison& comparison);
 std::string job_to_json(const JobInfo& job);
 // `next`: the id to give as `before` for the following page; empty: this is the last.

@@ -7,6 +7,7 @@
 #include <fstream>
 
 #include "core/base/installed.h"
+#include "server/store/picture.h"
 
 namespace qray::server {
 namespace {
@@ -47,7 +48,8 @@ void add_options(CLI::App& app, Config& c) {
 
   add(app, "json-mib", c.json_mib, "size of a body that is no asset")->check(CLI::Range(1, 64));
   add(app, "json-depth", c.json_depth, "levels of nesting in JSON")->check(CLI::Range(4, 128));
-  add(app, "max-pixels", c.max_pixels, "of a job's picture")->check(CLI::Range(1, 1 << 26));
+  add(app, "max-pixels", c.max_pixels, "of a job's picture")
+      ->check(CLI::Range(int64_t{1}, kMaxPicturePixels));
   add(app, "max-job-seconds", c.max_job_seconds, "of rendering that a job may ask for")
       ->check(CLI::Range(1.0, 1e6));
   add(app, "max-queued", c.max_queued, "jobs that may wait")->check(CLI::Range(1, 100'000));
@@ -68,6 +70,8 @@ void add_options(CLI::App& app, Config& c) {
 
   add(app, "table-mib", c.table_mib, "memory of a job's table: full, it adds no states")
       ->check(CLI::Range(1, 1 << 19));
+  add(app, "jobs-mib", c.jobs_mib, "memory of jobs that run at once; who does not fit waits")
+      ->check(CLI::Range(1, 1 << 21));
   add(app, "scene-mib", c.scene_mib, "memory for loaded scenes that the next job may want")
       ->check(CLI::Range(0, 1 << 19));
   add(app, "max-triangles", c.max_triangles, "of a scene, an instanced mesh's once")
@@ -77,6 +81,8 @@ void add_options(CLI::App& app, Config& c) {
       ->check(CLI::Range(1, 1 << 20));
   add(app, "checkpoint-mib", c.checkpoint_mib,
       "disk for rendering more onto jobs that have succeeded")
+      ->check(CLI::Range(0, 1 << 24));
+  add(app, "history-mib", c.history_mib, "disk for the moments of jobs: pictures and tables")
       ->check(CLI::Range(0, 1 << 24));
   add(app, "import-mib", c.import_mib,
       "address space for reading an uploaded scene; 600 MiB of it are libraries")
@@ -136,6 +142,7 @@ Config default_config() {
   config.web = installed_or("web", QRAY_WEB_DIR);
   config.openapi = installed_or("openapi.yaml", QRAY_OPENAPI_FILE);
   config.table_mib = std::clamp<size_t>(memory_bytes() / 4 >> 20, 1, 1 << 19);
+  config.jobs_mib = 3 * config.table_mib;
   return config;
 }
 

@@ -34,10 +34,12 @@ struct Config {
   double idle_seconds = 15, head_seconds = 5, body_seconds = 30;
   // Of memory and disk.
   size_t table_mib = 256;   // that a job's table may take
+  size_t jobs_mib = 8192;   // that running jobs may take together
   size_t scene_mib = 2048;  // for scenes that the next job may want
   size_t max_triangles = 5'000'000;
   size_t asset_mib = 64;         // of one uploaded file
   size_t assets_gib = 4;         // of the disk, that uploads may take together
+  size_t history_mib = 2048;     // of disk, for how jobs came to be
   size_t checkpoint_mib = 2048;  // of disk, for going on with jobs that have succeeded
   // Of the process that reads an uploaded scene, and of what a zip unpacks to.
   size_t import_mib = 2048, import_seconds = 60, unpacked_mib = 1024;
@@ -48,7 +50,8 @@ struct Config {
   std::filesystem::path program = "/proc/self/exe";  // qrayd, for these
 };
 
-// Default folders filled in, and a quarter of this machine's memory for tables.
+// Default folders filled in, and of this machine's memory a quarter for a table, three for all
+// jobs.
 Config default_config();
 // The configuration, or the exit code after --help or a wrong option was answered.
 struct ParsedConfig {

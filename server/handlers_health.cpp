@@ -9,7 +9,8 @@
 namespace qray::server {
 namespace {
 
-constexpr int64_t kLookMs = 1000;  // anyone may ask, and each look is a write to the disk
+constexpr std::chrono::milliseconds kLook{
+    1000};  // anyone may ask, and each look is a write to the disk
 
 std::string version_json(int64_t started_ms) {
   const proto::JsonField fields[] = {
@@ -49,9 +50,9 @@ void HealthHandlers::add_to(Router& router) {
 std::string HealthHandlers::why_not_ready() {
   if (draining_) return "the server stops";
   std::lock_guard lock(mutex_);
-  const int64_t now = uses_.now_ms();
-  if (looked_ms_ != 0 && now - looked_ms_ < kLookMs) return fault_;
-  looked_ms_ = now;
+  const auto now = std::chrono::steady_clock::now();  // the time of day may be set back
+  if (looked_ && now - *looked_ < kLook) return fault_;
+  looked_ = now;
   fault_.clear();
   std::error_code ec;
   const auto space = std::filesystem::space(uses_.data, ec);
@@ -59,7 +60,7 @@ std::string HealthHandlers::why_not_ready() {
     fault_ = "expected " + std::to_string(uses_.min_free_bytes >> 20) +
              " MiB free for the data folder, got " +
              (ec ? "no answer" : std::to_string(space.available >> 20));
-  } else if (Status s = write_something(uses_.db, now); !s.ok()) {
+  } else if (Status s = write_something(uses_.db, uses_.now_ms()); !s.ok()) {
     spdlog::error("not ready: {}", s.error().text());
     fault_ = "the database cannot be written";
   }

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <atomic>
+#include <chrono>
 #include <filesystem>
 #include <functional>
 #include <mutex>
@@ -41,7 +42,7 @@ class HealthHandlers {
   const int64_t started_ms_;
   std::atomic<bool> draining_{false};
   std::mutex mutex_;  // guards the last look, which is good for a moment
-  int64_t looked_ms_ = 0;
+  std::optional<std::chrono::steady_clock::time_point> looked_;
   std::string fault_;
 };
 

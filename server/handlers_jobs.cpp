@@ -141,6 +141,12 @@ void JobHandlers::list(const Request& req, Response& res) {
     filter.state = parse_job_state(req.get_param_value("state"));
     if (!filter.state) return wrong("expected a job's state", "/state");
   }
+  if (req.has_param("table")) {
+    filter.table = req.get_param_value("table");
+    const bool is_id = filter.table->size() == 32 &&
+                       filter.table->find_first_not_of("0123456789abcdef") == std::string::npos;
+    if (!is_id) return wrong("expected a table's id", "/table");
+  }
   if (req.has_param("label")) {
     const std::string label = req.get_param_value("label");
     const size_t colon = label.find(':');

@@ -1,42 +1,34 @@
-// A job's picture: its tiles as they form, the whole as EXR and PNG, and how far two are apart. Any
-// thread.
+// A job's picture: its tiles as they form, the whole as EXR and PNG. Any thread.
 #pragma once
 
 #include <semaphore>
 
-#include "server/jobs/job_runner.h"
+#include "server/picture_source.h"
 #include "server/router.h"
 
 namespace qray::server {
 
 class PictureHandlers {
  public:
-  PictureHandlers(JobRunner& runner, Stores stores) : runner_(runner), stores_(stores) {}
+  // `encoders`: pictures encoded at a time: memory, and time to render.
+  PictureHandlers(const JobRunner& runner, const PictureSource& pictures, Stores stores,
+                  std::counting_semaphore<>& encoders)
+      : runner_(runner), pictures_(pictures), stores_(stores), encoders_(encoders) {}
   void add_to(Router& router);
 
  private:
   using Request = httplib::Request;
   using Response = httplib::Response;
+  using Which = PictureSource::Which;
 
   void tiles(const Request& req, Response& res, const std::string& id);
   void exr(const Request& req, Response& res, const std::string& id);
   void png(const Request& req, Response& res, const std::string& id);
-  void compare(const Request& req, Response& res);
 
-  enum class Which { kSampled, kRecovered };
-  // `picture` of a request: "sampled", "recovered", or absent: the recovered one if it is there and
-  // `best` is wanted, else the sampled one. kNotFound, kConflict: there is none, or not yet.
-  Result<Which> which_picture(const Request& req, const JobRecord& job, bool best) const;
-  // The picture so far; kConflict before the first tile.
-  Result<Image> image_of(const JobRecord& job);
-  // That, or what was recovered of it.
-  Result<Image> image_of(const JobRecord& job, Which which);
-  // The best picture so far of the job that the parameter names; errors name the parameter.
-  Result<Image> image_named(const Request& req, const char* parameter);
-
-  JobRunner& runner_;
+  const JobRunner& runner_;
+  const PictureSource& pictures_;
   Stores stores_;
-  std::counting_semaphore<> encoders_{2};  // pictures encoded at a time: memory, and time to render
+  std::counting_semaphore<>& encoders_;
 };
 
 }  // namespace qray::server

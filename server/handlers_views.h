@@ -1,19 +1,23 @@
-// GET /v1/jobs/{id}/view.png and lobe.png: what an ended job's table knows, as pictures. Unlike the
-// other handlers these work: they load the table and trace first hits, on one thread, one answer at
-// a time, and hold no lock meanwhile. Any thread.
+// GET /v1/jobs/{id}/pixel, view.png and lobe.png: what is known at a pixel, and what a job's table
+// knows, as pictures; of an ended job, of a moment of its history, or of the newest moment while it
+// runs. Unlike the other handlers these work: they load the table and trace first hits, on one
+// thread, one answer at a time, and hold no lock meanwhile. Any thread.
 #pragma once
 
 #include <semaphore>
 #include <stop_token>
 
-#include "server/jobs/job_runner.h"
+#include "core/image/image_io.h"
+#include "core/render/debug_view.h"
+#include "server/picture_source.h"
 #include "server/router.h"
 
 namespace qray::server {
 
 class ViewHandlers {
  public:
-  explicit ViewHandlers(Stores stores) : stores_(stores) {}
+  ViewHandlers(const PictureSource& pictures, Stores stores)
+      : pictures_(pictures), stores_(stores) {}
   void add_to(Router& router);
   void stop() { stop_.request_stop(); }  // pictures that are being made are given up
 
@@ -21,16 +25,24 @@ class ViewHandlers {
   using Request = httplib::Request;
   using Response = httplib::Response;
   struct Shown;
+  struct Wanted;  // a job, and which of its tables
 
+  void pixel(const Request& req, Response& res, const std::string& id);
   void view(const Request& req, Response& res, const std::string& id);
+  void guide_view(const Request& req, Response& res, const std::string& id, DebugView view);
+  void noise_view(Response& res, const std::string& id, bool samples);
   void lobe(const Request& req, Response& res, const std::string& id);
-  // kNotFound; kConflict: it has not succeeded, or left no table.
-  Result<JobRecord> find(const std::string& id) const;
-  Result<Shown> load(const JobRecord& job);
+  Result<Wanted> wanted(const Request& req, const std::string& id) const;
+  // kConflict: scene or table cannot be had; `needs_guide`: nor is there one.
+  Result<std::shared_ptr<const Shown>> load(const Wanted& wanted, bool needs_guide);
+  Result<std::optional<TableFile>> table_of(const Wanted& wanted);
 
+  const PictureSource& pictures_;
   Stores stores_;
   std::stop_source stop_;
   std::counting_semaphore<> turns_{1};  // a table may take a quarter of a GiB
+  // The last one, while it is small: a pointer moves over pixel after pixel. Who has the turn.
+  std::shared_ptr<const Shown> last_;
 };
 
 }  // namespace qray::server

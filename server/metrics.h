@@ -25,7 +25,7 @@ class Metrics {
   ~Metrics();
 
   void add_exchange(const Exchange& exchange);
-  // Of a job that succeeded. `warm`: it started from a table.
+  // Of a job that has ended, in any way, up to its last pass. `warm`: it started from a table.
   void add_job(const RenderStats& stats, double finalizing_seconds, bool warm);
   std::string text(const MetricsNow& now);
 

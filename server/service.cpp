@@ -12,6 +12,7 @@
 #include "proto/openapi.h"
 #include "server/access.h"
 #include "server/handlers_assets.h"
+#include "server/handlers_compare.h"
 #include "server/handlers_events.h"
 #include "server/handlers_health.h"
 #include "server/handlers_jobs.h"
@@ -34,6 +35,13 @@ constexpr uint64_t kMaxOpenApiBytes = 1u << 20;
 int64_t now_ms() {
   return std::chrono::duration_cast<std::chrono::milliseconds>(
              std::chrono::system_clock::now().time_since_epoch())
+      .count();
+}
+
+// For what ends after a time, whatever becomes of the clock.
+int64_t steady_ms() {
+  return std::chrono::duration_cast<std::chrono::milliseconds>(
+             std::chrono::steady_clock::now().time_since_epoch())
       .count();
 }
 
@@ -133,12 +141,13 @@ int render_threads(int wanted) {
 // In the order of their needs: what comes later uses what comes before.
 struct Service::Parts {
   Parts(const Config& config, FolderLock taken, std::unique_ptr<Database> database, Tokens tokens)
-      : access(std::move(tokens), now_ms),
+      : access(std::move(tokens), steady_ms),
         lock(std::move(taken)),
         db(std::move(database)),
         jobs(*db, events, now_ms),
         results(config.data),
         checkpoints(config.data, config.checkpoint_mib << 20),
+        histories(config.data, config.history_mib << 20),
         upload_quota(config.assets_gib << 30),
         scenes(config.scenes, render_threads(config.threads), config.scene_mib << 20,
                scene_limits(config)),
@@ -155,6 +164,7 @@ struct Service::Parts {
   std::unique_ptr<WeightsStore> weights;
   ResultStore results;
   CheckpointStore checkpoints;
+  HistoryStore histories;
   DiskQuota upload_quota;
   std::unique_ptr<AssetStore> assets;
   std::unique_ptr<UploadedScenes> uploads;
@@ -164,7 +174,10 @@ struct Service::Parts {
   std::unique_ptr<LiveSessions> live;
   std::unique_ptr<Janitor> janitor;
   std::unique_ptr<JobHandlers> job_handlers;
+  std::unique_ptr<PictureSource> pictures;
+  std::counting_semaphore<> encoders{2};
   std::unique_ptr<PictureHandlers> picture_handlers;
+  std::unique_ptr<CompareHandlers> compare_handlers;
   std::unique_ptr<ViewHandlers> view_handlers;
   std::unique_ptr<TableHandlers> table_handlers;
   std::unique_ptr<WeightsHandlers> weights_handlers;
@@ -224,16 +237,20 @@ Result<std::unique_ptr<Service>> Service::start(const Config& config) {
   });
 
   // Step 2: the routes, and the port: when it is taken, no job may start.
-  const Stores stores{parts->jobs,   *parts->tables,     *parts->weights, parts->results,
-                      parts->scenes, parts->checkpoints, &parts->metrics};
+  const Stores stores{parts->jobs,   *parts->tables,     *parts->weights,  parts->results,
+                      parts->scenes, parts->checkpoints, parts->histories, &parts->metrics};
   const proto::RequestLimits requests = request_limits(config);
   const JobRunner::Limits runner_limits{render_threads(config.threads), config.jobs_at_once,
-                                        config.max_queued};
+                                        config.max_queued, config.jobs_mib << 20};
   parts->runner = std::make_unique<JobRunner>(stores, runner_limits, parts->clock, now_ms);
   parts->job_handlers =
       std::make_unique<JobHandlers>(*parts->runner, stores, parts->events, requests);
-  parts->picture_handlers = std::make_unique<PictureHandlers>(*parts->runner, stores);
-  parts->view_handlers = std::make_unique<ViewHandlers>(stores);
+  parts->pictures = std::make_unique<PictureSource>(*parts->runner, stores);
+  parts->picture_handlers =
+      std::make_unique<PictureHandlers>(*parts->runner, *parts->pictures, stores, parts->encoders);
+  parts->compare_handlers =
+      std::make_unique<CompareHandlers>(*parts->pictures, stores, parts->encoders);
+  parts->view_handlers = std::make_unique<ViewHandlers>(*parts->pictures, stores);
   parts->table_handlers = std::make_unique<TableHandlers>(*parts->tables, requests, now_ms);
   parts->weights_handlers = std::make_unique<WeightsHandlers>(*parts->weights);
   const ImportLimits import_limits{config.program, config.import_mib, config.import_seconds,
@@ -255,6 +272,7 @@ Result<std::unique_ptr<Service>> Service::start(const Config& config) {
   parts->access.add_to(router);
   parts->job_handlers->add_to(router);
   parts->picture_handlers->add_to(router);
+  parts->compare_handlers->add_to(router);
   parts->view_handlers->add_to(router);
   parts->event_handlers.add_to(router);
   parts->web.add_to(router);

@@ -2,10 +2,16 @@
 #pragma once
 
 #include "core/base/byte_io.h"
+#include "core/base/result.h"
 #include "core/film/film.h"
+#include "server/store/picture.h"
 
 namespace qray::server {
 
 Bytes encode_tiles(int width, int height, const Film::Changes& changes);
+
+// A whole picture's answer, back to a picture of as many digits as RGB9E5 has. kCorrupt: it is
+// none.
+Result<Picture> decode_tiles(std::span<const uint8_t> answer);
 
 }  // namespace qray::server

@@ -1,6 +1,7 @@
 #include "core/base/file.h"
 
 #include <fcntl.h>
+#include <sys/mman.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -26,7 +27,15 @@ bool write_all(int fd, std::span<const uint8_t> bytes) {
   return true;
 }
 
-Result<Bytes> read_open(int fd, const std::filesystem::path& path, uint64_t max_bytes) {
+Result<int> open_for_reading(const std::filesystem::path& path) {
+  const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  if (fd >= 0) return fd;
+  Error error = io_error(path, "cannot read");
+  if (errno == ENOENT) error.code = ErrorCode::kNotFound;
+  return error;
+}
+
+Result<uint64_t> size_of(int fd, const std::filesystem::path& path, uint64_t max_bytes) {
   struct stat info;
   if (::fstat(fd, &info) != 0) return io_error(path, "cannot read");
   if (!S_ISREG(info.st_mode)) return Error{ErrorCode::kIo, "expected a file", path.string()};
@@ -37,7 +46,13 @@ Result<Bytes> read_open(int fd, const std::filesystem::path& path, uint64_t max_
         "has " + std::to_string(size) + " bytes, expected at most " + std::to_string(max_bytes),
         path.string()};
   }
-  Bytes bytes(size);
+  return size;
+}
+
+Result<Bytes> read_open(int fd, const std::filesystem::path& path, uint64_t max_bytes) {
+  const Result<uint64_t> size = size_of(fd, path, max_bytes);
+  if (!size.ok()) return size.error();
+  Bytes bytes(size.value());
   for (size_t done = 0; done < bytes.size();) {
     const ssize_t n = ::read(fd, bytes.data() + done, bytes.size() - done);
     if (n < 0 && errno == EINTR) continue;
@@ -52,15 +67,29 @@ Result<Bytes> read_open(int fd, const std::filesystem::path& path, uint64_t max_
 
 Result<Bytes> read_file(const std::filesystem::path& path, uint64_t max_bytes) {
   // One descriptor for size and bytes, so that a replacement in between changes neither.
-  const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
-  if (fd < 0) {
-    Error error = io_error(path, "cannot read");
-    if (errno == ENOENT) error.code = ErrorCode::kNotFound;
-    return error;
-  }
-  const Result<Bytes> result = read_open(fd, path, max_bytes);
-  ::close(fd);
+  const Result<int> fd = open_for_reading(path);
+  if (!fd.ok()) return fd.error();
+  const Result<Bytes> result = read_open(fd.value(), path, max_bytes);
+  ::close(fd.value());
   return result;
+}
+
+Result<MappedFile> MappedFile::open(const std::filesystem::path& path, uint64_t max_bytes) {
+  const Result<int> fd = open_for_reading(path);
+  if (!fd.ok()) return fd.error();
+  const Result<uint64_t> size = size_of(fd.value(), path, max_bytes);
+  void* at = nullptr;
+  if (size.ok() && size.value() > 0)
+    at = ::mmap(nullptr, size.value(), PROT_READ, MAP_PRIVATE, fd.value(), 0);
+  const Error failed = io_error(path, "cannot read");
+  ::close(fd.value());
+  if (!size.ok()) return size.error();
+  if (at == MAP_FAILED) return failed;
+  return MappedFile({static_cast<const uint8_t*>(at), size.value()});
+}
+
+MappedFile::~MappedFile() {
+  if (!bytes_.empty()) ::munmap(const_cast<uint8_t*>(bytes_.data()), bytes_.size());
 }
 
 void sync_folder(const std::filesystem::path& folder) {

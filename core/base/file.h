@@ -4,6 +4,7 @@
 
 #include <filesystem>
 #include <span>
+#include <utility>
 
 #include "core/base/byte_io.h"
 #include "core/base/result.h"
@@ -11,6 +12,25 @@
 namespace qray {
 
 Result<Bytes> read_file(const std::filesystem::path& path, uint64_t max_bytes);
+// A file's bytes without a copy of them: what is not looked at takes no memory, and the system may
+// take back what was. A file that is replaced meanwhile stays as it was; one that is cut must not
+// be.
+class MappedFile {
+ public:
+  static Result<MappedFile> open(const std::filesystem::path& path, uint64_t max_bytes);
+  MappedFile(MappedFile&& other) noexcept : bytes_(std::exchange(other.bytes_, {})) {}
+  MappedFile& operator=(MappedFile&& other) noexcept {
+    std::swap(bytes_, other.bytes_);
+    return *this;
+  }
+  ~MappedFile();
+  std::span<const uint8_t> bytes() const { return bytes_; }
+
+ private:
+  explicit MappedFile(std::span<const uint8_t> bytes) : bytes_(bytes) {}
+  std::span<const uint8_t> bytes_;
+};
+
 // Makes renames and removals in the folder last. Best effort: some file systems cannot.
 void sync_folder(const std::filesystem::path& folder);
 Status write_file_atomic(const std::filesystem::path& path, std::span<const uint8_t> bytes);

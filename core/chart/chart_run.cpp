@@ -70,9 +70,10 @@ class PictureSampler final : public RenderObserver {
         next_(next) {}
 
   void on_tile(const RenderProgress& progress) override { next_.on_tile(progress); }
-  void on_pass(const RenderProgress& progress, const RenderStats& so_far) override {
+  void on_pass(const RenderProgress& progress, const RenderStats& so_far,
+               const Guide* guide) override {
     clock_.pause();
-    next_.on_pass(progress, so_far);
+    next_.on_pass(progress, so_far, guide);
     const auto after = std::upper_bound(times_.begin(), times_.end(), so_far.seconds);
     const int passed = static_cast<int>(after - times_.begin());
     if (passed > passed_ && status_.ok()) look(so_far, passed - 1);

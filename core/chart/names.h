@@ -29,7 +29,7 @@ inline std::filesystem::path chart_picture(std::string_view scene, std::string_v
   return std::filesystem::path(chart_file_name(scene)) /
          (chart_file_name(method) + (warm ? "-warm.png" : ".png"));
 }
-// Its error: see core/chart/error_map.h.
+// Its error: see core/image/difference_map.h.
 inline std::filesystem::path chart_error_picture(std::string_view scene, std::string_view method,
                                                  bool warm) {
   return std::filesystem::path(chart_file_name(scene)) /

@@ -5,9 +5,9 @@
 #include <cstdio>
 
 #include "core/base/file.h"
-#include "core/chart/error_map.h"
 #include "core/chart/names.h"
 #include "core/chart/page_template.h"
+#include "core/image/difference_map.h"
 
 namespace qray {
 namespace {

@@ -33,7 +33,7 @@ struct Flyer {
 };
 
 std::optional<float> seen_at(const Shown& shown, const ViewBuffer& from, size_t point) {
-  const std::optional<Vec2> at = shown.view.camera.pixel_of(from.points[point]);
+  const std::optional<Vec2> at = shown.view.camera.project(from.points[point]);
   if (!at) return {};
   const int x = static_cast<int>(std::floor(at->x)), y = static_cast<int>(std::floor(at->y));
   if (x < 0 || y < 0 || x >= shown.view.width || y >= shown.view.height) return {};

@@ -30,7 +30,9 @@ class ProgressObserver final : public RenderObserver {
  public:
   explicit ProgressObserver(ProgressLine& line) : line_(line) {}
   void on_tile(const RenderProgress& progress) override;
-  void on_pass(const RenderProgress& progress, const RenderStats&) override { on_tile(progress); }
+  void on_pass(const RenderProgress& progress, const RenderStats&, const Guide*) override {
+    on_tile(progress);
+  }
 
  private:
   ProgressLine& line_;

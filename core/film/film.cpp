@@ -42,7 +42,7 @@ void Film::fade(float keep) {
   }
 }
 
-Film::TileView Film::view(int index) const {
+Film::TileView Film::tile_view(int index) const {
   const Tile& tile = tiles_[static_cast<size_t>(index)];
   TileView v;
   v.index = index;
@@ -73,7 +73,7 @@ Film::Changes Film::tiles_since(uint64_t since, int limit) const {
     changes.left_out = static_cast<int>(changed.size() - kept);
     changes.cursor = kept > 0 ? changed[kept - 1].first : since;
   }
-  for (size_t i = 0; i < kept; ++i) changes.tiles.push_back(view(changed[i].second));
+  for (size_t i = 0; i < kept; ++i) changes.tiles.push_back(tile_view(changed[i].second));
   return changes;
 }
 
@@ -120,7 +120,7 @@ void Film::load_state(SnapshotReader& in) {
 Image Film::develop() const {
   Image image(width_, height_, 3);
   for (int i = 0; i < tile_count(); ++i) {
-    const TileView v = view(i);
+    const TileView v = tile_view(i);
     if (v.mean.empty()) continue;
     const TileRect rect = tile(i);
     size_t k = 0;

@@ -21,6 +21,15 @@ struct TileRect {
   int x = 0, y = 0, width = 0, height = 0;  // pixels
 };
 
+// Channels of Film::noise().
+enum FilmNoise {
+  kRelativeError,  // standard error over the mean, both of the pixel's surroundings
+  kOwnError,       // standard error from two halves of its samples, infinite where it has not both
+  kDeviation,      // of a sample, standard, of the pixel's surroundings
+  kSamples,        // that it had
+  kFilmNoiseChannels,
+};
+
 class Film {
  public:
   static constexpr int kTilePx = 64;
@@ -46,6 +55,7 @@ class Film {
     uint32_t samples = 0;   // a pixel, by the passes
     std::vector<Rgb> mean;  // black where a pixel has none
   };
+  TileView tile_view(int index) const;
   struct Changes {
     std::vector<TileView> tiles;  // oldest change first
     uint64_t cursor = 0;          // give it back as `since`
@@ -57,9 +67,8 @@ class Film {
   Changes tiles_since(uint64_t since, int limit) const;
   Image develop() const;  // means; black where there is no sample yet
 
-  // Standard error of each pixel's luminance, as last estimated, in two channels: over the mean,
-  // both of the pixel's surroundings; its own, from two halves of its samples, infinite where it
-  // has not both.
+  // Of each pixel's luminance, as last estimated, in the channels of FilmNoise; zero but for the
+  // first where a pixel has no samples.
   void set_noise(Image noise);
   std::optional<Image> noise() const;  // none: not estimated
 
@@ -76,8 +85,6 @@ class Film {
     std::vector<Rgb> sums;       // empty until the first add
     std::vector<float> weights;  // parallel: of the samples in them
   };
-  TileView view(int index) const;
-
   int width_, height_, tiles_x_;
   std::vector<Tile> tiles_;
   std::atomic<uint64_t> version_{0};

@@ -99,6 +99,23 @@ float AdaptiveGuide::gain(const GuidePoint& point) const {
   return static_cast<float>(directions_.second_moment(states_[point.state.value].root));
 }
 
+std::vector<DirectionCell> AdaptiveGuide::directions(const GuidePoint& point) const {
+  std::vector<DirectionCell> cells;
+  const Cells tree = directions_.take(states_[point.state.value].root);
+  for (const DirectionTrees::Leaf& leaf : DirectionTrees::leaves(tree)) {
+    const Vec2 middle = leaf.corner + Vec2{leaf.size / 2, leaf.size / 2};
+    const Vec3 local = square_to_cosine_hemisphere(middle);
+    cells.push_back({point.frame.to_world(local), static_cast<float>(leaf.mean) * local.z * kInvPi,
+                     leaf.corner, leaf.size});
+  }
+  return cells;
+}
+
+StateSummary AdaptiveGuide::summary(const GuidePoint& point) const {
+  return {max_component(tree_.extent(point.state.value)),
+          static_cast<uint64_t>(sums_[point.state.value].n)};
+}
+
 GuideExpectation AdaptiveGuide::expectation(const GuidePoint& point) const {
   const State& state = states_[point.state.value];
   return {state.credible, state.arriving, state.deviation};

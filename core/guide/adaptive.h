@@ -28,6 +28,8 @@ class AdaptiveGuide final : public Guide {
   GuideSample sample(const GuidePoint& point, Vec2 u) const override;
   float pdf_w(const GuidePoint& point, Vec3 wi) const override;
   float gain(const GuidePoint& point) const override;
+  std::vector<DirectionCell> directions(const GuidePoint& point) const override;
+  StateSummary summary(const GuidePoint& point) const override;
   bool expects() const override { return true; }
   GuideExpectation expectation(const GuidePoint& point) const override;
 

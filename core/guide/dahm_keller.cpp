@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "core/base/check.h"
 #include "core/guide/cell_records.h"
@@ -106,6 +107,26 @@ float DahmKellerGuide::pdf_w(const GuidePoint& point, Vec3 wi) const {
 
 float DahmKellerGuide::gain(const GuidePoint& point) const {
   return point.state.valid() ? frozen_[point.state.value].gain : 1;
+}
+
+std::vector<DirectionCell> DahmKellerGuide::directions(const GuidePoint& point) const {
+  std::vector<DirectionCell> cells;
+  constexpr float kSize = 1.0f / kSide;
+  for (int k = 0; k < kCells && point.state.valid(); ++k) {
+    const Vec2 corner = {static_cast<float>(k % kSide) * kSize,
+                         static_cast<float>(k / kSide) * kSize};
+    const Vec3 wi =
+        point.frame.to_world(square_to_uniform_hemisphere(corner + Vec2{kSize / 2, kSize / 2}));
+    cells.push_back({wi, pdf_w(point, wi), corner, kSize});
+  }
+  return cells;
+}
+
+StateSummary DahmKellerGuide::summary(const GuidePoint& point) const {
+  const StateId learned = learned_index_.find(point.key);
+  if (!learned.valid()) return {grid_.cell_m(), std::nullopt};
+  const auto& visits = learned_[learned.value].visits;
+  return {grid_.cell_m(), std::accumulate(visits.begin(), visits.end(), uint64_t{0})};
 }
 
 std::unique_ptr<GuideDelta> DahmKellerGuide::make_delta() const {

@@ -32,6 +32,8 @@ class DahmKellerGuide final : public Guide {
   GuideSample sample(const GuidePoint& point, Vec2 u) const override;
   float pdf_w(const GuidePoint& point, Vec3 wi) const override;
   float gain(const GuidePoint& point) const override;
+  std::vector<DirectionCell> directions(const GuidePoint& point) const override;
+  StateSummary summary(const GuidePoint& point) const override;
 
   std::unique_ptr<GuideDelta> make_delta() const override;
   void record(std::span<const GuideVertex> path, GuideDelta& delta) const override;

@@ -220,6 +220,25 @@ DirectionTrees::Cells DirectionTrees::take(uint32_t root) const {
   return cells;
 }
 
+std::vector<DirectionTrees::Leaf> DirectionTrees::leaves(const Cells& cells) {
+  std::vector<Leaf> leaves;
+  std::vector<std::pair<uint32_t, Vec2>> open{{0, {0, 0}}};  // cell, its corner
+  while (!open.empty()) {
+    const auto [i, corner] = open.back();
+    open.pop_back();
+    const Cell& cell = cells[i];
+    const float size = std::ldexp(1.0f, -static_cast<int>(cell.depth));
+    if (cell.child == 0) {
+      leaves.push_back({corner, size, cell.mean});
+      continue;
+    }
+    for (uint32_t q = 0; q < 4; ++q)
+      open.push_back({cell.child + q, corner + Vec2{static_cast<float>(q & 1) * size / 2,
+                                                    static_cast<float>(q >> 1) * size / 2}});
+  }
+  return leaves;
+}
+
 uint32_t DirectionTrees::put(const Cells& cells) {
   const uint32_t root = static_cast<uint32_t>(nodes_.size());
   QRAY_CHECK(cells[0].child != 0 && cells.size() / 4 <= kMaxNodes);

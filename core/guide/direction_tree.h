@@ -102,6 +102,12 @@ class DirectionTrees {
   // same.
   static void add_cells(Cells& cells, const Cells& other);
   static Sums total(const Cells& cells);
+  struct Leaf {
+    Vec2 corner;  // nearest to (0, 0)
+    float size = 0;
+    double mean = 0;  // Cell::mean
+  };
+  static std::vector<Leaf> leaves(const Cells& cells);
   // Sums become numerator / denominator of what they were, rounded toward zero.
   static void scale(Cells& cells, int64_t numerator, int64_t denominator);
   static int64_t scaled(int64_t v, int64_t numerator, int64_t denominator) {

@@ -8,6 +8,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -35,6 +36,21 @@ struct GuidePoint {
 struct GuideSample {
   Vec3 wi;          // unit, away from the surface
   float pdf_w = 0;  // what pdf_w(point, wi) gives
+};
+
+// A part of the directions that a guide tells apart at a point: a standard direction of the thesis,
+// or a cell of the unit square that a method lays over its directions.
+struct DirectionCell {
+  Vec3 wi;  // its middle
+  float pdf_w = 0;
+  Vec2 corner;     // the cell's nearest to (0, 0)
+  float size = 0;  // of the cell's sides; 0: not a cell of a square
+};
+
+// What is known of a state, for a person who looks at it.
+struct StateSummary {
+  float size_m = 0;                // its longest side; 0: has none
+  std::optional<uint64_t> visits;  // that its directions were learned from
 };
 
 // What a table expects where it knows enough. Nothing rests on it being right.
@@ -96,6 +112,10 @@ class Guide {
   // method starts from (over the projected hemisphere, the hemisphere or the sphere), if light
   // arrives as the table says. 1 where nothing is known. For views; slower than a lookup.
   virtual float gain(const GuidePoint&) const { return 1; }
+
+  // For views, as gain(): of a point that is known here, while nothing is learned.
+  virtual std::vector<DirectionCell> directions(const GuidePoint&) const { return {}; }
+  virtual StateSummary summary(const GuidePoint&) const { return {}; }
 
   // Whether the method has expectations at all, and what it expects.
   virtual bool expects() const { return false; }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <numeric>
 
 #include "core/base/check.h"
 #include "core/guide/cell_records.h"
@@ -103,6 +104,25 @@ float HuangGuide::pdf_w(const GuidePoint& point, Vec3 wi) const {
 
 float HuangGuide::gain(const GuidePoint& point) const {
   return point.state.valid() ? frozen_[point.state.value].gain : 1;
+}
+
+std::vector<DirectionCell> HuangGuide::directions(const GuidePoint& point) const {
+  std::vector<DirectionCell> cells;
+  const Values shares = hemisphere_shares26(point.frame.z);
+  for (size_t a = 0; a < shares.size() && point.state.valid(); ++a)
+    if (shares[a] > 0)
+      cells.push_back({directions26()[a],
+                       frozen_[point.state.value].weight[a] * kUniformHemispherePdfW,
+                       {},
+                       0});
+  return cells;
+}
+
+StateSummary HuangGuide::summary(const GuidePoint& point) const {
+  const StateId learned = learned_index_.find(point.key);
+  if (!learned.valid()) return {grid_.cell_m(), std::nullopt};
+  const auto& count = learned_[learned.value].count;
+  return {grid_.cell_m(), std::accumulate(count.begin(), count.end(), uint64_t{0})};
 }
 
 std::unique_ptr<GuideDelta> HuangGuide::make_delta() const { return std::make_unique<Delta>(); }

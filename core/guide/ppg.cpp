@@ -90,6 +90,22 @@ float PpgGuide::gain(const GuidePoint& point) const {
   return leaf.ready ? static_cast<float>(directions_.second_moment(leaf.root)) : 1;
 }
 
+std::vector<DirectionCell> PpgGuide::directions(const GuidePoint& point) const {
+  std::vector<DirectionCell> cells;
+  const auto tree = directions_.take(leaves_[point.state.value].root);
+  for (const DirectionTrees::Leaf& leaf : DirectionTrees::leaves(tree)) {
+    const Vec2 middle = leaf.corner + Vec2{leaf.size / 2, leaf.size / 2};
+    cells.push_back({to_direction(middle), static_cast<float>(leaf.mean) * kUniformSpherePdfW,
+                     leaf.corner, leaf.size});
+  }
+  return cells;
+}
+
+// How often it was visited is known of the running iteration alone.
+StateSummary PpgGuide::summary(const GuidePoint& point) const {
+  return {max_component(tree_.extent(point.state.value)), std::nullopt};
+}
+
 std::unique_ptr<GuideDelta> PpgGuide::make_delta() const { return std::make_unique<Delta>(); }
 
 void PpgGuide::record(std::span<const GuideVertex> path, GuideDelta& delta) const {

@@ -28,6 +28,8 @@ class PpgGuide final : public Guide {
   float pdf_w(const GuidePoint& point, Vec3 wi) const override;
   // Over directions drawn evenly from the sphere: a leaf knows no normal.
   float gain(const GuidePoint& point) const override;
+  std::vector<DirectionCell> directions(const GuidePoint& point) const override;
+  StateSummary summary(const GuidePoint& point) const override;
 
   std::unique_ptr<GuideDelta> make_delta() const override;
   void record(std::span<const GuideVertex> path, GuideDelta& delta) const override;

@@ -3,6 +3,7 @@
 // scene have comparable keys. Key: 10 bits a cell coordinate, 2 x 15 bits of octahedral normal.
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 
 #include "core/math/ray.h"
@@ -30,7 +31,8 @@ class SurfaceGrid {
 
   bool operator==(const SurfaceGrid&) const = default;
   int cell_exponent() const { return exponent_; }  // cells are 2^exponent metres wide
-  Vec3 origin_cells() const { return origin_; }    // whole numbers
+  float cell_m() const { return std::ldexp(1.0f, exponent_); }
+  Vec3 origin_cells() const { return origin_; }  // whole numbers
 
  private:
   int exponent_ = 0;

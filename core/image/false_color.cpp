@@ -1,5 +1,6 @@
 #include "core/image/false_color.h"
 
+#include <cmath>
 #include <cstdint>
 
 #include "core/image/tonemap.h"
@@ -26,6 +27,12 @@ Rgb viridis(float t) {
   const float in_step = x - static_cast<float>(step);
   return srgb_to_linear(from_hex(kViridis[step]) * (1 - in_step) +
                         from_hex(kViridis[step + 1]) * in_step);
+}
+
+Rgb diverging(float t) {
+  constexpr uint32_t kBlue = 0x3b4cc0, kWhite = 0xdddddd, kRed = 0xb40426;
+  const float part = std::min(std::abs(t) > 0 ? std::abs(t) : 0.0f, 1.0f);
+  return srgb_to_linear(from_hex(kWhite) * (1 - part) + from_hex(t > 0 ? kRed : kBlue) * part);
 }
 
 }  // namespace qray

@@ -13,9 +13,9 @@ Result<RecoveryInput> recovery_input(const PreparedScene& scene, const RenderSet
   QRAY_CHECK(noise.has_value());
   Image smooth(noise->width(), noise->height(), 1), own = smooth;
   for (size_t i = 0; i < smooth.data().size(); ++i) {
-    const float r = noise->data()[2 * i];
-    smooth.data()[i] = r / (1 + r);
-    own.data()[i] = noise->data()[2 * i + 1];
+    const float* at = &noise->data()[kFilmNoiseChannels * i];
+    smooth.data()[i] = at[kRelativeError] / (1 + at[kRelativeError]);
+    own.data()[i] = at[kOwnError];
   }
   Result<Image> features = render_features(scene, settings, pool, std::move(stop));
   if (!features.ok()) return features.error();

@@ -32,7 +32,7 @@ struct Reprojection {
 
   PixelHistory pixel(size_t i) const {
     const Vec3 p = now.points[i];
-    const std::optional<Vec2> at = before.camera.pixel_of(p);
+    const std::optional<Vec2> at = before.camera.project(p);
     if (!at || !(at->x > -1 && at->y > -1 && at->x < static_cast<float>(before.width) + 1 &&
                  at->y < static_cast<float>(before.height) + 1))
       return {};

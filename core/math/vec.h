@@ -69,6 +69,7 @@ constexpr Rgb& operator+=(Rgb& a, Rgb b) { return a = a + b; }
 constexpr Rgb& operator*=(Rgb& a, Rgb b) { return a = a * b; }
 constexpr Rgb& operator*=(Rgb& a, float s) { return a = a * s; }
 constexpr float luminance(Rgb c) { return 0.2126f * c.r + 0.7152f * c.g + 0.0722f * c.b; }
+constexpr float max_component(Vec3 v) { return std::max(v.x, std::max(v.y, v.z)); }
 constexpr float max_component(Rgb c) { return std::max(c.r, std::max(c.g, c.b)); }
 inline bool is_finite(Rgb c) {
   return std::isfinite(c.r) && std::isfinite(c.g) && std::isfinite(c.b);

@@ -2,8 +2,8 @@
 
 #include "core/guide/huang.h"
 #include "core/image/false_color.h"
-#include "core/render/debug_view.h"
 #include "core/render/direction_cube.h"
+#include "core/render/pixel_probe.h"
 
 namespace qray {
 namespace {
@@ -41,32 +41,20 @@ void draw_cube(const HuangGuide& guide, const GuidePoint& at, Image& image) {
     for (int x = 0; x < cube.width(); ++x) image.set_rgb(kLobeWidth + x, y, cube.rgb(x, y));
 }
 
-Status check_coordinate(int value, int size, const char* pointer) {
-  if (value >= 0 && value < size) return {};
-  return Error{
-      ErrorCode::kInvalid,
-      "expected a pixel, 0.." + std::to_string(size - 1) + ", got " + std::to_string(value),
-      pointer};
-}
-
 }  // namespace
 
 Result<LobeView> render_lobe_view(const PreparedScene& scene, const RenderSettings& settings,
                                   const Guide& guide, int x, int y) {
-  if (Status s = check_coordinate(x, settings.width, "/x"); !s.ok()) return s.error();
-  if (Status s = check_coordinate(y, settings.height, "/y"); !s.ok()) return s.error();
-  const CameraRays camera(settings.camera.value_or(scene.scene.camera), settings.width,
-                          settings.height);
-  const Vec2 pixel{static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f};
-  const std::optional<SeenSurface> seen = surface_seen(scene, camera.ray(pixel, {0.5f, 0.5f}));
-  if (!seen) return Error{ErrorCode::kInvalid, "no surface is seen through this pixel", "/x"};
-
-  const GuidePoint at = guide.find(seen->point.p, seen->facing);
+  const Result<std::optional<PixelProbe>> probe = probe_pixel(scene, settings, &guide, x, y);
+  if (!probe.ok()) return probe.error();
+  if (!probe.value())
+    return Error{ErrorCode::kInvalid, "no surface is seen through this pixel", "/x"};
+  const GuidePoint& at = probe.value()->state->at;
   const auto* huang = dynamic_cast<const HuangGuide*>(&guide);
   LobeView view;
   view.known = at.state.valid() && guide.guide_fraction(at, /*diffuse=*/true) > 0;
   view.image = Image(huang ? kLobeWidth + kLobeHeight : kLobeWidth, kLobeHeight, 3);
-  draw_sphere(guide, at, view.known, seen->facing, view.image);
+  draw_sphere(guide, at, view.known, probe.value()->seen.facing, view.image);
   if (huang) draw_cube(*huang, at, view.image);
   return view;
 }

@@ -103,8 +103,7 @@ float NoiseEstimate::relative_deviation(int x, int y) const {
 }
 
 float NoiseEstimate::relative_error(int x, int y) const {
-  const size_t i = index(x, y);
-  const float samples = all_count_[0][i] + all_count_[1][i];
+  const float samples = this->samples(x, y);
   return samples > 0 ? relative_deviation(x, y) / std::sqrt(samples) : kMostError;
 }
 

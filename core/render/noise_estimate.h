@@ -24,6 +24,9 @@ class NoiseEstimate {
   float deviation(int x, int y) const {
     return deviation_.empty() ? 0.0f : deviation_[index(x, y)];
   }
+  float samples(int x, int y) const {
+    return all_count_[0][index(x, y)] + all_count_[1][index(x, y)];
+  }
   // Mean over pixels of a sample's variance over (mean^2 + 0.01), without the greatest 0.1 %: of
   // the last passes, and of all unguided ones; 0: not known. Both with the means known by now,
   // blurred: a firefly must not hide behind itself.

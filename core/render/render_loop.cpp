@@ -86,7 +86,7 @@ class Renderer {
       if (noise_) noise_level_ = noise_->level();
       if (settings_.estimates_noise) film_.set_noise(noise_picture());
       last_pass_seconds_ = elapsed() - pass_start_;
-      observer_.on_pass(progress(0), stats());
+      observer_.on_pass(progress(0), stats(), guide_);
     }
     if (checkpoints_.keeper) (void)save();  // so that more can be added to it some day
     return stats();
@@ -279,11 +279,16 @@ class Renderer {
 
   Image noise_picture() const {
     const int step = pixels_.step();
-    Image picture(settings_.width, settings_.height, 2);
+    Image picture(settings_.width, settings_.height, kFilmNoiseChannels);
     for (int y = 0; y < pixels_.height(); ++y)
       for (int x = 0; x < pixels_.width(); ++x) {
-        picture.at(x * step, y * step, 0) = noise_->relative_error(x, y);
-        picture.at(x * step, y * step, 1) = noise_->own_error(x, y);
+        const auto set = [&](FilmNoise channel, float value) {
+          picture.at(x * step, y * step, channel) = value;
+        };
+        set(kRelativeError, noise_->relative_error(x, y));
+        set(kOwnError, noise_->own_error(x, y));
+        set(kDeviation, noise_->deviation(x, y));
+        set(kSamples, noise_->samples(x, y));
       }
     return picture;
   }

@@ -27,8 +27,9 @@ class RenderObserver {
  public:
   virtual ~RenderObserver() = default;
   virtual void on_tile(const RenderProgress&) {}
-  // Between passes, on the thread that renders: what it does meanwhile holds the job up.
-  virtual void on_pass(const RenderProgress&, const RenderStats& /*so_far*/) {}
+  // Between passes, on the thread that renders: what it does meanwhile holds the job up. The guide
+  // is null for method none.
+  virtual void on_pass(const RenderProgress&, const RenderStats& /*so_far*/, const Guide*) {}
 };
 
 // `guide` may be null (method none). Stops within 100 ms of a request with kCanceled; the film then

@@ -48,13 +48,14 @@ class CameraRays {
     const Vec3 offset = lens_x_ * lens.x + lens_y_ * lens.y;
     return {position_ + offset, normalize(d * focus_distance_ - offset)};
   }
-  // Where the pinhole camera sees p; none: not before it.
-  std::optional<Vec2> pixel_of(Vec3 p) const {
-    const Vec3 v = p - position_;
-    const float depth = dot(v, forward_);
-    if (!(depth > 0)) return {};
-    const Vec3 q = v / depth - corner_;
-    return Vec2{dot(q, step_x_) / dot(step_x_, step_x_), dot(q, step_y_) / dot(step_y_, step_y_)};
+  // The pixel (of real coordinates) that shows p through the lens' middle; none: it lies behind.
+  std::optional<Vec2> project(Vec3 p) const {
+    const Vec3 d = p - position_;
+    const float depth = dot(d, forward_);
+    if (!(depth > 0)) return std::nullopt;
+    const Vec3 on_plane = d / depth - corner_;
+    return Vec2{dot(on_plane, step_x_) / dot(step_x_, step_x_),
+                dot(on_plane, step_y_) / dot(step_y_, step_y_)};
   }
   Vec3 position() const { return position_; }
   float pixel_angle() const { return length(step_y_); }  // radians, in the picture's middle

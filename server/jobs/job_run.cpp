@@ -5,6 +5,7 @@
 #include "core/recover/included_networks.h"
 #include "proto/events.h"
 #include "proto/stats_json.h"
+#include "server/jobs/job_history.h"
 #include "server/jobs/job_settings.h"
 #include "server/jobs/load_ticker.h"
 #include "server/jobs/progress_ticker.h"
@@ -13,11 +14,18 @@
 namespace qray::server {
 namespace {
 
-constexpr int64_t kMaxPixels = 4096LL * 4096;
 constexpr size_t kMaxTablesTried = 8;
 
 bool learns(const RenderSettings& settings) {
   return settings.method != "none" && settings.learning_samples > 0;
+}
+
+// Bytes of the film, its noise and the table at most; of a network's work on the picture.
+size_t memory_needed(const RenderSettings& settings, bool recovers) {
+  constexpr size_t kPixelBytes = 110, kRecoveryBytes = 160;
+  const size_t pixels = static_cast<size_t>(settings.width) * static_cast<size_t>(settings.height);
+  return pixels * (kPixelBytes + (recovers ? kRecoveryBytes : 0)) +
+         (learns(settings) ? settings.max_table_bytes : 0);
 }
 
 }  // namespace
@@ -62,7 +70,10 @@ Status JobRun::prepare() {
   for (const std::string& warning : scene_->warnings) warn(warning);
   settings_ = settings_of(job_.request, scene_->scene);
   settings_.max_table_bytes = context_.stores.tables.max_bytes();
-  if (Status s = check_settings(settings_, kMaxPixels); !s.ok()) return s;
+  settings_.estimates_noise = true;  // for who looks at it
+  if (Status s = check_settings(settings_, kMaxPicturePixels); !s.ok()) return s;
+  memory_ =
+      context_.memory.take(memory_needed(settings_, job_.request.recover != "none"), context_.stop);
   if (context_.stop.stop_requested()) return Error{ErrorCode::kCanceled, "canceled", ""};
 
   show_film();
@@ -155,13 +166,25 @@ Result<JobRun::Rendered> JobRun::render_job(std::optional<TableFile> table,
                                             SnapshotReader* resume_from) {
   const ProgressTicker ticker(context_.stores.jobs, *live_, learns(settings_));
   const std::string id = table ? table->header.id : std::string();
-  if (!id.empty()) log("from table " + id);
+  warm_ = !id.empty();
+  if (warm_) log("from table " + id);
+  if (!resume_from) context_.stores.histories.remove(id_);
+  std::optional<TableHeader> parent;
+  if (table) parent = table->header;
+  JobHistory history(context_.stores.histories, id_, live_->film(),
+                     [&](const Guide& guide) { return table_of(guide, *scene_, parent); });
+  live_->on_pass([&](const RenderProgress& progress, const RenderStats& stats, const Guide* guide) {
+    last_pass_ = stats;
+    history.add(progress, stats, guide);
+  });
   const std::optional<Recovery> recovery = this->recovery(wanted);
   context_.keeper.start(
       {scene_->hash.whole().hex(), id, recovery ? recovery->name : std::string(), warnings_});
   Result<JobResult> result = run_job(
       *scene_, settings_, std::move(table), live_->film(), context_.pool, *live_, context_.stop,
       context_.clock, recovery ? &*recovery : nullptr, {&context_.keeper, resume_from});
+  live_->on_pass(nullptr);
+  if (!history.failure().empty()) warn(history.failure());
   if (!result.ok()) return result.error();
   return Rendered{std::move(result).value(), id};
 }
@@ -301,7 +324,11 @@ void JobRun::end(const Error& error, const std::function<bool()>& stopping) {
     for (JobState other : {JobState::kPaused, JobState::kCanceled})
       if (!moved.ok() && moved.error().code == ErrorCode::kConflict)
         moved = context_.stores.jobs.move(id_, other, change);
-    if (moved.ok()) return;
+    if (moved.ok()) {
+      if (Metrics* metrics = context_.stores.metrics; metrics && has_ended(to) && last_pass_)
+        metrics->add_job(*last_pass_, 0, warm_);
+      return;
+    }
     if (!told) {
       spdlog::error("job={} its end cannot be recorded: {}", id_.text(), moved.error().text());
     }

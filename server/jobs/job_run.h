@@ -8,6 +8,7 @@ namespace qray::server {
 struct RunContext {
   Stores& stores;
   TaskPool& pool;
+  MemoryBudget& memory;
   const Clock& clock;
   const std::function<int64_t()>& now_ms;
   std::function<void(std::shared_ptr<LiveJob>)> show;  // to readers; null: no more
@@ -50,8 +51,11 @@ class JobRun {
   RunContext context_;
   JobId id_;
   JobRecord job_;
+  MemoryBudget::Part memory_;
   std::shared_ptr<const PreparedScene> scene_;
   RenderSettings settings_;
+  std::optional<RenderStats> last_pass_;
+  bool warm_ = false;  // started from a table
   std::shared_ptr<LiveJob> live_;
   std::vector<std::string> warnings_;
 };

@@ -24,6 +24,7 @@ JobRunner::JobRunner(Stores stores, const Limits& limits, const Clock& clock,
       limits_(limits),
       queue_(limits.max_queued),
       pool_(limits.threads),
+      memory_(limits.memory_bytes),
       clock_(clock),
       now_ms_(std::move(now_ms)) {}
 
@@ -73,7 +74,7 @@ void JobRunner::run(const JobRecord& record, std::stop_token stop) {
     running_[id].live = std::move(live);
   };
   const auto start = clock_.seconds();
-  JobRun({stores_, share, clock_, now_ms_, show, *keeper, cancel}, id).run([&] {
+  JobRun({stores_, share, memory_, clock_, now_ms_, show, *keeper, cancel}, id).run([&] {
     return stop.stop_requested();
   });
   {
@@ -216,6 +217,7 @@ Status JobRunner::remove(JobId id) {
   std::lock_guard lock(submit_mutex_);
   if (Status s = stores_.jobs.remove(id); !s.ok()) return s;
   stores_.checkpoints.remove(id);
+  stores_.histories.remove(id);
   stores_.results.remove(id);
   return {};
 }

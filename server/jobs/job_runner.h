@@ -13,6 +13,8 @@
 #include "server/jobs/job_keeper.h"
 #include "server/jobs/job_queue.h"
 #include "server/jobs/live_job.h"
+#include "server/jobs/memory_budget.h"
+#include "server/store/history_store.h"
 #include "server/store/job_store.h"
 #include "server/store/result_store.h"
 #include "server/store/scene_store.h"
@@ -30,6 +32,7 @@ struct Stores {
   ResultStore& results;
   SceneStore& scenes;
   CheckpointStore& checkpoints;
+  HistoryStore& histories;
   Metrics* metrics = nullptr;  // may be
 };
 
@@ -39,6 +42,7 @@ class JobRunner {
     int threads = 1;  // of rendering
     int at_once = 1;  // jobs
     size_t max_queued = 1000;
+    size_t memory_bytes = size_t{8} << 30;  // of all that run at once
   };
   JobRunner(Stores stores, const Limits& limits, const Clock& clock,
             std::function<int64_t()> now_ms);
@@ -89,6 +93,7 @@ class JobRunner {
   const Limits limits_;
   JobQueue queue_;
   TaskPool pool_;
+  MemoryBudget memory_;
   const Clock& clock_;
   std::function<int64_t()> now_ms_;
 

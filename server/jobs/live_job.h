@@ -3,6 +3,7 @@
 #pragma once
 
 #include <atomic>
+#include <functional>
 #include <memory>
 
 #include "core/render/render_loop.h"
@@ -13,9 +14,16 @@ namespace qray::server {
 class LiveJob final : public RenderObserver {
  public:
   LiveJob(JobId id, std::shared_ptr<Film> film) : id_(id), film_(std::move(film)) {}
+  // Is told of each pass on the thread that renders; from before the render until it has ended.
+  void on_pass(std::function<void(const RenderProgress&, const RenderStats&, const Guide*)> call) {
+    on_pass_ = std::move(call);
+  }
 
   void on_tile(const RenderProgress& p) override { store(p); }
-  void on_pass(const RenderProgress& p, const RenderStats&) override { store(p); }
+  void on_pass(const RenderProgress& p, const RenderStats& stats, const Guide* guide) override {
+    store(p);
+    if (on_pass_) on_pass_(p, stats, guide);
+  }
 
   JobId id() const { return id_; }
   Film& film() const { return *film_; }
@@ -37,6 +45,7 @@ class LiveJob final : public RenderObserver {
 
   const JobId id_;
   const std::shared_ptr<Film> film_;
+  std::function<void(const RenderProgress&, const RenderStats&, const Guide*)> on_pass_;
   std::atomic<double> fraction_{0}, seconds_{0};
   std::atomic<uint64_t> samples_{0};
   std::atomic<bool> past_learning_{false};

@@ -2,8 +2,6 @@
 
 #include <algorithm>
 
-#include "core/base/file.h"
-
 namespace qray::server {
 namespace fs = std::filesystem;
 namespace {
@@ -35,15 +33,14 @@ Status CheckpointStore::save(JobId id, const CheckpointHeader& header,
 }
 
 Result<Checkpoint> CheckpointStore::load(JobId id) const {
-  Result<Bytes> bytes = read_file(file(id), kMaxBytes);
-  if (!bytes.ok()) return bytes.error();
-  Checkpoint checkpoint;
-  checkpoint.file = std::move(bytes).value();
+  Result<MappedFile> file = MappedFile::open(this->file(id), kMaxBytes);
+  if (!file.ok()) return file.error();
+  Checkpoint checkpoint{{}, std::move(file).value()};
   const auto wrong = [](ErrorCode code, const char* what) {
     return Error{code, what, "checkpoint"};
   };
-  if (checkpoint.file.size() < kCrcBytes) return wrong(ErrorCode::kCorrupt, "is cut off");
-  const std::span<const uint8_t> all(checkpoint.file);
+  const std::span<const uint8_t> all = checkpoint.file.bytes();
+  if (all.size() < kCrcBytes) return wrong(ErrorCode::kCorrupt, "is cut off");
   const auto content = all.first(all.size() - kCrcBytes);
   ByteReader end(all.last(kCrcBytes));
   if (crc32c(content) != end.u32()) return wrong(ErrorCode::kCorrupt, "has a wrong checksum");

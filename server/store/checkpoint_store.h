@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "core/base/byte_io.h"
+#include "core/base/file.h"
 #include "core/base/result.h"
 #include "core/base/snapshot.h"
 #include "server/jobs/job.h"
@@ -31,10 +31,10 @@ struct CheckpointHeader {
 
 struct Checkpoint {
   CheckpointHeader header;
-  Bytes file;
+  MappedFile file;
   size_t state_begin = 0, state_end = 0;
   SnapshotReader state() const {
-    return SnapshotReader(std::span(file).subspan(state_begin, state_end - state_begin));
+    return SnapshotReader(file.bytes().subspan(state_begin, state_end - state_begin));
   }
 };
 

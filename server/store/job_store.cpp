@@ -216,11 +216,13 @@ Result<JobRecord> JobStore::find(const std::string& id) const {
 Result<std::vector<JobRecord>> JobStore::list(size_t limit, const Filter& filter) const {
   Database::Session session(db_);
   std::string sql = std::string("SELECT ") + kColumns + " FROM jobs WHERE id < ?";
+  if (filter.table) sql += " AND ? IN (table_in, table_out)";
   if (filter.state) sql += " AND state=?";
   if (filter.label) sql += " AND json_extract(request, ?)=?";
   sql += " ORDER BY id DESC LIMIT ?";
   Query query(session.handle(), sql.c_str());
   query.bind(filter.before ? static_cast<int64_t>(filter.before->value) : INT64_MAX);
+  if (filter.table) query.bind(*filter.table);
   if (filter.state) query.bind(std::string(to_string(*filter.state)));
   if (filter.label)  // a name needs no escapes: the request's reader saw to that
     query.bind("$.labels.\"" + filter.label->first + "\"").bind(filter.label->second);
@@ -364,6 +366,13 @@ Status JobStore::load_events() {
     if (query.next()) reserved_up_to_ = static_cast<uint64_t>(query.integer(0));
     if (Status s = query.status(); !s.ok()) return s;
   }
+  {
+    // Of a damaged folder the counter may be behind; ids must rise all the same.
+    Query query(session.handle(), "SELECT MAX(id) FROM events WHERE id > 0");
+    if (query.next() && !query.is_null(0))
+      reserved_up_to_ = std::max(reserved_up_to_, static_cast<uint64_t>(query.integer(0)));
+    if (Status s = query.status(); !s.ok()) return s;
+  }
   last_event_id_ = reserved_up_to_;
   Status pruned = Query(session.handle(),
                         "DELETE FROM events WHERE id <= (SELECT id FROM events ORDER BY id DESC "
@@ -372,7 +381,7 @@ Status JobStore::load_events() {
                       .run();
   if (!pruned.ok()) return pruned;
   std::vector<Event> events;
-  Query query(session.handle(), "SELECT id, job, kind, data FROM events ORDER BY id");
+  Query query(session.handle(), "SELECT id, job, kind, data FROM events WHERE id > 0 ORDER BY id");
   while (query.next()) {
     events.push_back(
         {static_cast<uint64_t>(query.integer(0)), query.text(1), query.text(2), query.text(3)});

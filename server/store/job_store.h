@@ -39,7 +39,8 @@ class JobStore {
   struct Filter {
     std::optional<JobId> before;  // ids below this one
     std::optional<JobState> state;
-    std::optional<std::pair<std::string, std::string>> label;  // name, value
+    std::optional<std::pair<std::string, std::string>> label{};  // name, value
+    std::optional<std::string> table{};                          // that they used or made
   };
   // Newest first.
   Result<std::vector<JobRecord>> list(size_t limit, const Filter& filter) const;

@@ -10,14 +10,9 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr uint32_t kMagic = 0x4d545251;  // "QRTM"
-constexpr uint64_t kMaxPixels = uint64_t{8192} * 8192;
 constexpr uint64_t kMaxTilesBytes = 16u << 20;
 
 int tiles_across(int width) { return (width + Film::kTilePx - 1) / Film::kTilePx; }
-
-size_t tile_count(int width, int height) {
-  return static_cast<size_t>(tiles_across(width)) * static_cast<size_t>(tiles_across(height));
-}
 
 Film::TileView view(const Picture& picture, int index) {
   const Picture::TileMark& mark = picture.tiles[static_cast<size_t>(index)];
@@ -29,6 +24,14 @@ Film::TileView view(const Picture& picture, int index) {
 }
 
 }  // namespace
+
+size_t tile_count(int width, int height) {
+  return static_cast<size_t>(tiles_across(width)) * static_cast<size_t>(tiles_across(height));
+}
+
+size_t tile_at(int width, int x, int y) {
+  return static_cast<size_t>(y / Film::kTilePx * tiles_across(width) + x / Film::kTilePx);
+}
 
 TileRect tile_rect(int width, int height, int index) {
   const int x = index % tiles_across(width) * Film::kTilePx;
@@ -95,7 +98,7 @@ Status save_picture(const fs::path& folder, const Picture& picture, const ImageM
 Result<Picture> load_picture(const fs::path& folder) {
   Result<Bytes> bytes = read_file(folder / "tiles.bin", kMaxTilesBytes);
   if (!bytes.ok()) return bytes.error();
-  Result<Image> image = read_image(folder / "image.exr", kMaxPixels);
+  Result<Image> image = read_image(folder / "image.exr", kMaxPicturePixels);
   if (!image.ok()) return image.error();
   Picture picture;
   picture.image = std::move(image).value();

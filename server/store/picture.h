@@ -10,6 +10,8 @@
 
 namespace qray::server {
 
+constexpr int64_t kMaxPicturePixels = int64_t{8192} * 8192;
+
 struct Picture {
   struct TileMark {
     uint64_t version = 0;  // 0: nothing rendered
@@ -25,6 +27,9 @@ struct Picture {
 };
 
 Picture take_picture(const Film& film);
+// Tiles of a picture, as Film has them.
+size_t tile_count(int width, int height);
+size_t tile_at(int width, int x, int y);  // that holds a pixel
 TileRect tile_rect(int width, int height, int index);
 
 // <folder>/image.exr with the metadata, and <folder>/tiles.bin (magic "QRTM", u32 width, height and

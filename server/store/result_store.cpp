@@ -3,17 +3,17 @@
 #include <algorithm>
 
 namespace qray::server {
-namespace {
-
-constexpr uint64_t kMaxPixels = uint64_t{8192} * 8192;
-
-}  // namespace
-
 Status ResultStore::save(JobId id, const Film& film, const ImageMetadata& metadata) {
   auto picture = std::make_shared<const Picture>(take_picture(film));
   if (Status s = save_picture(folder_ / id.text(), *picture, metadata); !s.ok()) return s;
   remember(id, std::move(picture));
+  if (const std::optional<Image> noise = film.noise())
+    return write_image(noise_file(id), *noise, {});
   return {};
+}
+
+Result<Image> ResultStore::load_noise(JobId id) const {
+  return read_image(noise_file(id), kMaxPicturePixels);
 }
 
 Status ResultStore::save_recovered(JobId id, const Image& recovered,
@@ -26,7 +26,7 @@ Status ResultStore::save_recovered(JobId id, const Image& recovered,
 }
 
 Result<Image> ResultStore::load_recovered(JobId id) const {
-  return read_image(recovered_file(id), kMaxPixels);
+  return read_image(recovered_file(id), kMaxPicturePixels);
 }
 
 Result<std::shared_ptr<const Picture>> ResultStore::load(JobId id) {

@@ -16,12 +16,14 @@ class ResultStore {
   explicit ResultStore(std::filesystem::path data, size_t cache_bytes = 256u << 20)
       : folder_(std::move(data) / "results"), cache_bytes_(cache_bytes) {}
 
-  // Writes both files; the picture is then on disk and in memory.
+  // Writes the files; the picture is then on disk and in memory.
   Status save(JobId id, const Film& film, const ImageMetadata& metadata);
   // Beside it, before it: what recovery made of the film.
   Status save_recovered(JobId id, const Image& recovered, const ImageMetadata& metadata);
   Result<Image> load_recovered(JobId id) const;  // kNotFound: there is none
   void remove(JobId id);
+  // Film::noise() at the end; kNotFound: there is none.
+  Result<Image> load_noise(JobId id) const;
   // kNotFound: the job rendered nothing.
   Result<std::shared_ptr<const Picture>> load(JobId id);
   std::filesystem::path image_file(JobId id) const { return folder_ / id.text() / "image.exr"; }
@@ -30,6 +32,7 @@ class ResultStore {
   }
 
  private:
+  std::filesystem::path noise_file(JobId id) const { return folder_ / id.text() / "noise.exr"; }
   void remember(JobId id, std::shared_ptr<const Picture> picture);
 
   std::filesystem::path folder_;

@@ -279,6 +279,21 @@ TEST_F(JobStoreTest, EventIdsRiseAcrossRestartsAndReadersGoOn) {
   EXPECT_EQ(kinds_after(hint), std::vector<std::string>{"state"});
 }
 
+TEST_F(JobStoreTest, EventIdsRiseInADamagedFolderToo) {
+  {
+    Database::Session session(*db_);
+    for (const int64_t id : {int64_t{-5}, int64_t{0}, int64_t{1} << 40})
+      ASSERT_TRUE(Query(session.handle(), "INSERT INTO events VALUES(?,'j','state','{}')")
+                      .bind(id)
+                      .run()
+                      .ok());
+  }
+  open();
+  EXPECT_EQ(events_->newest(), uint64_t{1} << 40);
+  ASSERT_TRUE(store_->insert(proto::JobRequest{}).ok());
+  EXPECT_GT(events_->newest(), uint64_t{1} << 40);
+}
+
 TEST_F(JobStoreTest, OldEventsAreForgottenAtARestart) {
   {
     Database::Transaction transaction(*db_);

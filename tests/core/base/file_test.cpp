@@ -66,5 +66,21 @@ TEST(File, ReadersSeeOldOrNewNeverAMixture) {
   EXPECT_EQ(files_in(folder.path()), 1u);
 }
 
+TEST(MappedFile, StaysAsItWasWhenTheFileIsReplaced) {
+  const test::ScratchFolder folder;
+  ASSERT_TRUE(write_file_atomic(folder / "a", Bytes{1, 2, 3}).ok());
+  Result<MappedFile> opened = MappedFile::open(folder / "a", 3);
+  ASSERT_TRUE(opened.ok());
+  const MappedFile file = std::move(opened).value();
+  ASSERT_TRUE(write_file_atomic(folder / "a", Bytes{4}).ok());
+  EXPECT_EQ(Bytes(file.bytes().begin(), file.bytes().end()), (Bytes{1, 2, 3}));
+  ASSERT_TRUE(write_file_atomic(folder / "empty", Bytes{}).ok());
+  EXPECT_TRUE(MappedFile::open(folder / "empty", 3).value().bytes().empty());
+  EXPECT_EQ(MappedFile::open(folder / "none", 3).error().code, ErrorCode::kNotFound);
+  EXPECT_EQ(MappedFile::open(folder.path(), 3).error().code, ErrorCode::kIo);
+  ASSERT_TRUE(write_file_atomic(folder / "a", Bytes(4)).ok());
+  EXPECT_EQ(MappedFile::open(folder / "a", 3).error().code, ErrorCode::kTooLarge);
+}
+
 }  // namespace
 }  // namespace qray

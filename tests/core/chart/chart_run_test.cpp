@@ -57,7 +57,9 @@ class SlowObserver final : public RenderObserver {
  public:
   explicit SlowObserver(ManualClock& clock) : clock_(clock) {}
   void on_tile(const RenderProgress&) override { clock_.now += 1; }  // rendering
-  void on_pass(const RenderProgress&, const RenderStats&) override { clock_.now += 500; }
+  void on_pass(const RenderProgress&, const RenderStats&, const Guide*) override {
+    clock_.now += 500;
+  }
 
  private:
   ManualClock& clock_;

@@ -292,5 +292,33 @@ TEST(MergeTables, PpgsTablesHoldNoWeights) {
   EXPECT_EQ(ppg->merge(*taught("huang", 1, setup_of())).error().code, ErrorCode::kInvalid);
 }
 
+// What views show is what is drawn from.
+TEST(Directions, HaveTheirDensities) {
+  for (const char* method : kMethods) {
+    const std::unique_ptr<Guide> guide = taught(method, 3, setup_of());
+    size_t most = 0;
+    for (const GuidePoint& point : guide->known_points(40)) {
+      const std::vector<DirectionCell> cells = guide->directions(point);
+      double area = 0;
+      for (const DirectionCell& cell : cells) {
+        area += static_cast<double>(sqr(cell.size));
+        EXPECT_NEAR(dot(cell.wi, cell.wi), 1, 1e-4) << method;
+        const float pdf_w = guide->pdf_w(point, cell.wi);
+        // The thesis' directions at the horizon may lie below it.
+        if (cell.size == 0 && dot(cell.wi, point.frame.z) < 1e-3f) continue;
+        EXPECT_NEAR(cell.pdf_w, pdf_w, 2e-3f * (1 + pdf_w)) << method;
+      }
+      EXPECT_NEAR(area, std::string_view(method) == "huang" ? 0 : 1, 1e-6) << method;
+      most = std::max(most, cells.size());
+      const StateSummary summary = guide->summary(point);
+      EXPECT_GT(summary.size_m, 0) << method;
+      EXPECT_LE(summary.size_m, 16) << method;
+      EXPECT_EQ(summary.visits.has_value(), std::string_view(method) != "ppg");
+      EXPECT_GT(summary.visits.value_or(1), 0u) << method;
+    }
+    EXPECT_GT(most, 12u) << method;
+  }
+}
+
 }  // namespace
 }  // namespace qray

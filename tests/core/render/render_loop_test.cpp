@@ -192,7 +192,7 @@ TEST(RenderLoop, StopsInMidPass) {
 class Recorder final : public RenderObserver {
  public:
   void on_tile(const RenderProgress& p) override { fractions.push_back(p.fraction); }
-  void on_pass(const RenderProgress& p, const RenderStats& so_far) override {
+  void on_pass(const RenderProgress& p, const RenderStats& so_far, const Guide*) override {
     passes.push_back(p.samples_per_pixel);
     rays.push_back(so_far.rays);
   }

@@ -1,8 +1,7 @@
-#include "core/chart/error_map.h"
+#include "core/image/difference_map.h"
 
 #include <gtest/gtest.h>
 
-#include "core/chart/names.h"
 #include "core/image/false_color.h"
 
 namespace qray {
@@ -39,14 +38,23 @@ TEST(ErrorMap, IsRelativeToTheReference) {
   expect_same(color, viridis(static_cast<float>((std::log10(error) + 4) / 4)));
 }
 
-TEST(ChartNames, AreSafeInEveryFileSystem) {
-  EXPECT_EQ(chart_file_name("huang:grid=12;nee=off"), "huang-grid-12-nee-off");
-  EXPECT_EQ(chart_file_name("Cornell Box/../x"), "cornell-box-..-x");
-  EXPECT_EQ(chart_picture("room", "huang:alpha=0.5", true), "room/huang-alpha-0.5-warm.png");
-  EXPECT_EQ(chart_picture("room", "none", false), "room/none.png");
-  EXPECT_EQ(chart_error_picture("room", "none", false), "room/none-error.png");
-  EXPECT_EQ(chart_error_picture("room", "huang", true), "room/huang-warm-error.png");
-  EXPECT_EQ(chart_reference_picture("room"), "room/reference.png");
+TEST(SignedMap, IsRedWhereThePictureIsBrighter) {
+  Image a = uniform(Rgb{1.0f}), b = uniform(Rgb{1.0f});
+  a.set_rgb(0, 0, Rgb{2.0f});  // means 1.5 and 1: half of .8 above
+  const Image map = signed_map(a, b), swapped = signed_map(b, a);
+  expect_same(map.rgb(0, 0), diverging(0.8f));
+  expect_same(map.rgb(1, 0), diverging(0));
+  expect_same(swapped.rgb(0, 0), diverging(-0.8f));
+  EXPECT_GT(map.rgb(0, 0).r, 2 * map.rgb(0, 0).b);
+  EXPECT_GT(swapped.rgb(0, 0).b, 2 * swapped.rgb(0, 0).r);
+  expect_same(signed_map(uniform(Rgb{0.0f}), uniform(Rgb{0.0f})).rgb(0, 0), diverging(0));
+}
+
+TEST(FlipMap, IsDarkWherePicturesAreEqual) {
+  const Image same = flip_false_color(uniform(Rgb{0.5f}), uniform(Rgb{0.5f}));
+  const Image other = flip_false_color(uniform(Rgb{1.0f}), uniform(Rgb{0.0f}));
+  expect_same(same.rgb(0, 0), viridis(0));
+  EXPECT_GT(luminance(other.rgb(0, 0)), 0.5f);
 }
 
 }  // namespace

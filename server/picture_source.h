@@ -1,0 +1,43 @@
+// Which of a job's pictures a request asks for, and that picture: while it forms, ended, recovered,
+// or of a moment that its history keeps. Any thread.
+#pragma once
+
+#include <httplib.h>
+
+#include "server/jobs/job_runner.h"
+
+namespace qray::server {
+
+class PictureSource {
+ public:
+  PictureSource(const JobRunner& runner, Stores stores) : runner_(runner), stores_(stores) {}
+
+  struct Which {
+    enum class Kind { kSampled, kRecovered, kMoment } kind = Kind::kSampled;
+    uint32_t moment = 0;
+  };
+  // By the parameters `picture` ("sampled" or "recovered"; absent: the recovered one if it is there
+  // and `best` is wanted, else the sampled one) and `moment`, or of another name. kNotFound,
+  // kConflict: there is none, or not yet; kInvalid names the parameter.
+  Result<Which> which(const httplib::Request& req, const JobRecord& job, bool best,
+                      const char* moment = "moment") const;
+  // kConflict: before the first tile; kNotFound: the moment is not kept.
+  Result<Image> image(const JobRecord& job, Which which) const;
+  // Film::noise(), the newest. kConflict: not known.
+  Result<Image> noise(const JobRecord& job) const;
+  // A pixel's colour; and how many samples a pixel of its tile has had, by the passes.
+  struct Pixel {
+    Rgb radiance;
+    uint32_t samples = 0;
+  };
+  Result<Pixel> pixel(const JobRecord& job, Which which, int x, int y) const;
+
+ private:
+  Result<std::shared_ptr<const Picture>> sampled(const JobRecord& job) const;
+  Result<Picture> moment(const JobRecord& job, uint32_t number) const;
+
+  const JobRunner& runner_;
+  Stores stores_;
+};
+
+}  // namespace qray::server
