@@ -17,6 +17,7 @@ constexpr uint64_t kLeastSeen = 50'000;  // events: a table that saw fewer makes
 constexpr float kFewSamples = 4;         // of a block: it gets more
 constexpr double kMoreForFew = 3;        // times as many
 constexpr int kMostPerBlock = 16;
+constexpr double kMostFade = 16;
 constexpr uint64_t kMovingSeed = 0x6c697665;  // other samples than those of a camera at rest
 // Of a block, in the order in which a resting camera's samples come.
 constexpr int kPhaseX[] = {0, 1, 1, 0}, kPhaseY[] = {0, 1, 0, 1};
@@ -233,10 +234,17 @@ void LiveView::sample_film(uint64_t unit, Worker& worker, GuideDelta* delta) {
       worker.tracer.sample(
           camera.ray({static_cast<float>(x) + in_pixel.x, static_cast<float>(y) + in_pixel.y},
                      lens),
-          sampler, delta, in_view ? deviation(x, y) : 0.0f, sums[i]);
+          sampler, delta, noise_->deviation(x, y), sums[i]);
     }
   worker.tracer.flush();
   film_->add(tile, sums, phase == 0 ? 1 : 0, counts);
+  for (size_t i = 0; i < sums.size(); ++i) {
+    if (counts[i] == 0) continue;
+    const float v = luminance(sums[i]);
+    noise_->add(rect.x + static_cast<int>(i) % rect.width,
+                rect.y + static_cast<int>(i) / rect.width, pass, 1, pass % 2 ? 0.0f : v,
+                pass % 2 ? v : 0.0f);
+  }
   if (!in_view || !switches_.reprojection) return;
   for (size_t i = 0; i < sums.size(); ++i) {
     if (counts[i] == 0) continue;
@@ -247,6 +255,16 @@ void LiveView::sample_film(uint64_t unit, Worker& worker, GuideDelta* delta) {
   }
 }
 
+// As in a job, passes weigh as much as their noise while the guide gets better.
+void LiveView::end_pass(bool guide_changes) {
+  if (!noise_->end_pass()) return;
+  noise_level_ = noise_->level();
+  if (!guide_changes) return;
+  const double now = noise_->variance(), before = noise_->variance_before();
+  if (now > 0 && before > 0)
+    film_->fade(static_cast<float>(std::clamp(now / before, 1 / kMostFade, kMostFade)));
+}
+
 void LiveView::sample_resting(LiveFrame& frame, std::vector<Worker>& workers, double elapsed,
                               std::stop_token stop) {
   const size_t tiles = static_cast<size_t>(film_->tile_count());
@@ -254,13 +272,17 @@ void LiveView::sample_resting(LiveFrame& frame, std::vector<Worker>& workers, do
   const size_t most =
       fixed ? static_cast<size_t>(std::max(1.0, std::round(settings_.paths_per_block)))
             : kMostPerBlock;
+  // A frame ends with its pass, so that what comes next knows the noise of what was.
+  const uint64_t in_pass = 4 * tiles, begun = next_unit_ % in_pass;
+  const size_t units = std::min(tiles * most, static_cast<size_t>(in_pass - begun));
+  if (begun == 0) noise_->start_pass(frame.guided);
   const bool learns = learns_now();
-  std::vector<std::unique_ptr<GuideDelta>> deltas(learns ? tiles * most : 0);
+  std::vector<std::unique_ptr<GuideDelta>> deltas(learns ? units : 0);
   std::mutex mutex;
   const double start = clock_.seconds();
   const double end = start + budget_.sampling_seconds(elapsed);
   const size_t done = pool_.run_until(
-      tiles * most,
+      units,
       [&](size_t i, int worker) {
         std::unique_ptr<GuideDelta> delta;
         if (learns) {
@@ -274,6 +296,7 @@ void LiveView::sample_resting(LiveFrame& frame, std::vector<Worker>& workers, do
   next_unit_ += done;
   frame.times.samples = clock_.seconds() - start;
   learn(frame, deltas, done);
+  if (begun + done == in_pass) end_pass(frame.guided && learns);
 }
 
 std::optional<LiveFrame> LiveView::next_frame(std::stop_token stop) {
@@ -288,7 +311,9 @@ std::optional<LiveFrame> LiveView::next_frame(std::stop_token stop) {
     looked_ = true;
   } else if (!film_) {
     film_.emplace(settings_.render.width, settings_.render.height);
+    noise_.emplace(settings_.render.width, settings_.render.height);
     next_unit_ = 0;
+    noise_level_ = 0;
     resting_since_ = start;
   }
 
@@ -321,6 +346,7 @@ std::optional<LiveFrame> LiveView::next_frame(std::stop_token stop) {
   if (resting && whole_passes >= 1 && start - resting_since_ >= kSettlingSeconds) {
     frame.stage = LiveStage::kStill;
     frame.picture = film_->develop();
+    frame.noise = noise_level_;
     frame.samples_per_pixel =
         static_cast<double>(next_unit_) / (4 * static_cast<double>(film_->tile_count()));
   } else {

@@ -13,6 +13,7 @@
 #include "core/film/film.h"
 #include "core/live/frame_budget.h"
 #include "core/live/live_picture.h"
+#include "core/render/noise_estimate.h"
 #include "core/render/path.h"
 
 namespace qray {
@@ -50,7 +51,7 @@ struct LiveFrame {
   uint64_t paths = 0, rays = 0;
   bool guided = false;
   double samples_per_pixel = 0;  // in the picture, on average
-  double noise = 0;              // of the samples in it, relative; before recovery
+  double noise = 0;              // of the samples in it, relative, before recovery; 0: not known
 };
 
 class LiveView {
@@ -79,6 +80,7 @@ class LiveView {
                      std::stop_token stop);
   void sample_resting(LiveFrame& frame, std::vector<Worker>& workers, double elapsed,
                       std::stop_token stop);
+  void end_pass(bool guide_changes);
   void sample_tile(int tile, double per_block, uint64_t frame, Worker& worker, GuideDelta* delta);
   void sample_film(uint64_t unit, Worker& worker, GuideDelta* delta);
   void learn(LiveFrame& frame, std::vector<std::unique_ptr<GuideDelta>>& deltas, size_t count);
@@ -105,6 +107,8 @@ class LiveView {
 
   // Of a camera that rests.
   std::optional<Film> film_;
+  std::optional<NoiseEstimate> noise_;  // of the film
+  double noise_level_ = 0;              // as of the last whole pass
   double resting_since_ = 0;
   uint64_t next_unit_ = 0;  // a quarter of a tile's pixels, once
 

@@ -1,8 +1,8 @@
 // How fast the live page is, in a real browser on this machine:
 //   QRAYD=build/release/bin/qrayd QRAY_E2E_DIR=build/release/e2e node tests/bench/live_page.mjs \
 //     [scene] [seconds]
-// flies for `seconds`, a camera each animation frame, and prints frames a second, and the time from a
-// camera's change to its frame on the screen.
+// flies for `seconds`, a camera each animation frame, and prints frames a second, and the time from
+// a camera's change to its frame on the screen.
 import { start_all, wait_in_page } from '../e2e/support.mjs';
 
 const [scene = 'thesis-room', seconds = '10'] = process.argv.slice(2);
