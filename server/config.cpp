@@ -140,6 +140,7 @@ Config default_config() {
   Config config;
   config.scenes = installed_or("scenes", QRAY_SCENES_DIR);
   config.web = installed_or("web", QRAY_WEB_DIR);
+  config.web_lib = installed_or("web_lib", QRAY_WEB_LIB_DIR);
   config.openapi = installed_or("openapi.yaml", QRAY_OPENAPI_FILE);
   config.table_mib = std::clamp<size_t>(memory_bytes() / 4 >> 20, 1, 1 << 19);
   config.jobs_mib = 3 * config.table_mib;

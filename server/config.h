@@ -14,6 +14,7 @@ struct Config {
   int port = 8080;  // 0: any free one
   std::filesystem::path data = "data";
   std::filesystem::path scenes, web;  // default: the source tree's
+  std::filesystem::path web_lib;      // what the page takes from npm; may be absent
   std::filesystem::path openapi;      // the contract: the source tree's
   std::filesystem::path tokens;       // empty: nobody is asked for one
   bool no_auth = false;               // so on any address

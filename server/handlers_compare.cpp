@@ -1,5 +1,7 @@
 #include "server/handlers_compare.h"
 
+#include <algorithm>
+
 #include "core/image/difference_map.h"
 #include "core/image/metrics.h"
 #include "server/query.h"
@@ -22,20 +24,30 @@ constexpr Map kMaps[] = {
     {"relative", &error_map, kErrorMapScale},
 };
 
-// What is wrong with the ids; all of it at once.
-proto::Problem wrong_ids(const httplib::Request& req, std::initializer_list<const char*> needed,
-                         std::initializer_list<const char*> optional) {
+const Map* map_named(std::string_view name) {
+  const auto found = std::find_if(std::begin(kMaps), std::end(kMaps),
+                                  [&](const Map& map) { return map.name == name; });
+  return found == std::end(kMaps) ? nullptr : found;
+}
+
+// What is wrong with a request: all of it at once. `needed`, `optional`: jobs.
+proto::Problem judge(const httplib::Request& req, std::initializer_list<const char*> needed,
+                     std::initializer_list<const char*> optional, bool needs_map = false) {
   proto::Problem wrong{422, "Wrong request", "", {}};
-  const auto check = [&](const char* name) {
-    if (!JobId::parse(req.get_param_value(name)))
+  const auto check = [&](const char* name, bool may_lack) {
+    if ((!may_lack || req.has_param(name)) && !JobId::parse(req.get_param_value(name)))
       wrong.errors.push_back({std::string("/") + name, "expected a job's id"});
+    const std::string moment = std::string(name) + "_moment";
+    const auto number = query_number<uint32_t>(req, moment.c_str(), 1, UINT32_MAX, 1);
+    if (!number.ok()) wrong.errors.push_back({number.error().where, number.error().message});
   };
-  for (const char* name : needed) check(name);
-  for (const char* name : optional)
-    if (req.has_param(name)) check(name);
+  for (const char* name : needed) check(name, false);
+  for (const char* name : optional) check(name, true);
   if (const std::string picture = req.get_param_value("picture");
       req.has_param("picture") && picture != "sampled" && picture != "recovered")
     wrong.errors.push_back({"/picture", "expected sampled or recovered"});
+  if (needs_map && !map_named(req.get_param_value("map")))
+    wrong.errors.push_back({"/map", "expected signed, flip or relative"});
   if (!wrong.errors.empty())
     wrong.detail = wrong.errors.front().pointer + ": " + wrong.errors.front().detail;
   return wrong;
@@ -74,7 +86,7 @@ Result<Image> CompareHandlers::image_named(const Request& req, const char* param
 }
 
 void CompareHandlers::compare(const Request& req, Response& res) {
-  if (const proto::Problem wrong = wrong_ids(req, {"a", "b"}, {"ref"}); !wrong.errors.empty())
+  if (const proto::Problem wrong = judge(req, {"a", "b"}, {"ref"}); !wrong.errors.empty())
     return reply_problem(res, wrong);
   const Turn turn(encoders_);
   if (!turn.mine()) return reply_problem(res, kBusy);
@@ -101,13 +113,10 @@ void CompareHandlers::compare(const Request& req, Response& res) {
 }
 
 void CompareHandlers::map(const Request& req, Response& res) {
-  if (const proto::Problem wrong = wrong_ids(req, {"a", "b"}, {}); !wrong.errors.empty())
+  if (const proto::Problem wrong = judge(req, {"a", "b"}, {}, /*needs_map=*/true);
+      !wrong.errors.empty())
     return reply_problem(res, wrong);
-  const std::string name = req.get_param_value("map");
-  const auto found = std::find_if(std::begin(kMaps), std::end(kMaps),
-                                  [&](const Map& map) { return map.name == name; });
-  if (found == std::end(kMaps))
-    return reply_error(res, {ErrorCode::kInvalid, "expected signed, flip or relative", "/map"});
+  const Map& wanted = *map_named(req.get_param_value("map"));
   const Turn turn(encoders_);
   if (!turn.mine()) return reply_problem(res, kBusy);
   const Result<Image> a = image_named(req, "a", "a_moment");
@@ -116,8 +125,9 @@ void CompareHandlers::map(const Request& req, Response& res) {
   if (!b.ok()) return reply_error(res, b.error());
   if (a.value().width() != b.value().width() || a.value().height() != b.value().height())
     return reply_error(res, {ErrorCode::kInvalid, "expected pictures of one size", "/b"});
-  const Result<Bytes> png = encode_image(ImageFormat::kPng, found->draw(a.value(), b.value()),
-                                         {{"map", name}, {"scale", std::string(found->scale)}});
+  const Result<Bytes> png =
+      encode_image(ImageFormat::kPng, wanted.draw(a.value(), b.value()),
+                   {{"map", std::string(wanted.name)}, {"scale", std::string(wanted.scale)}});
   if (!png.ok()) return reply_error(res, png.error());
   reply_tagged(req, res, png.value(), "image/png");
 }
@@ -140,7 +150,7 @@ Result<std::map<uint32_t, double>> CompareHandlers::errors(
 void CompareHandlers::metrics(const Request& req, Response& res, const std::string& id) {
   const Result<JobRecord> job = stores_.jobs.find(id);
   if (!job.ok()) return reply_error(res, job.error());
-  if (const proto::Problem wrong = wrong_ids(req, {}, {"ref"}); !wrong.errors.empty())
+  if (const proto::Problem wrong = judge(req, {}, {"ref"}); !wrong.errors.empty())
     return reply_problem(res, wrong);
   proto::JobMetrics metrics{id, req.get_param_value("ref"), {}, {}};
   metrics.moments = stores_.histories.moments(job.value().id);

@@ -34,7 +34,15 @@ bool is_hidden(const fs::path& path) {
 
 }  // namespace
 
-WebHandlers::WebHandlers(const fs::path& folder) {
+WebHandlers::WebHandlers(const fs::path& folder, const fs::path& libraries) {
+  add_files(libraries, "/lib/");
+  add_files(folder, "/");
+  if (const auto index = files_.find("/index.html"); index != files_.end()) {
+    files_["/"] = index->second;
+  }
+}
+
+void WebHandlers::add_files(const fs::path& folder, const std::string& url) {
   std::error_code ec;
   for (fs::recursive_directory_iterator it(folder, ec), end; !ec && it != end; it.increment(ec)) {
     if (is_hidden(it->path())) {
@@ -44,10 +52,7 @@ WebHandlers::WebHandlers(const fs::path& folder) {
     std::error_code unreadable;
     const char* type = type_of(it->path());
     if (!type || !it->is_regular_file(unreadable)) continue;
-    files_["/" + it->path().lexically_relative(folder).generic_string()] = {it->path(), type};
-  }
-  if (const auto index = files_.find("/index.html"); index != files_.end()) {
-    files_["/"] = index->second;
+    files_[url + it->path().lexically_relative(folder).generic_string()] = {it->path(), type};
   }
 }
 

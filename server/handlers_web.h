@@ -1,4 +1,4 @@
-// The page: files of one folder, whose names are read once at the start. A client's path is only
+// The page: files of two folders, whose names are read once at the start. A client's path is only
 // ever compared with those names, never opened. Any thread.
 #pragma once
 
@@ -12,7 +12,8 @@ namespace qray::server {
 
 class WebHandlers {
  public:
-  explicit WebHandlers(const std::filesystem::path& folder);
+  // `libraries`: others' files, under /lib/; may be absent.
+  WebHandlers(const std::filesystem::path& folder, const std::filesystem::path& libraries);
   void add_to(Router& router);
   size_t file_count() const { return files_.size(); }
 
@@ -21,6 +22,7 @@ class WebHandlers {
     std::filesystem::path path;
     const char* content_type;
   };
+  void add_files(const std::filesystem::path& folder, const std::string& url);
   bool serve(const httplib::Request& req, httplib::Response& res) const;
   std::map<std::string, File, std::less<>> files_;  // by URL path
 };

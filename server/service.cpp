@@ -151,7 +151,7 @@ struct Service::Parts {
         upload_quota(config.assets_gib << 30),
         scenes(config.scenes, render_threads(config.threads), config.scene_mib << 20,
                scene_limits(config)),
-        web(config.web),
+        web(config.web, config.web_lib),
         event_handlers(events, jobs, config.max_streams) {}
 
   Access access;

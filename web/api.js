@@ -98,6 +98,42 @@ export const list_weights = async () => (await get_json('/v1/weights')).weights;
 export const fetch_tiles = async (id, which, since, signal) =>
   (await call(`${job_path(id)}/tiles?since=${since}&picture=${which}`, { signal })).arrayBuffer();
 
+// The whole picture as it was then.
+export const fetch_moment = async (id, moment, signal) =>
+  (await call(`${job_path(id)}/tiles?moment=${moment}`, { signal })).arrayBuffer();
+
+export const jobs_of_table = async (table) =>
+  (await get_json(`/v1/jobs?limit=50&table=${encodeURIComponent(table)}`)).jobs;
+export const jobs_labelled = async (label) =>
+  (await get_json(`/v1/jobs?limit=200&label=${encodeURIComponent(label)}`)).jobs;
+export const get_metrics = (id, ref = null) =>
+  get_json(`${job_path(id)}/metrics${ref ? `?ref=${encodeURIComponent(ref)}` : ''}`);
+
+const query = (values) => {
+  const known = Object.entries(values).filter(([, value]) => value !== null && value !== undefined);
+  return new URLSearchParams(known).toString();
+};
+export const get_pixel = (id, x, y, moment, signal) =>
+  call(`${job_path(id)}/pixel?${query({ x, y, moment })}`, { signal }).then((r) => r.json());
+// Pictures that the server makes, as blobs: what it refuses has its words as an ApiError.
+const get_picture = async (path, signal) => (await call(path, { signal })).blob();
+export const get_view = (id, view, moment, signal) =>
+  get_picture(`${job_path(id)}/view.png?${query({ view, moment })}`, signal);
+export const get_lobe = (id, x, y, moment, signal) =>
+  get_picture(`${job_path(id)}/lobe.png?${query({ x, y, moment })}`, signal);
+// `values`: {a, b, a_moment, b_moment}
+export const get_compare = (values) => get_json(`/v1/compare?${query(values)}`);
+export const get_map = (values, signal) =>
+  get_picture(`/v1/compare.png?${query(values)}`, signal);
+export const get_png = (id, signal) =>
+  get_picture(`${job_path(id)}/image.png?exposure=0`, signal);
+
+export const merge_tables = (tables) => post_json('/v1/tables/merge', { tables });
+export const delete_table = (id) =>
+  call(`/v1/tables/${encodeURIComponent(id)}`, { method: 'DELETE' });
+
 export const exr_url = (id, which) => `${job_path(id)}/image.exr?picture=${which}`;
-export const png_url = (id, which, exposure_ev) =>
-  `${job_path(id)}/image.png?picture=${which}&exposure=${exposure_ev}`;
+// A past moment has the picture of its samples alone.
+export const png_url = (id, which, exposure_ev, moment = null) =>
+  `${job_path(id)}/image.png?${moment === null ? `picture=${which}` : `moment=${moment}`}` +
+  `&exposure=${exposure_ev}`;

@@ -1,43 +1,54 @@
-// The page: wires the store, the event stream, the form, the list and the viewer. Which jobs are
-// shown stands in the address (#job=j000001&with=j000002), so a reload or a link shows the same.
+// The page: wires the store, the event stream, the form, the list and the views. What is shown
+// stands in the address, so a reload or a link shows the same.
 import {
   ApiError, check_access, list_scenes, list_weights, on_unauthorized,
 } from './api.js';
+import { Address } from './address.js';
+import { ErrorPanel } from './error_panel.js';
 import { EventStream } from './event_stream.js';
+import { FiguresPage } from './figures_page.js';
 import { has_ended, state_words } from './format.js';
+import { Hover } from './hover.js';
+import { Inspector } from './inspector.js';
 import { JobForm } from './job_form.js';
-import { JobList } from './job_list.js';
+import { JobHistory } from './job_history.js';
+import { fits, JobList } from './job_list.js';
 import { JobStore } from './job_store.js';
+import { Keys } from './keys.js';
 import { SceneDrop } from './scene_drop.js';
+import { share_link } from './share_link.js';
 import { SignIn } from './sign_in.js';
+import { TablesPage } from './tables_page.js';
+import { ViewControls } from './view_controls.js';
 import { Viewer } from './viewer.js';
 
 const by_id = (id) => document.getElementById(id);
-const address = (job_id, with_id = null) =>
-  `#job=${encodeURIComponent(job_id)}` + (with_id ? `&with=${encodeURIComponent(with_id)}` : '');
-
-function from_address() {
-  const parts = new URLSearchParams(location.hash.slice(1));
-  const job = parts.get('job') || null;
-  const other = parts.get('with') || null;
-  return { job, with: job && other !== job ? other : null };
-}
 
 const sign_in = new SignIn(by_id('sign-in'));
 on_unauthorized(() => sign_in.ask());
-const store = new JobStore();
-let selected = from_address();
+export const address = new Address();
+export const store = new JobStore();
+const history = new JobHistory(() => viewer.update());
 let announced = '';
 
-const list = new JobList(by_id('jobs'), by_id('row-template'), (id) => address(id));
-export const viewer = new Viewer(by_id('viewer'), by_id('panel-template'), store,
-  (id) => address(id), (with_id) => {
-    location.hash = address(selected.job, with_id);
+const list = new JobList(by_id('jobs'), by_id('row-template'), (id) => address.link(id));
+export const viewer = new Viewer(by_id('viewer'),
+  { pane: by_id('pane-template'), panel: by_id('panel-template') }, store, history, address,
+  (job) => {
+    by_id('new-job').open = true;
+    form.fill(job.request);
   });
+const errors = new ErrorPanel(by_id('errors'), viewer, store, history, address);
+new Inspector(by_id('pixel'), viewer, address, announce);
+new Hover(by_id('readout'), viewer, address);
+const filters = new ViewControls(document.querySelector('.filters'), address);
+const tables = new TablesPage(by_id('tables-page'), store, (id) => address.link(id));
+const figures = new FiguresPage(by_id('figures-page'), store,
+  (id, with_id) => address.link(id, with_id));
 
 const form = new JobForm(by_id('job-form'), (jobs) => {
   jobs.forEach((job) => store.put(job));
-  location.hash = address(jobs[0].id, jobs[1]?.id);
+  address.go(jobs[0].id, jobs[1]?.id);
   if (matchMedia('(max-width: 800px)').matches) by_id('new-job').open = false;
   by_id('viewer').scrollIntoView({ block: 'nearest' });
 });
@@ -47,18 +58,82 @@ new SceneDrop(by_id('upload'), by_id('upload-status'), async ({ name }) => {
   await form.render(name);
 });
 
+function move_pixel(dx, dy) {
+  const { at } = address.view;
+  const [{ width, height }] = viewer.pictures;
+  viewer.inspect(at ? [at[0] + dx, at[1] + dy] : [width >> 1, height >> 1]);
+}
+
+// The next (1) or previous (-1) job of the list.
+function step_job(by) {
+  const jobs = listed_jobs();
+  const at = jobs.findIndex(({ id }) => id === address.view.job);
+  const next = jobs[at < 0 ? 0 : at + by];
+  if (next) address.go(next.id);
+}
+
+function cycle(name, values) {
+  const at = values.indexOf(address.view[name]);
+  address.set({ [name]: values[(at + 1) % values.length] });
+}
+
+const expose = (by) => address.set(
+  { ev: Math.min(8, Math.max(-8, Math.round(10 * (address.view.ev + by)) / 10)) });
+new Keys(by_id('keys'), by_id('show-keys'), [
+  ['f', 'Flip between the two pictures', () => viewer.flip()],
+  ['d', 'Split, signed difference, visible difference', () => address.view.with &&
+    cycle('mode', ['split', 'signed', 'flip-map'])],
+  ['q', 'Now, at equal samples, at equal time', () => address.view.with &&
+    cycle('equal', ['', 'samples', 'seconds'])],
+  ['e', 'Brighter by half a stop', () => expose(0.5)],
+  ['E', 'Darker by half a stop', () => expose(-0.5)],
+  ['c', 'Next curve', () => cycle('curve', ['srgb', 'gamma', 'filmic', 'false'])],
+  ['s', 'Learned states over the picture, or not', () => cycle('overlay', ['', 'state'])],
+  ['+', 'Zoom in', () => viewer.zoom_by(2)],
+  ['-', 'Zoom out', () => viewer.zoom_by(0.5)],
+  ['0', 'Fit', () => viewer.fit()],
+  ['1', 'A pixel of the picture is one of the screen', () => viewer.one_to_one()],
+  ['[', 'The moment before', () => errors.step(-1)],
+  [']', 'The moment after', () => errors.step(1)],
+  ['j', 'Next job of the list', () => step_job(1)],
+  ['k', 'Previous job of the list', () => step_job(-1)],
+  ['l', 'Copy a link to this view', () => share_link(by_id('share-status'))],
+]);
+by_id('share').addEventListener('click', () => share_link(by_id('share-status')));
+const kArrows = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
+document.querySelector('.view-stage').addEventListener('keydown', (event) => {
+  const arrow = kArrows[event.key];
+  if (event.target.matches('.divider') || !arrow || event.ctrlKey || event.altKey) return;
+  event.preventDefault();
+  move_pixel(...arrow.map((v) => v * (event.shiftKey ? 10 : 1)));
+});
+
 function ask_for_selected() {
-  for (const id of [selected.job, selected.with]) {
+  for (const id of [address.view.job, address.view.with, address.view.ref]) {
     const job = id && store.get(id);
     if (id && !(job && has_ended(job))) store.refresh(id);
   }
 }
 
+const listed_jobs = () => store.newest_first().filter((job) => fits(job, address.view));
+
 function show_all() {
-  const jobs = store.newest_first();
-  list.update(jobs, [selected.job, selected.with]);
-  by_id('no-jobs').hidden = jobs.length > 0;
+  const all = store.newest_first();
+  const jobs = listed_jobs();
+  const { job, with: other, page } = address.view;
+  list.update(jobs, [job, other]);
+  by_id('no-jobs').hidden = all.length > 0;
+  by_id('filtered').textContent = jobs.length < all.length
+    ? `${jobs.length} of the newest ${all.length} jobs` : '';
   by_id('older').hidden = !store.has_older;
+  form.show_tables(store.tables());
+  for (const name of ['jobs', 'tables', 'figures']) by_id(`${name}-page`).hidden = page !== name;
+  for (const link of document.querySelectorAll('nav a')) {
+    if (link.dataset.page === page) link.setAttribute('aria-current', 'page');
+    else link.removeAttribute('aria-current');
+  }
+  if (page === 'tables') tables.update();
+  if (page === 'figures') figures.open();
   viewer.update();
 }
 
@@ -68,21 +143,24 @@ function announce(text) {
   by_id('announcer').textContent = text;
 }
 
-function select_from_address() {
-  selected = from_address();
-  ask_for_selected();
-  viewer.select(selected.job, selected.with);
+address.addEventListener('change', ({ detail: old }) => {
+  const { view } = address;
+  filters.update();
+  if (old.job !== view.job || old.with !== view.with || old.ref !== view.ref) ask_for_selected();
+  viewer.follow(old);
   show_all();
-}
+});
 
 store.addEventListener('change', ({ detail: job }) => {
-  if (job && by_id('jobs').querySelector(`[data-job="${CSS.escape(job.id)}"]`)) {
+  const { view } = address;
+  if (job && by_id('jobs').querySelector(`[data-job="${CSS.escape(job.id)}"]`) &&
+    fits(job, view)) {
     list.update_one(job);
-    if ([selected.job, selected.with].includes(job.id)) viewer.update();
+    if ([view.job, view.with].includes(job.id)) viewer.update();
   } else {
     show_all();
   }
-  const shown = selected.job && store.get(selected.job);
+  const shown = view.job && store.get(view.job);
   if (shown) announce(`Job ${shown.id}: ${state_words(shown.state)}`);
 });
 
@@ -91,6 +169,7 @@ async function sync() {
   try {
     ask_for_selected();
     viewer.restart();
+    for (const id of viewer.shown_jobs) history.refresh(id);
     await Promise.all([store.load(), list_scenes().then((scenes) => form.show_scenes(scenes)),
       list_weights().then((weights) => form.show_weights(weights))]);
   } catch (error) {
@@ -114,16 +193,18 @@ const stream = new EventStream({
     if (name === 'progress') {
       store.apply_progress(data);
       viewer.pull(data.job, data.cursor);
+      history.refresh(data.job);
       return;
     }
     store.refresh(data.job);
     if (name === 'table') store.load_tables().catch(() => {});
     viewer.pull(data.job);
+    history.refresh(data.job);
   },
 });
 
 by_id('older').addEventListener('click', () => store.load_older().catch(() => {}));
-addEventListener('hashchange', select_from_address);
-if (selected.job && matchMedia('(max-width: 800px)').matches) by_id('new-job').open = false;
-select_from_address();
+if (address.view.job && matchMedia('(max-width: 800px)').matches) by_id('new-job').open = false;
+ask_for_selected();
+show_all();
 check_access().catch(() => {}).then(() => stream.open());

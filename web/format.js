@@ -31,6 +31,9 @@ export const has_ended = (job) => kEnded.includes(job.state);
 // Its picture was made whole from the pixels that were sampled.
 export const is_recovered = (job) =>
   job.state === 'succeeded' && (job.request.recover ?? 'none') !== 'none';
+// Its method or its choice of pixels moves the mean.
+export const is_biased = (job) => (job.stats ? !job.stats.unbiased : job.biased &&
+  (job.request.recover ?? 'none') === 'none');
 export const badge_word = (job) => (is_recovered(job) ? 'recovered' : job.biased ? 'biased' : '');
 export const can_cancel = (job) => !has_ended(job) && job.state !== 'canceling';
 // Which of the two a job's button does now; '' for neither.
@@ -39,6 +42,55 @@ export const pause_or_resume = (job) => {
   return ['queued', 'preparing', 'learning', 'rendering'].includes(job.state) ? 'pause' : '';
 };
 export const is_forming = (job) => ['learning', 'rendering'].includes(job.state);
+
+// Why a job is where it is, in a sentence; '' when its state says it all.
+export function why_words(job) {
+  const { request, progress, stats, state } = job;
+  const done = samples_words(progress.samples);
+  const kept = progress.samples > 0 ? ' Its picture so far is kept.' : '';
+  switch (state) {
+    case 'queued': return 'Others are rendered before it.';
+    case 'paused': return `Paused after ${done}; it goes on from there when resumed.`;
+    case 'canceled': return `Someone canceled it after ${done}.${kept}`;
+    case 'failed': return kept.trim();
+    case 'succeeded': break;
+    default: return '';
+  }
+  const noise = stats?.noise;
+  if (request.noise && noise && noise <= request.noise) {
+    return `Stopped at ${done}: the noise is ${significant(noise)}, no more than the ` +
+      `${significant(request.noise)} asked for.`;
+  }
+  const missed = request.noise && noise
+    ? ` The noise is ${significant(noise)}, more than the ${significant(request.noise)} asked for.`
+    : '';
+  if (request.seconds) {
+    return `Stopped when its ${seconds(request.seconds)} were over, at ${done}.${missed}`;
+  }
+  return `Stopped when all ${done} were there.${missed}`;
+}
+
+// Seconds that a running job will still take, going on as it went; null when that cannot be said.
+function seconds_left({ state, progress, request }) {
+  if (!is_forming({ state }) || !(progress.fraction > 0.02) || !progress.seconds) return null;
+  if (request.seconds && !request.samples) return Math.max(0, request.seconds - progress.seconds);
+  return progress.seconds * (1 - progress.fraction) / progress.fraction;
+}
+
+export const significant = (v, digits = 3) => {
+  if (v === 0) return '0';
+  const size = Math.abs(v);
+  return size >= 1e5 || size < 1e-4 ? v.toExponential(digits - 1) : String(+v.toPrecision(digits));
+};
+
+// "1.7 times as bright as j000002", "3.1 % darker than j000002"; `other` may be left out.
+export function brightness_words(ratio, other = '') {
+  if (ratio >= 1.995) return `${significant(ratio, 2)} times as bright${other && ` as ${other}`}`;
+  const percent = Math.abs(100 * (ratio - 1));
+  if (percent < 0.05) return `as bright${other && ` as ${other}`}`;
+  return `${percent.toFixed(percent < 10 ? 1 : 0)} % ${ratio >= 1 ? 'brighter' : 'darker'}` +
+    (other && ` than ${other}`);
+}
 
 export function count(n) {
   return n.toLocaleString('en', { maximumFractionDigits: n < 10 ? 1 : 0 });
@@ -97,5 +149,7 @@ export function progress_words(job) {
   } else if (spent > 0) {
     words.push(seconds(spent));
   }
+  const left = seconds_left(job);
+  if (left !== null) words.push(`about ${seconds(left)} left`);
   return words.join(' · ');
 }

@@ -1,6 +1,8 @@
 // The form that posts a job. The server is the judge of every value; its messages are shown at the
-// fields they name. Left-out fields are the server's defaults.
+// fields they name.
 import { ApiError, post_job } from './api.js';
+import { ago } from './format.js';
+import { add_more_fields, field_of, fill_fields, read_request } from './job_fields.js';
 
 // Integers above this lose digits on the way through JSON numbers.
 const kMaxSafe = Number.MAX_SAFE_INTEGER;
@@ -9,11 +11,13 @@ export class JobForm {
   #form;
   #on_posted;
   #sizes = new Map(); // scene name -> its own {width, height}
+  #tables = [];
 
   // on_posted(jobs): one job, or the job and its twin without learning or with all pixels.
   constructor(form, on_posted) {
     this.#form = form;
     this.#on_posted = on_posted;
+    add_more_fields(form.querySelector('.fields'));
     form.addEventListener('submit', (event) => {
       event.preventDefault();
       this.#submit();
@@ -47,6 +51,24 @@ export class JobForm {
     this.#follow();
   }
 
+  // Those of the scene and method that are chosen can be chosen too.
+  show_tables(tables) {
+    this.#tables = tables;
+    this.#follow();
+  }
+
+  // The form as it was for another job.
+  fill(request) {
+    this.#clear_errors();
+    const fields = this.#form.elements;
+    fill_fields(fields, { ...request, table: 'auto' });
+    fields.twin.checked = fields.full.checked = false;
+    this.#follow(); // offers the tables of its scene
+    fill_fields(fields, request);
+    this.#follow();
+    fields.scene.focus();
+  }
+
   // Posts the form as it is, but with this scene at its own size.
   render(scene) {
     const { scene: select, width, height } = this.#form.elements;
@@ -66,21 +88,24 @@ export class JobForm {
     const learns = method.value !== 'none';
     table.disabled = twin.disabled = !learns;
     full.disabled = pixels.value === 'all' && recover.value === 'none';
+    this.#list_tables();
   }
 
-  #request() {
-    const fields = this.#form.elements;
-    const request = { scene: fields.scene.value, method: fields.method.value,
-      nee: fields.nee.checked, pixels: fields.pixels.value, recover: fields.recover.value };
-    if (!fields.table.disabled) request.table = fields.table.value;
-    const number = (name, input) => {
-      if (input.value !== '') request[name] = Number(input.value);
-    };
-    number(fields.budget.value, fields.amount);
-    number('width', fields.width);
-    number('height', fields.height);
-    number('seed', fields.seed);
-    return request;
+  #list_tables() {
+    const { scene, method, table } = this.#form.elements;
+    const kind = method.value === 'huang-published' ? 'huang' : method.value;
+    const fitting = this.#tables.filter((one) => one.scene === scene.value && one.method === kind);
+    const key = fitting.map(({ id }) => id).join();
+    if (table.dataset.key === key) return;
+    table.dataset.key = key;
+    const chosen = table.value;
+    table.querySelectorAll('option[data-own]').forEach((option) => option.remove());
+    for (const { id, created } of fitting) {
+      const option = new Option(`${id.slice(0, 8)}, ${ago(created)}`, id);
+      option.dataset.own = '';
+      table.append(option);
+    }
+    if ([...table.options].some(({ value }) => value === chosen)) table.value = chosen;
   }
 
   // What cannot even be sent: text that is no number, or too long for one.
@@ -103,7 +128,7 @@ export class JobForm {
     const button = this.#form.querySelector('button[type=submit]');
     button.disabled = true;
     try {
-      const request = this.#request();
+      const request = read_request(this.#form.elements);
       const { twin, full } = this.#form.elements;
       const jobs = [await post_job(request)];
       if (full.checked && !full.disabled) {
@@ -123,18 +148,15 @@ export class JobForm {
     return undefined;
   }
 
-  #field_of(pointer) {
-    const name = pointer.split('/')[1] ?? '';
-    return name === 'samples' || name === 'seconds' ? 'amount' : name;
-  }
-
   #show_errors(errors, summary = '') {
     const rest = errors.filter(({ pointer, detail }) =>
-      !this.#show_error(this.#field_of(pointer), detail))
+      !this.#show_error(field_of(pointer), detail))
       .map(({ pointer, detail }) => `${pointer}: ${detail}`);
     const first = this.#form.querySelector('[aria-invalid]');
     const text = first ? rest.join(' ') : [summary, ...rest].join(' ');
     this.#form.querySelector('.form-error').textContent = text;
+    const folded = first?.closest('details:not([open])');
+    if (folded) folded.open = true;
     (first ?? this.#form.querySelector('button[type=submit]')).focus();
   }
 

@@ -1,8 +1,20 @@
-// The list of jobs. Rows are kept and updated in place, so focus and scrolling stay where they are.
+// The list of jobs, of those that fit the filters. Rows are kept and updated in place, so focus and
+// scrolling stay where they are.
 import { ago, badge_word, has_ended, is_forming, method_words, progress_words,
   state_words } from './format.js';
+import { Thumbnails } from './thumbnails.js';
 
 const kClockMs = 30_000;
+
+// Whether a job is to be listed. `state`: one of the server's, 'running' for all that have not
+// ended, '' for any. `find`: words that are all in its id, scene, method or labels.
+export function fits(job, { state, find }) {
+  if (state === 'running' ? has_ended(job) : state && job.state !== state) return false;
+  const { scene, method, labels = {} } = job.request;
+  const text = [job.id, scene, method, method_words(method),
+    ...Object.entries(labels).map((label) => label.join(':'))].join(' ').toLowerCase();
+  return find.toLowerCase().split(/\s+/).every((word) => text.includes(word));
+}
 
 export class JobList {
   #list;
@@ -11,6 +23,7 @@ export class JobList {
   #rows = new Map();
   #jobs = [];
   #selected = [];
+  #thumbnails = new Thumbnails();
 
   // link_to(id): the address that shows the job
   constructor(list, template, link_to) {
@@ -20,9 +33,12 @@ export class JobList {
     setInterval(() => this.update(this.#jobs, this.#selected), kClockMs);
   }
 
+  // `jobs`: those that are listed.
   update(jobs, selected) {
     this.#jobs = jobs;
     this.#selected = selected;
+    const listed = new Set(jobs.map(({ id }) => id));
+    for (const [id, row] of this.#rows) if (!listed.has(id)) row.remove();
     jobs.forEach((job, index) => {
       const row = this.#row(job.id);
       this.#fill(row, job);
@@ -41,7 +57,6 @@ export class JobList {
     if (!row) {
       row = this.#template.content.firstElementChild.cloneNode(true);
       row.dataset.job = id;
-      row.querySelector('a').href = this.#link_to(id);
       this.#rows.set(id, row);
     }
     return row;
@@ -64,7 +79,10 @@ export class JobList {
     const bar = part('row-progress');
     bar.hidden = has_ended(job) || !is_forming(job);
     bar.value = job.progress.fraction;
+    this.#thumbnails.show(part('row-picture'), job);
     const link = row.querySelector('a');
+    const href = this.#link_to(job.id);
+    if (link.getAttribute('href') !== href) link.href = href;
     if (this.#selected.includes(job.id)) link.setAttribute('aria-current', 'true');
     else link.removeAttribute('aria-current');
   }

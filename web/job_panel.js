@@ -1,9 +1,9 @@
 // Everything about one selected job under its picture: state in words, progress, what it was asked,
 // which table it used and made, what it cost; pause, cancel and downloads.
 import { ApiError, act_on_job, exr_url, png_url } from './api.js';
-import { badge_word, big, bytes, can_cancel, count, exact, has_ended, is_recovered,
+import { badge_word, big, bytes, can_cancel, count, exact, has_ended, is_biased, is_recovered,
   method_words, pause_or_resume, progress_words, samples_words, seconds,
-  state_words } from './format.js';
+  state_words, why_words } from './format.js';
 
 const kPixelsWords = {
   quarter: 'a quarter, the rest is not sampled',
@@ -15,15 +15,17 @@ export class JobPanel {
   #store;
   #link_to;
   #job = null;
-  #exposure_ev = 0;
+  #look = { ev: 0, moment: null };
+  #bias = '';
   #pause = ''; // what its button does
 
-  constructor(template, store, link_to) {
+  constructor(template, store, link_to, on_duplicate) {
     this.#root = template.content.firstElementChild.cloneNode(true);
     this.#store = store;
     this.#link_to = link_to;
     this.#part('cancel').addEventListener('click', () => this.#act('cancel', 'cancel'));
     this.#part('pause').addEventListener('click', () => this.#act('pause', this.#pause));
+    this.#part('duplicate').addEventListener('click', () => on_duplicate(this.#job));
   }
 
   get root() {
@@ -35,9 +37,13 @@ export class JobPanel {
     this.#part('side').hidden = !words;
   }
 
-  set exposure_ev(value) {
-    this.#exposure_ev = value;
-    if (this.#job) this.#link_downloads();
+  // What downloads follow: {ev, moment}.
+  set look(value) {
+    this.#look = value;
+  }
+  // How far off its picture is, in words.
+  set bias(words) {
+    this.#bias = words;
   }
 
   // `has_picture`: at least one tile came.
@@ -49,6 +55,8 @@ export class JobPanel {
     this.#mark(job);
     this.#set('state-words', state_words(job.state));
     this.#set('numbers', progress_words(job));
+    this.#set('why', why_words(job));
+    this.#part('why').hidden = !this.#part('why').textContent;
     const bar = this.#part('bar');
     bar.hidden = has_ended(job);
     if (job.state === 'preparing' && job.loading) bar.value = job.loading.fraction;
@@ -70,10 +78,10 @@ export class JobPanel {
   // Why the picture is not, or not only, what the samples say.
   #mark(job) {
     const recovered = is_recovered(job);
-    const method_biased = job.stats ? !job.stats.unbiased : job.biased;
     this.#part('badge').hidden = !badge_word(job);
     this.#set('badge', badge_word(job));
-    this.#part('bias-note').hidden = !method_biased;
+    this.#part('bias-note').hidden = !is_biased(job);
+    this.#set('bias-words', this.#bias && `Here it is ${this.#bias}.`);
     this.#part('recovered-note').hidden = !recovered;
   }
 
@@ -81,7 +89,7 @@ export class JobPanel {
     const { id } = this.#job;
     const best = is_recovered(this.#job) ? 'recovered' : 'sampled';
     this.#part('exr').href = exr_url(id, best);
-    this.#part('png').href = png_url(id, best, this.#exposure_ev);
+    this.#part('png').href = png_url(id, best, this.#look.ev, this.#look.moment);
     this.#part('samples').href = exr_url(id, 'sampled');
   }
 
@@ -107,6 +115,9 @@ export class JobPanel {
     if (request.method !== 'none') {
       facts.push(['Table used', this.#table_used(job)], ['Table made', this.#table_made(job)]);
     }
+    const labels = Object.entries(request.labels ?? {}).map((label) => label.join(': '));
+    if (labels.length) facts.push(['Labels', labels.join(', ')]);
+    if (request.priority) facts.push(['Priority', String(request.priority)]);
     const { stats } = job;
     if (stats?.rays_per_second) facts.push(['Speed', `${big(stats.rays_per_second)} rays/s`]);
     if (stats?.dropped_samples) facts.push(['Dropped samples', count(stats.dropped_samples)]);

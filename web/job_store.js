@@ -20,6 +20,10 @@ export class JobStore extends EventTarget {
   table(id) {
     return this.#tables.get(id) ?? null;
   }
+  // The newest first.
+  tables() {
+    return [...this.#tables.values()];
+  }
   get has_older() {
     return Boolean(this.#next);
   }

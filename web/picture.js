@@ -1,29 +1,40 @@
-// A picture on the stage: a canvas and the feed that fills it. Two of them, one over the other,
-// make the split view.
+// A picture on the stage: a canvas, the feed that fills it, a coloured view over it, and the marks
+// on top. Three of them, one over the other or in a row, make the stage.
+import { Marks } from './marks.js';
+import { OverlayImage } from './overlay_image.js';
+import { decode_rgb9e5 } from './rgb9e5.js';
 import { TileCanvas } from './tile_canvas.js';
 import { TileFeed } from './tile_feed.js';
 
 export class Picture {
+  #root;
   #canvas;
   #tiles;
   #feed = null;
-  #job_id = null;
-  #which = '';
+  #shown = { job: null, which: '', moment: null };
+  #texels = new Uint32Array(0);
   #on_change;
+  #zoom = 1;
 
-  // on_change(problem): tiles came, or `problem` (text) says why they cannot be shown.
-  constructor(canvas, on_change) {
-    this.#canvas = canvas;
+  // on_change(problem): tiles or a view came, or `problem` (text) says why tiles cannot be shown.
+  constructor(root, on_change) {
+    this.#root = root;
+    this.#canvas = root.querySelector('canvas.picture');
     this.#on_change = on_change;
-    this.#tiles = new TileCanvas(canvas, () => this.#feed?.restart());
-    new ResizeObserver(() => this.#choose_scaling()).observe(canvas);
+    this.#tiles = new TileCanvas(this.#canvas, () => this.#feed?.restart());
+    this.overlay = new OverlayImage(root.querySelector('img.overlay'), () => on_change(''));
+    this.marks = new Marks(root.querySelector('canvas.marks'), this);
+    new ResizeObserver(() => this.#choose_scaling()).observe(this.#canvas);
   }
 
-  get job_id() {
-    return this.#job_id;
+  get root() {
+    return this.#root;
   }
-  get which() {
-    return this.#which;
+  get job_id() {
+    return this.#shown.job;
+  }
+  get moment() {
+    return this.#shown.moment;
   }
   get supported() {
     return this.#tiles.supported;
@@ -46,22 +57,38 @@ export class Picture {
   read_pixels() {
     return this.#tiles.read_pixels();
   }
-  set exposure_ev(value) {
-    this.#tiles.exposure_ev = value;
+
+  // Radiance at a pixel, or null where no tile came; to the precision of RGB9E5.
+  radiance(x, y) {
+    if (!this.#tiles.has_tile(x, y)) return null;
+    return decode_rgb9e5(this.#texels[y * this.width + x]);
   }
 
-  // Shows another of the jobs' pictures ('sampled' or 'recovered'), or none (null).
-  show(job_id, which = 'sampled') {
-    if (job_id === this.#job_id && which === this.#which) return;
-    this.#job_id = job_id;
-    this.#which = which;
+  // The part of the view that every picture shares: {ev, curve, gamma}, and {zoom, x, y} with the
+  // centre as shares of the picture.
+  set look(look) {
+    this.#tiles.look = look;
+  }
+  set place(place) {
+    this.#zoom = place.zoom;
+    this.marks.place = place;
+    this.#choose_scaling();
+  }
+
+  // Shows another of the jobs' pictures ('sampled' or 'recovered'), or none (null), as it is now or
+  // as it was at a moment. The old one stays until the new one of the same job is there.
+  show(job, which = 'sampled', moment = null) {
+    const old = this.#shown;
+    if (job === old.job && which === old.which && moment === old.moment) return;
+    this.#shown = { job, which, moment };
     this.#feed?.stop();
     this.#feed = null;
-    this.#canvas.hidden = job_id === null;
+    this.#root.hidden = job === null;
+    this.#canvas.hidden = job === null;
     if (!this.supported) return;
-    this.#tiles.clear();
-    if (job_id === null) return;
-    this.#feed = new TileFeed(job_id, which, {
+    if (job !== old.job || which !== old.which) this.#clear();
+    if (job === null) return;
+    this.#feed = new TileFeed(job, which, moment, {
       on_tiles: (answer) => this.#put(answer),
       on_error: (error) => this.#on_change(error.message),
     });
@@ -76,6 +103,12 @@ export class Picture {
     this.#feed?.restart();
   }
 
+  #clear() {
+    this.#tiles.clear();
+    this.#texels = new Uint32Array(0);
+    this.marks.draw_soon();
+  }
+
   #put(answer) {
     const limit_px = this.#tiles.max_px;
     if (Math.max(answer.width, answer.height) > limit_px) {
@@ -84,13 +117,22 @@ export class Picture {
       return;
     }
     this.#tiles.put(answer);
+    if (this.#texels.length !== this.width * this.height) {
+      this.#texels = new Uint32Array(this.width * this.height);
+    }
+    for (const { x, y, w, h, pixels } of answer.tiles) {
+      for (let row = 0; row < h; ++row) {
+        this.#texels.set(pixels.subarray(row * w, (row + 1) * w), (y + row) * this.width + x);
+      }
+    }
     this.#choose_scaling();
+    this.marks.draw_soon();
     this.#on_change('');
   }
 
   // Enlarged pixels stay sharp squares; a reduced picture is smoothed.
   #choose_scaling() {
-    const shown_px = this.#canvas.clientWidth * devicePixelRatio;
-    this.#canvas.classList.toggle('enlarged', shown_px >= this.#canvas.width);
+    const shown_px = this.#canvas.clientWidth * this.#zoom * devicePixelRatio;
+    this.#root.classList.toggle('enlarged', shown_px >= this.#canvas.width);
   }
 }

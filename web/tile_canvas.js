@@ -1,6 +1,7 @@
-// The picture in WebGL2: tiles go as they come (RGB9E5) into one texture; exposure and the sRGB
-// curve are applied when it is drawn, so changing the exposure asks the server for nothing.
+// The picture in WebGL2: tiles go as they come (RGB9E5) into one texture; exposure and curve are
+// applied when it is drawn, so changing them asks the server for nothing.
 // A pixel whose tile has not come yet is transparent: black is only what was rendered black.
+import { kCurves, kShownGlsl, kViridis, rgb_of } from './look.js';
 
 const kTilePx = 64;
 
@@ -14,8 +15,8 @@ precision highp float;
 precision highp int;
 uniform highp sampler2D picture;
 uniform highp sampler2D here;  // one texel a tile: 1 when it came
-uniform float gain;
 out vec4 color;
+${kShownGlsl}
 void main() {
   ivec2 size = textureSize(picture, 0);
   ivec2 p = ivec2(int(gl_FragCoord.x), size.y - 1 - int(gl_FragCoord.y));
@@ -23,9 +24,7 @@ void main() {
     color = vec4(0.0);
     return;
   }
-  vec3 v = clamp(texelFetch(picture, p, 0).rgb * gain, 0.0, 1.0);
-  vec3 curve = 1.055 * pow(max(v, vec3(1e-6)), vec3(1.0 / 2.4)) - 0.055;
-  color = vec4(mix(curve, 12.92 * v, vec3(lessThanEqual(v, vec3(0.0031308)))), 1.0);
+  color = vec4(shown(texelFetch(picture, p, 0).rgb), 1.0);
 }`;
 
 export class TileCanvas {
@@ -35,7 +34,8 @@ export class TileCanvas {
   #textures = [];
   #width = 0;
   #height = 0;
-  #exposure_ev = 0;
+  #look = { ev: 0, curve: 'srgb', gamma: 2.2 };
+  #here = new Uint8Array(0); // a byte a tile: 1 when it came
   #frame = 0;
   #tile_updates = 0;
 
@@ -70,8 +70,16 @@ export class TileCanvas {
     return this.#tile_updates;
   }
 
+  has_tile(x, y) {
+    return x < this.#width && y < this.#height && this.#here[this.#tile_at(x, y)] === 1;
+  }
+  #tile_at(x, y) {
+    return Math.floor(y / kTilePx) * Math.ceil(this.#width / kTilePx) + Math.floor(x / kTilePx);
+  }
+
   clear() {
     this.#width = this.#height = 0;
+    this.#here = new Uint8Array(0);
     this.#tile_updates = 0;
     this.#canvas.width = this.#canvas.height = 1;
   }
@@ -83,6 +91,7 @@ export class TileCanvas {
     const [picture, here] = this.#textures;
     const came = new Uint8Array([255]);
     for (const { x, y, w, h, pixels } of tiles) {
+      this.#here[this.#tile_at(x, y)] = 1;
       gl.bindTexture(gl.TEXTURE_2D, picture);
       gl.texSubImage2D(gl.TEXTURE_2D, 0, x, y, w, h, gl.RGB, gl.UNSIGNED_INT_5_9_9_9_REV, pixels);
       gl.bindTexture(gl.TEXTURE_2D, here);
@@ -93,8 +102,9 @@ export class TileCanvas {
     this.#draw_soon();
   }
 
-  set exposure_ev(value) {
-    this.#exposure_ev = value;
+  // {ev, curve, gamma} as in the address
+  set look(value) {
+    this.#look = value;
     this.#draw_soon();
   }
 
@@ -129,6 +139,7 @@ export class TileCanvas {
     gl.useProgram(program);
     gl.uniform1i(gl.getUniformLocation(program, 'picture'), 0);
     gl.uniform1i(gl.getUniformLocation(program, 'here'), 1);
+    gl.uniform3fv(gl.getUniformLocation(program, 'map'), kViridis.flatMap(rgb_of));
     gl.pixelStorei(gl.UNPACK_ALIGNMENT, 1);
     this.#program = program;
     this.#textures = [];
@@ -139,6 +150,7 @@ export class TileCanvas {
     this.#textures.forEach((texture) => gl.deleteTexture(texture));
     const tiles_x = Math.ceil(width / kTilePx);
     const tiles_y = Math.ceil(height / kTilePx);
+    this.#here = new Uint8Array(tiles_x * tiles_y);
     this.#textures = [this.#new_texture(0, gl.RGB9_E5, width, height),
       this.#new_texture(1, gl.R8, tiles_x, tiles_y)];
     gl.activeTexture(gl.TEXTURE2);  // unit 2 is where textures are filled
@@ -169,7 +181,10 @@ export class TileCanvas {
   #draw() {
     if (!this.#width) return;
     const gl = this.#gl;
-    gl.uniform1f(gl.getUniformLocation(this.#program, 'gain'), 2 ** this.#exposure_ev);
+    const place = (name) => gl.getUniformLocation(this.#program, name);
+    gl.uniform1f(place('gain'), 2 ** this.#look.ev);
+    gl.uniform1i(place('curve'), kCurves.indexOf(this.#look.curve));
+    gl.uniform1f(place('gamma'), this.#look.gamma);
     gl.drawArrays(gl.TRIANGLES, 0, 3);
   }
 }

@@ -1,52 +1,90 @@
-// The stage and a panel for each job: one picture, two with a divider, or three in a row. A job
-// whose picture was recovered shows its samples beside it. In a split view the job that does not
-// learn is on the left, as in the thesis' pictures.
-import { exposure, has_ended, is_recovered, method_words, state_words } from './format.js';
+// The stage and a panel for each job: one picture, two with a divider, in a row, one at a time or
+// as a map of how they differ, or three in a row. A job whose picture was recovered shows its
+// samples beside it. Of two, the job that does not learn is on the left, as in the thesis.
+import { get_map, get_view } from './api.js';
+import { Bias, picture_age } from './bias.js';
+import { exposure, has_ended, is_recovered, method_words, samples_words, seconds,
+  state_words } from './format.js';
 import { JobPanel } from './job_panel.js';
+import { kFalseStops } from './look.js';
+import { matching } from './moments.js';
 import { Picture } from './picture.js';
+import { StagePlace } from './stage_place.js';
+import { ViewControls } from './view_controls.js';
 
 const kUnknownSize = { width: 4, height: 3 }; // the stage before the scene is loaded
+const kSides = ['left', 'right', 'third'];
+const kOverlayWords = { state: 'states', gain: 'gain of guiding',
+  beta: 'share of guided directions', samples: 'samples a pixel', noise: 'variance' };
+const kMaps = { signed: 'signed', 'flip-map': 'flip' };
 
-export class Viewer {
+export class Viewer extends EventTarget {
   #root;
   #store;
-  #selected = { job: null, with: null };
+  #history;
+  #address;
+  #controls;
   #pictures; // left, right, third
   #panels; // of the one job or the two
+  #place;
   #problem = '';
+  #hovered = null; // {job, number}: a moment that the pointer is on in the chart
+  #bias = new Bias(() => this.update());
 
-  // on_compare(id or null): another job was chosen for the right half.
-  constructor(root, panel_template, store, link_to, on_compare) {
+  constructor(root, templates, store, history, address, on_duplicate) {
+    super();
     this.#root = root;
     this.#store = store;
-    this.#pictures = [...root.querySelectorAll('canvas')].map((canvas) =>
-      new Picture(canvas, (problem) => {
-        this.#problem = problem;
-        this.update();
-      }));
-    this.#panels = [0, 1].map(() => new JobPanel(panel_template, store, link_to));
+    this.#history = history;
+    this.#address = address;
+    this.#pictures = kSides.map((side) => this.#new_picture(templates.pane, side));
+    this.#panels = [0, 1].map(() => new JobPanel(templates.panel, store,
+      (id) => address.link(id), on_duplicate));
     this.#part('panels').append(...this.#panels.map((panel) => panel.root));
-    this.#part('exposure').addEventListener('input', () => this.#set_exposure());
-    this.#part('exposure-reset').addEventListener('click', () => {
-      this.#part('exposure').value = '0';
-      this.#set_exposure();
+    this.#controls = new ViewControls(root, address);
+    this.#place = new StagePlace(this.#part('stage'), {
+      on_place: (place) => this.#show_place(place),
+      on_settled: (place) => this.#keep_place(place),
+      on_click: (x, y) => this.inspect(this.#pixel_at(x, y)),
+      on_hover: (x, y) => this.dispatchEvent(new CustomEvent('hover', {
+        detail: x === null ? null : this.#pixel_at(x, y) })),
     });
-    this.#part('divider').addEventListener('input', () => this.#move_divider());
-    this.#part('compare').addEventListener('change', (event) => {
-      on_compare(event.target.value || null);
-    });
+    this.#part('exposure-reset').addEventListener('click', () => address.set({ ev: 0 }));
+    this.#part('compare').addEventListener('change', ({ target }) =>
+      address.set({ with: target.value || null, mode: 'split', equal: '' }, { step: true }));
+    this.#part('flip').addEventListener('click', () => this.flip());
+    for (const [name, act] of [['zoom-in', () => this.zoom_by(2)],
+      ['zoom-out', () => this.zoom_by(0.5)], ['fit', () => this.#place.zoom_to(1)],
+      ['one-to-one', () => this.one_to_one()]]) {
+      this.#part(name).addEventListener('click', act);
+    }
     this.#part('no-webgl').hidden = this.#pictures[0].supported;
-    this.#set_exposure();
-    this.#move_divider();
+    this.#restore_place();
   }
 
   get pictures() {
     return this.#pictures;
   }
+  // The ids, in the order of the address.
+  get shown_jobs() {
+    const { job, with: other } = this.#address.view;
+    return [job, other].filter((id) => id && this.#pictures.some(({ job_id }) => job_id === id));
+  }
+  method_of(job_id) {
+    return this.#store.get(job_id).request.method;
+  }
+  // The moment that a job is shown at, or null.
+  moment_of(job_id) {
+    return this.#pictures.find((picture) => picture.job_id === job_id)?.moment ?? null;
+  }
 
-  select(job_id, with_id) {
-    this.#selected = { job: job_id, with: with_id };
-    this.#problem = '';
+  // The address changed from `old`.
+  follow(old) {
+    const { view } = this.#address;
+    if (old.job !== view.job || old.with !== view.with) this.#problem = '';
+    if (['zoom', 'cx', 'cy', 'job'].some((name) => old[name] !== view[name])) {
+      this.#restore_place();
+    }
     this.update();
   }
 
@@ -59,10 +97,49 @@ export class Viewer {
     this.pictures.forEach((picture) => picture.restart());
   }
 
+  // Shows a moment of a job while the pointer is on it; null: as the address has it again.
+  hover_moment(hovered) {
+    if (this.#hovered?.job === hovered?.job && this.#hovered?.number === hovered?.number) return;
+    this.#hovered = hovered;
+    this.update();
+  }
+
+  flip() {
+    const { view } = this.#address;
+    if (!view.with) return;
+    const side = view.mode === 'flip' && view.side === 'right' ? 'left' : 'right';
+    this.#address.set({ mode: 'flip', side });
+  }
+
+  zoom_by(factor) {
+    this.#place.zoom_by(factor);
+  }
+  fit() {
+    this.#place.zoom_to(1);
+  }
+  one_to_one() {
+    this.#place.zoom_to(this.#place.one_to_one(this.#pictures[0].width || 1));
+  }
+
+  // `pixel`: [x, y] of the first picture, or null.
+  inspect(pixel) {
+    const { width, height } = this.#size();
+    if (pixel && width) {
+      const [x, y] = [[pixel[0], width], [pixel[1], height]]
+        .map(([v, size]) => Math.min(Math.max(v, 0), size - 1));
+      this.#address.set({ at: [x, y] });
+      this.#place.reveal((x + 0.5) / width, (y + 0.5) / height);
+    } else {
+      this.#address.set({ at: null });
+    }
+  }
+
   update() {
-    const { job: job_id, with: with_id } = this.#selected;
-    const jobs = [job_id, with_id].filter((id) => id !== null).map((id) => this.#store.get(id));
-    const missing = [job_id, with_id].find((id) => id !== null && this.#store.is_missing(id));
+    this.#controls.update();
+    const { job: job_id, with: with_id } = this.#address.view;
+    const ids = [job_id, with_id].filter((id) => id !== null);
+    const jobs = ids.map((id) => this.#store.get(id));
+    const missing = ids.find((id) => this.#store.is_missing(id));
     this.#part('missing').hidden = !missing;
     this.#part('missing').textContent = missing ? `There is no job ${missing}.` : '';
     this.#part('empty').hidden = job_id !== null;
@@ -71,31 +148,70 @@ export class Viewer {
     this.#root.classList.toggle('has-job', job_id !== null);
     if (known) this.#show(jobs);
     else this.pictures.forEach((picture) => picture.show(null));
+    this.dispatchEvent(new Event('update'));
+  }
+
+  #new_picture(template, side) {
+    const root = template.content.firstElementChild.cloneNode(true);
+    root.classList.add(side);
+    root.querySelector('.half-label').classList.add(`view-${side}-label`);
+    root.querySelector('canvas.picture').setAttribute('aria-label',
+      { left: 'The picture so far', right: 'The picture of the second job so far',
+        third: 'The third picture so far' }[side]);
+    this.#part('divider').before(root);
+    return new Picture(root, (problem) => {
+      this.#problem = problem;
+      this.update();
+    });
   }
 
   #show(jobs) {
+    const { view } = this.#address;
     const ordered = this.#ordered(jobs);
     const views = this.#views(ordered);
+    const mode = views.length === 2 ? view.mode : views.length === 3 ? 'row' : 'split';
+    const moments = this.#moments(jobs);
+    this.#bias.follow(ordered, moments);
     this.#pictures.forEach((picture, index) => {
-      const view = views[index] ?? null;
-      picture.show(view?.job.id ?? null, view?.which);
-      this.#label(index, views.length > 1 ? view : null);
+      const shown = views[index] ?? null;
+      picture.show(shown?.job.id ?? null, shown?.which, moments.get(shown?.job.id) ?? null);
+      picture.look = view;
+    });
+    const is_map = mode in kMaps;
+    this.#pictures.forEach((picture, index) => {
+      const shown = views[index] ?? null;
+      const labelled = !is_map && (views.length > 1 || picture.moment !== null);
+      const bias = shown ? this.#bias.words(shown.job, ordered) : '';
+      this.#label(index, labelled ? shown : null, bias);
+      picture.root.classList.toggle('behind', (mode === 'flip' && index < 2 &&
+        kSides[index] !== view.side) || (is_map && index === 1));
+      this.#show_overlay(picture, index, shown, is_map ? { kind: kMaps[mode], ordered } : null);
+      picture.marks.at = shown ? this.pixel_in(picture, view.at) : null;
     });
     this.#panels.forEach((panel, index) => {
       const job = ordered[index] ?? null;
       panel.root.hidden = !job;
-      panel.side = job && ordered.length > 1 ? this.#side_words(views, job) : '';
+      if (!job) return;
+      panel.side = ordered.length > 1 ? this.#side_words(views, job) : '';
+      panel.look = { ev: view.ev, moment: moments.get(job.id) ?? null };
+      panel.bias = this.#bias.words(job, ordered, true);
       // Without WebGL2 no tiles are fetched; the server has a picture from the first sample on.
-      const has_tiles = this.#pictures.some((p) => p.job_id === job?.id && p.has_picture);
-      if (job) panel.update(job, has_tiles || job.progress.samples > 0);
+      const has_tiles = this.#pictures.some((p) => p.job_id === job.id && p.has_picture);
+      panel.update(job, has_tiles || job.progress.samples > 0);
     });
     this.#part('title').textContent = ordered.map((job) => job.request.scene)
       .filter((name, i, all) => all.indexOf(name) === i).join(' | ');
-    this.#root.classList.toggle('two-jobs', ordered.length > 1);
-    this.#root.classList.toggle('split', views.length === 2);
-    this.#root.classList.toggle('row', views.length === 3);
-    this.#part('divider').hidden = views.length !== 2;
+    const { classList } = this.#root;
+    classList.toggle('two-jobs', ordered.length > 1);
+    classList.toggle('split', views.length === 2 && mode === 'split');
+    classList.toggle('row', mode === 'row');
+    classList.toggle('three', views.length === 3);
+    classList.toggle('map', is_map);
+    this.#part('divider').hidden = views.length !== 2 || mode !== 'split';
+    this.#part('divider').setAttribute('aria-valuetext', `${Math.round(view.split)} % left`);
+    for (const part of ['mode-tool', 'equal-tool']) this.#part(part).hidden = views.length !== 2;
     this.#show_stage(ordered);
+    this.#show_look();
     this.#list_others();
   }
 
@@ -115,6 +231,21 @@ export class Viewer {
     return views;
   }
 
+  // Which moment of each job is shown; absent: its newest.
+  #moments([first, second]) {
+    const { view } = this.#address;
+    const pinned = new Map();
+    if (view.moment !== null) pinned.set(first.id, view.moment);
+    if (second && view.equal) {
+      const [a, b] = matching(this.#history.of(first.id).moments,
+        this.#history.of(second.id).moments, view.equal, view.moment);
+      if (a) pinned.set(first.id, a.number);
+      if (b) pinned.set(second.id, b.number);
+    }
+    if (this.#hovered) pinned.set(this.#hovered.job, this.#hovered.number);
+    return pinned;
+  }
+
   #side_words(views, job) {
     if (views.at(-1).job === job) return 'Right';
     return views.length === 3 ? 'Left and middle' : 'Left';
@@ -122,11 +253,12 @@ export class Viewer {
 
   #show_stage(jobs) {
     const stage = this.#part('stage');
-    const [picture] = this.pictures;
-    const size = picture.width ? picture : jobs[0].request;
+    const size = this.#size(jobs[0]);
     stage.style.setProperty('--w', size.width || kUnknownSize.width);
     stage.style.setProperty('--h', size.height || kUnknownSize.height);
-    const waiting = picture.supported && !this.pictures.some((p) => p.has_picture);
+    stage.style.setProperty('--split', `${this.#address.view.split}%`);
+    if (size.width) this.#place.picture_width = size.width;
+    const waiting = this.#pictures[0].supported && !this.pictures.some((p) => p.has_picture);
     this.#part('waiting').hidden = !waiting;
     this.#part('waiting').textContent = jobs.every(has_ended)
       ? 'No picture was made.' : `${state_words(jobs.at(-1).state)} …`;
@@ -134,44 +266,114 @@ export class Viewer {
     this.#part('problem').textContent = this.#problem;
   }
 
-  #label(index, view) {
-    const label = this.#part(['left-label', 'right-label', 'third-label'][index]);
+  // In pixels, of the first picture; a job's request knows it before a tile came.
+  #size(job = this.#store.get(this.#address.view.job)) {
+    const [picture] = this.#pictures;
+    return picture.width ? picture : job?.request ?? picture;
+  }
+
+  #label(index, view, bias) {
+    const label = this.#part(`${kSides[index]}-label`);
     label.hidden = !view;
     if (!view) return;
     const { job, which } = view;
     const words = [method_words(job.request.method)];
     if (is_recovered(job)) words.push(which === 'recovered' ? 'recovered' : 'its samples');
-    if (!this.#pictures[index].has_picture) words.push(state_words(job.state));
-    label.textContent = words.join(' · ');
+    const picture = this.#pictures[index];
+    if (!picture.has_picture) words.push(state_words(job.state));
+    const moment = this.#history.of(job.id).moments.find((m) => m.number === picture.moment);
+    if (moment) words.push(samples_words(moment.samples), seconds(moment.seconds));
+    if (bias) words.push(`biased: ${bias}`);
+    const text = words.join(' · ');
+    if (label.textContent !== text) label.textContent = text;
+  }
+
+  #show_overlay(picture, index, shown, map) {
+    const { overlay } = picture;
+    const { view } = this.#address;
+    if (map) {
+      const [b, a] = map.ordered;
+      const values = { a: a.id, b: b.id, map: map.kind, a_moment: this.moment_of(a.id),
+        b_moment: this.moment_of(b.id) };
+      const ages = [a, b].map((job) => picture_age(job, this.moment_of(job.id)));
+      const key = JSON.stringify([values, ...ages]);
+      overlay.show(index === 0 ? key : '', (signal) => get_map(values, signal), map.kind === 'flip'
+        ? 'Map of the differences that an eye sees (FLIP)'
+        : 'Map of where the right picture is brighter or darker than the left one');
+    } else if (view.overlay && shown) {
+      const { id } = shown.job;
+      const key = JSON.stringify([id, view.overlay, picture_age(shown.job, picture.moment)]);
+      overlay.show(key, (signal) => get_view(id, view.overlay, picture.moment, signal),
+        `Over the picture: ${kOverlayWords[view.overlay]}`);
+    } else {
+      overlay.show('');
+    }
+  }
+
+  #show_look() {
+    const { view } = this.#address;
+    this.#part('exposure-value').value = exposure(view.ev);
+    this.#part('exposure').setAttribute('aria-valuetext', exposure(view.ev));
+    this.#part('gamma-tool').hidden = view.curve !== 'gamma';
+    this.#part('gamma-value').value = view.gamma.toFixed(1);
+    this.#part('false-scale').hidden = view.curve !== 'false';
+    const [dark, bright] = kFalseStops.map((stop) => (2 ** (stop - view.ev)).toPrecision(2));
+    this.#part('false-dark').textContent = dark;
+    this.#part('false-bright').textContent = bright;
+    const said = this.#pictures.map(({ overlay }) => overlay.problem || overlay.scale)
+      .filter((words, i, all) => words && all.indexOf(words) === i).join(' ');
+    this.#part('caption').hidden = !said;
+    this.#part('caption').textContent = said;
   }
 
   #list_others() {
-    const select = this.#part('compare');
-    const others = this.#store.newest_first().filter((job) => job.id !== this.#selected.job);
+    const { job: job_id, with: with_id } = this.#address.view;
     const words = (job) => `${job.id} · ${job.request.scene} · ${method_words(job.request.method)}`;
-    const options = [['', 'nothing'], ...others.map((job) => [job.id, words(job)])];
-    const key = JSON.stringify(options);
-    if (select.dataset.key !== key) {
-      select.dataset.key = key;
-      select.replaceChildren(...options.map(([value, text]) => new Option(text, value)));
-    }
-    select.value = this.#selected.with ?? '';
+    const others = this.#store.newest_first().filter((job) => job.id !== job_id);
+    show_options(this.#part('compare'),
+      [['', 'nothing'], ...others.map((job) => [job.id, words(job)])], with_id ?? '');
   }
 
-  #set_exposure() {
-    const ev = Number(this.#part('exposure').value);
-    this.#part('exposure-value').value = exposure(ev);
-    this.#part('exposure').setAttribute('aria-valuetext', exposure(ev));
-    for (const shown of [...this.#pictures, ...this.#panels]) shown.exposure_ev = ev;
+  #show_place(place) {
+    for (const picture of this.#pictures) picture.place = place;
+    this.#part('zoom-value').value = `${Math.round(100 * place.zoom)}\u00a0%`;
   }
 
-  #move_divider() {
-    const divider = this.#part('divider');
-    this.#part('stage').style.setProperty('--split', `${divider.value}%`);
-    divider.setAttribute('aria-valuetext', `${Math.round(divider.value)} % left`);
+  #restore_place() {
+    const { zoom, cx, cy } = this.#address.view;
+    // Shares of the picture; the address has them in parts of ten thousand.
+    this.#place.restore({ zoom, x: cx === null ? 0.5 : cx / 1e4, y: cy === null ? 0.5 : cy / 1e4 });
+  }
+
+  #keep_place({ zoom, x, y }) {
+    const part = (v) => (zoom === 1 ? null : Math.round(1e4 * v * 10) / 10);
+    this.#address.set({ zoom: Math.round(zoom * 1000) / 1000, cx: part(x), cy: part(y) });
+  }
+
+  #pixel_at(x, y) {
+    const { width, height } = this.#size();
+    return [Math.floor(x * width), Math.floor(y * height)];
+  }
+
+  // The same place in a picture of another size.
+  pixel_in(picture, at) {
+    const { width, height } = this.#size();
+    if (!at || !picture.width || !width) return at;
+    return [Math.floor((at[0] + 0.5) * picture.width / width),
+      Math.floor((at[1] + 0.5) * picture.height / height)];
   }
 
   #part(name) {
     return this.#root.querySelector(`.view-${name}`);
   }
+}
+
+// Options as [value, text]; what is chosen stays.
+export function show_options(select, options, chosen) {
+  const key = JSON.stringify(options);
+  if (select.dataset.key !== key) {
+    select.dataset.key = key;
+    select.replaceChildren(...options.map(([value, text]) => new Option(text, value)));
+  }
+  select.value = chosen;
 }

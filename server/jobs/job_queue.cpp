@@ -4,15 +4,10 @@
 
 namespace qray::server {
 
-Status JobQueue::push(JobId id, int priority, bool keep_bound, Clock::time_point now) {
+void JobQueue::push(JobId id, int priority, Clock::time_point now) {
   std::lock_guard lock(mutex_);
-  if (keep_bound && waiting_.size() >= max_) {
-    return Error{ErrorCode::kBusy, std::to_string(max_) + " jobs wait already; try again later",
-                 ""};
-  }
   waiting_.push_back({id, now - std::chrono::minutes(priority)});
   changed_.notify_one();
-  return {};
 }
 
 std::optional<JobId> JobQueue::pop(std::stop_token stop) {
@@ -35,6 +30,11 @@ bool JobQueue::remove(JobId id) {
 size_t JobQueue::size() const {
   std::lock_guard lock(mutex_);
   return waiting_.size();
+}
+
+size_t JobQueue::room() const {
+  std::lock_guard lock(mutex_);
+  return max_ - std::min(waiting_.size(), max_);
 }
 
 }  // namespace qray::server

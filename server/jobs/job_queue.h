@@ -1,4 +1,4 @@
-// Jobs that wait to run, at most so many: those of higher priority first, of one priority the
+// Jobs that wait to run: those of higher priority first, of one priority the
 // oldest. Each minute of waiting counts as a step of priority, so that none waits for ever. Any
 // thread.
 #pragma once
@@ -20,13 +20,13 @@ class JobQueue {
   using Clock = std::chrono::steady_clock;
   explicit JobQueue(size_t max) : max_(max) {}
 
-  // kBusy when full. `keep_bound` off: for jobs that were accepted before a restart.
-  Status push(JobId id, int priority, bool keep_bound = true, Clock::time_point now = Clock::now());
+  // Whatever room there is: who accepts jobs asks before.
+  void push(JobId id, int priority, Clock::time_point now = Clock::now());
   // Waits; none when a stop is asked for.
   std::optional<JobId> pop(std::stop_token stop);
   bool remove(JobId id);
   size_t size() const;
-  bool full() const { return size() >= max_; }
+  size_t room() const;
 
  private:
   struct Waiting {

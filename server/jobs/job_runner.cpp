@@ -26,11 +26,11 @@ JobRunner::JobRunner(Stores stores, const Limits& limits, const Clock& clock,
       pool_(limits.threads),
       memory_(limits.memory_bytes),
       clock_(clock),
-      now_ms_(std::move(now_ms)) {}
+      now_ms_(std::move(now_ms)),
+      submits_([this](std::span<const JobStore::Posted> posted) { return accept(posted); }) {}
 
 void JobRunner::start(const std::vector<JobRecord>& recovered) {
-  for (const JobRecord& job : recovered)
-    (void)queue_.push(job.id, job.request.priority, /*keep_bound=*/false);
+  for (const JobRecord& job : recovered) queue_.push(job.id, job.request.priority);
   for (int i = 0; i < limits_.at_once; ++i)
     workers_.emplace_back([this](std::stop_token stop) { work(stop); });
 }
@@ -91,28 +91,39 @@ void JobRunner::run(const JobRecord& record, std::stop_token stop) {
 }
 
 Status JobRunner::room() const {
-  if (!queue_.full()) return {};
+  if (queue_.room() > 0) return {};
   return Error{ErrorCode::kBusy, "the queue of jobs is full; try again later", ""};
 }
 
 Result<JobRecord> JobRunner::submit(const proto::JobRequest& request,
                                     const std::optional<JobStore::IdempotencyKey>& key) {
+  return submits_.run({request, key});
+}
+
+std::vector<Result<JobRecord>> JobRunner::accept(std::span<const JobStore::Posted> posted) {
   std::lock_guard lock(submit_mutex_);
-  if (key) {
-    Result<std::optional<JobRecord>> known = stores_.jobs.find_key(*key);
-    if (!known.ok()) return known.error();
-    if (known.value()) return *std::move(known).value();
+  std::vector<Result<JobRecord>> accepted;
+  for (Result<JobStore::Inserted>& one : stores_.jobs.insert(posted, queue_.room())) {
+    if (!one.ok()) {
+      accepted.push_back(one.error());
+    } else if (!one.value().is_new) {
+      accepted.push_back(std::move(one).value().job);
+    } else {
+      accepted.push_back(enqueue(one.value().job));
+    }
   }
-  if (Status s = room(); !s.ok()) return s.error();
-  Result<JobRecord> job = stores_.jobs.insert(request, key);
-  if (!job.ok()) return job;
-  // From the insertion on it cannot be deleted; it may have been just before.
+  return accepted;
+}
+
+Result<JobRecord> JobRunner::enqueue(const JobRecord& job) {
+  const proto::JobRequest& request = job.request;
+  // From its insertion on the scene cannot be deleted; it may have been just before.
   if (!stores_.scenes.has(request.scene)) {
-    (void)stores_.jobs.move(job.value().id, JobState::kCanceled);
+    (void)stores_.jobs.move(job.id, JobState::kCanceled);
     return Error{ErrorCode::kInvalid, "the scene was deleted", "/scene"};
   }
-  if (Status s = queue_.push(job.value().id, request.priority); !s.ok()) return s.error();
-  spdlog::info("job={} queued: {} {}", job.value().id.text(), request.scene, request.method);
+  queue_.push(job.id, request.priority);
+  spdlog::info("job={} queued: {} {}", job.id.text(), request.scene, request.method);
   return job;
 }
 
@@ -173,7 +184,7 @@ Result<JobRecord> JobRunner::resume(JobId id) {
                  "the job is not paused: it is " + std::string(to_string(job.value().state)), ""};
   if (Status s = room(); !s.ok()) return s.error();
   job = stores_.jobs.move(id, JobState::kQueued);
-  if (job.ok()) (void)queue_.push(id, job.value().request.priority, /*keep_bound=*/false);
+  if (job.ok()) queue_.push(id, job.value().request.priority);
   return job;
 }
 
@@ -209,7 +220,7 @@ Result<JobRecord> JobRunner::extend(JobId id, const proto::ExtendRequest& more) 
     record.attempts = 0;
   };
   job = stores_.jobs.move(id, JobState::kQueued, change);
-  if (job.ok()) (void)queue_.push(id, request.priority, /*keep_bound=*/false);
+  if (job.ok()) queue_.push(id, request.priority);
   return job;
 }
 

@@ -10,6 +10,7 @@
 
 #include "core/base/task_pool.h"
 #include "core/job/run_job.h"
+#include "server/jobs/gather.h"
 #include "server/jobs/job_keeper.h"
 #include "server/jobs/job_queue.h"
 #include "server/jobs/live_job.h"
@@ -83,6 +84,8 @@ class JobRunner {
     std::shared_ptr<LiveJob> live;
   };
   Status room() const;  // in the queue; kBusy: none
+  std::vector<Result<JobRecord>> accept(std::span<const JobStore::Posted> posted);
+  Result<JobRecord> enqueue(const JobRecord& job);
   void work(std::stop_token stop);
   void run(const JobRecord& job, std::stop_token stop);
   // Moves a job that may be running: `to_when` says to what from its present state.
@@ -97,6 +100,7 @@ class JobRunner {
   const Clock& clock_;
   std::function<int64_t()> now_ms_;
 
+  Gather<JobStore::Posted, Result<JobRecord>> submits_;
   std::mutex submit_mutex_;   // the queue's bound holds over several submits at once
   mutable std::mutex mutex_;  // guards what follows
   std::condition_variable ended_;

@@ -57,10 +57,9 @@ Result<JobRecord> read_row(const Query& row) {
 
 }  // namespace
 
-Status JobStore::reserve_event_ids() {
-  constexpr uint64_t kEnough = 16;  // for any one transaction
+Status JobStore::reserve_event_ids(uint64_t at_least) {
   Database::Session session(db_);
-  if (last_event_id_ + kEnough <= reserved_up_to_) return {};
+  if (last_event_id_ + at_least <= reserved_up_to_) return {};
   Query query(session.handle(),
               "INSERT INTO counters VALUES('event', ?1) "
               "ON CONFLICT(name) DO UPDATE SET value = ?1");
@@ -161,17 +160,42 @@ Result<std::optional<JobRecord>> JobStore::find_key(const IdempotencyKey& key) c
   return std::optional(std::move(job).value());
 }
 
-Result<JobRecord> JobStore::insert(const proto::JobRequest& request,
-                                   const std::optional<IdempotencyKey>& key) {
+std::vector<Result<JobStore::Inserted>> JobStore::insert(std::span<const Posted> posted,
+                                                         size_t room) {
   Database::Session session(db_);
-  if (Status s = reserve_event_ids(); !s.ok()) return s.error();
+  const auto all_refused = [&](const Error& error) {
+    return std::vector<Result<Inserted>>(posted.size(), error);
+  };
+  if (Status s = reserve_event_ids(posted.size()); !s.ok()) return all_refused(s.error());
   Database::Transaction transaction(db_);
+  std::vector<Result<Inserted>> inserted;
+  std::vector<Event> events;
+  for (const Posted& one : posted) {
+    inserted.push_back(insert_one(transaction, one, room - events.size(), events));
+    if (!inserted.back().ok() && inserted.back().error().code == ErrorCode::kIo)
+      return all_refused(inserted.back().error());
+  }
+  if (Status s = transaction.commit(); !s.ok()) return all_refused(s.error());
+  for (Event& event : events) events_.publish(std::move(event));
+  return inserted;
+}
+
+Result<JobStore::Inserted> JobStore::insert_one(Database::Transaction& transaction,
+                                                const Posted& posted, size_t room,
+                                                std::vector<Event>& events) {
+  const std::optional<IdempotencyKey>& key = posted.key;
+  if (key) {
+    Result<std::optional<JobRecord>> known = find_key(*key);
+    if (!known.ok()) return known.error();
+    if (known.value()) return Inserted{*std::move(known).value(), false};
+  }
+  if (room == 0) return Error{ErrorCode::kBusy, "the queue of jobs is full; try again later", ""};
   JobRecord job;
-  job.request = request;
+  job.request = posted.request;
   job.created_ms = now_ms_();
   Query query(transaction.handle(),
               "INSERT INTO jobs(state, request, created_ms) VALUES('queued',?,?) RETURNING id");
-  query.bind(proto::job_request_to_json(request)).bind(job.created_ms);
+  query.bind(proto::job_request_to_json(job.request)).bind(job.created_ms);
   if (query.next()) job.id.value = static_cast<uint64_t>(query.integer(0));
   if (Status s = query.run(); !s.ok()) return s.error();
   if (Status s = write_log(transaction, job.id, "info", "queued"); !s.ok()) return s.error();
@@ -192,9 +216,8 @@ Result<JobRecord> JobStore::insert(const proto::JobRequest& request,
   }
   Event event{0, job.id.text(), "state", proto::state_event(job.id.text(), "queued", {})};
   if (Status s = write_event(transaction, event); !s.ok()) return s.error();
-  if (Status s = transaction.commit(); !s.ok()) return s.error();
-  events_.publish(std::move(event));
-  return job;
+  events.push_back(std::move(event));
+  return Inserted{std::move(job), true};
 }
 
 Result<JobRecord> JobStore::get(JobId id) const {

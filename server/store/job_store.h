@@ -4,6 +4,7 @@
 
 #include <functional>
 #include <map>
+#include <span>
 
 #include "server/jobs/event_log.h"
 #include "server/jobs/job.h"
@@ -27,10 +28,17 @@ class JobStore {
   struct IdempotencyKey {
     std::string key, request;
   };
-  // The job of this key; none: not used yet. kConflict: it was used for another request.
-  Result<std::optional<JobRecord>> find_key(const IdempotencyKey& key) const;
-  Result<JobRecord> insert(const proto::JobRequest& request,
-                           const std::optional<IdempotencyKey>& key = {});
+  struct Posted {
+    proto::JobRequest request;
+    std::optional<IdempotencyKey> key;
+  };
+  struct Inserted {
+    JobRecord job;
+    bool is_new = true;  // else it is the job of the key
+  };
+  // All in one transaction, in their order; those that are new up to `room`, the others are kBusy.
+  // kConflict: the key was used for another request. What the disk refuses is refused for all.
+  std::vector<Result<Inserted>> insert(std::span<const Posted> posted, size_t room);
   Result<JobRecord> get(JobId id) const;                // kNotFound
   Result<JobRecord> find(const std::string& id) const;  // as a client names it
   // Does `remove` unless a job that has not ended renders this scene (kConflict). No job is
@@ -78,7 +86,12 @@ class JobStore {
   Status publish_hint(Event event);
 
  private:
-  Status reserve_event_ids();  // before a transaction begins: it must not be rolled back
+  // Before a transaction begins: it must not be rolled back.
+  Status reserve_event_ids(uint64_t at_least = 16);
+  // The job of this key; none: not used yet.
+  Result<std::optional<JobRecord>> find_key(const IdempotencyKey& key) const;
+  Result<Inserted> insert_one(Database::Transaction& transaction, const Posted& posted, size_t room,
+                              std::vector<Event>& events);
   Status write(Database::Session& session, const JobRecord& record);
   Status write_event(Database::Session& session, Event& event);
   Status write_log(Database::Session& session, JobId id, std::string_view level,

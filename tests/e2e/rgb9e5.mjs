@@ -7,15 +7,16 @@ const srgb_byte = (v) => {
   return 255 * (x <= 0.0031308 ? 12.92 * x : 1.055 * x ** (1 / 2.4) - 0.055);
 };
 
-// Per channel of each pixel: the display value it must have after rounding to RGB9E5, and the
-// interval that the value before that rounding can have had.
+// Per channel of each pixel: its radiance, the display value it must have after rounding to RGB9E5,
+// and the interval that the value before that rounding can have had.
 export function display_values(buffer, exposure_ev = 0) {
   const bytes = Buffer.from(buffer);
   assert.equal(bytes.toString('latin1', 0, 4), 'QRT1');
   const width = bytes.readUInt32LE(4);
   const height = bytes.readUInt32LE(8);
   assert.equal(bytes.readUInt32LE(24), 0, 'tiles left out');
-  const [value, least, most] = [0, 0, 0].map(() => new Float64Array(width * height * 3));
+  const [value, least, most, linear] = Array.from({ length: 4 },
+    () => new Float64Array(width * height * 3));
   const gain = 2 ** exposure_ev;
   let at = 28;
   for (let tile = bytes.readUInt32LE(20); tile > 0; --tile) {
@@ -26,14 +27,15 @@ export function display_values(buffer, exposure_ev = 0) {
       const step = 2 ** ((word >>> 27) - 24);
       const out = ((y + Math.floor(i / w)) * width + x + (i % w)) * 3;
       for (let c = 0; c < 3; ++c) {
-        const linear = ((word >>> (9 * c)) & 511) * step;
-        value[out + c] = srgb_byte(linear * gain);
-        least[out + c] = srgb_byte((linear - step / 2) * gain);
-        most[out + c] = srgb_byte((linear + step / 2) * gain);
+        const v = ((word >>> (9 * c)) & 511) * step;
+        linear[out + c] = v;
+        value[out + c] = srgb_byte(v * gain);
+        least[out + c] = srgb_byte((v - step / 2) * gain);
+        most[out + c] = srgb_byte((v + step / 2) * gain);
       }
     }
   }
-  return { width, height, value, least, most };
+  return { width, height, value, least, most, linear };
 }
 
 // RGBA bytes against what the tiles say: every channel inside its interval, one level for rounding

@@ -15,7 +15,7 @@ before(async () => {
 after(() => all?.close());
 afterEach(() => all.browser.expect_no_errors());
 
-const clip = (name) => page.locator(`canvas.${name}`)
+const clip = (name) => page.locator(`.pane.${name}`)
   .evaluate((canvas) => getComputedStyle(canvas).clipPath);
 
 test('a job and its twin without learning form side by side, the latter on the left', async () => {

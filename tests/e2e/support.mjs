@@ -10,9 +10,10 @@ import { setTimeout as sleep } from 'node:timers/promises';
 
 const kWaitMs = 60_000; // long enough for a sanitizer build on a busy machine
 
-// A file that hangs ends by itself before ctest kills it, so that no server stays behind. Benches,
-// which use this too, may take longer.
-const kFileMs = Number(process.env.QRAY_E2E_MS ?? 170_000);
+// A file that hangs ends by itself before ctest kills it, so that no server stays behind.
+// Whoever asks for more updates (lasting_test.mjs) has the time.
+const kFileMs =
+  Number(process.env.QRAY_E2E_MS ?? (process.env.QRAY_E2E_UPDATES ? 3_600_000 : 170_000));
 const running = new Set();
 const folders = [];
 process.on('exit', () => {
@@ -262,6 +263,31 @@ export const png_pixels = async (page, path) => Uint8Array.from(await page.evalu
     context.drawImage(bitmap, 0, 0);
     return Array.from(context.getImageData(0, 0, bitmap.width, bitmap.height).data);
   }, path));
+
+// Until `check` is true in the page; it may be async, which page.waitForFunction takes for true.
+export async function wait_for(page, check, arg) {
+  const until = Date.now() + kWaitMs;
+  while (!await page.evaluate(check, arg)) {
+    assert.ok(Date.now() < until, `waited in vain for ${check} of ${JSON.stringify(arg)}`);
+    await sleep(40);
+  }
+}
+
+// Until an <img> of the page shows what the server has at `path`.
+export const wait_for_same_image = (page, selector, path) => wait_for(page,
+  async ([place, url]) => {
+    const shown = document.querySelector(place);
+    if (shown.hidden || !shown.complete || !shown.naturalWidth) return false;
+    const expected = Object.assign(new Image(), { src: url });
+    await expected.decode();
+    if (shown.naturalWidth !== expected.width) return false;
+    const [a, b] = [shown, expected].map((image) => {
+      const context = new OffscreenCanvas(expected.width, expected.height).getContext('2d');
+      context.drawImage(image, 0, 0);
+      return context.getImageData(0, 0, expected.width, expected.height).data;
+    });
+    return a.every((v, i) => v === b[i]);
+  }, [selector, path]);
 
 export async function screenshot(page, name) {
   const folder = join(env('QRAY_E2E_DIR'), 'screenshots');

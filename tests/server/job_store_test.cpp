@@ -27,13 +27,18 @@ class JobStoreTest : public ::testing::Test {
     recovered_.clear();
     for (const JobRecord& job : recovered.value()) recovered_.push_back(job.id);
   }
+  JobId insert(const proto::JobRequest& request,
+               const std::optional<JobStore::IdempotencyKey>& key = {}) {
+    const JobStore::Posted posted{request, key};
+    auto inserted = store_->insert({&posted, 1}, 1);
+    EXPECT_TRUE(inserted[0].ok());
+    return inserted[0].ok() ? inserted[0].value().job.id : JobId{};
+  }
   JobId insert() {
     proto::JobRequest request;
     request.scene = "box";
     request.samples = 8;
-    Result<JobRecord> job = store_->insert(request);
-    EXPECT_TRUE(job.ok());
-    return job.value().id;
+    return insert(request);
   }
   JobRecord get(JobId id) {
     Result<JobRecord> job = store_->get(id);
@@ -67,9 +72,7 @@ TEST_F(JobStoreTest, InsertAndGet) {
   request.seconds = 0.1;
   request.seed = UINT64_MAX;
   request.camera.emplace().position = {0.1, 0.2, 0.3};
-  const Result<JobRecord> inserted = store_->insert(request);
-  ASSERT_TRUE(inserted.ok());
-  const JobRecord job = get(inserted.value().id);
+  const JobRecord job = get(insert(request));
   EXPECT_EQ(job.request, request);
   EXPECT_EQ(job.state, kQueued);
   EXPECT_EQ(job.created_ms, 1000);
@@ -147,7 +150,7 @@ TEST_F(JobStoreTest, ListsByStateAndLabel) {
   request.scene = "box";
   for (const char* project : {"lobby", "hall", "lobby", "l'\"obby"}) {
     request.labels = {{"project", project}, {"kind", "test"}};
-    ASSERT_TRUE(store_->insert(request).ok());
+    insert(request);
   }
   move({1}, {kCanceled});
   const auto ids = [&](const JobStore::Filter& filter) {
@@ -169,15 +172,40 @@ TEST_F(JobStoreTest, AKeyGivesTheSameJobForADay) {
   proto::JobRequest request;
   request.scene = "box";
   const JobStore::IdempotencyKey key{"k", "hash"};
-  EXPECT_FALSE(store_->find_key(key).value());
-  const JobId id = store_->insert(request, key).value().id;
+  const JobId id = insert(request, key);
   open();  // after a restart too
-  EXPECT_EQ(store_->find_key(key).value()->id, id);
-  EXPECT_EQ(store_->find_key({"k", "another"}).error().code, ErrorCode::kConflict);
-  EXPECT_FALSE(store_->find_key({"K", "hash"}).value());
+  EXPECT_EQ(insert(request, key), id);
+  const JobStore::Posted other{request, {{"k", "another"}}};
+  EXPECT_EQ(store_->insert({&other, 1}, 1)[0].error().code, ErrorCode::kConflict);
+  EXPECT_GT(insert(request, {{"K", "hash"}}), id);
   now_ms_ += 24 * 3600 * 1000 + 1;
-  EXPECT_FALSE(store_->find_key(key).value());
-  EXPECT_GT(store_->insert(request, key).value().id, id);
+  EXPECT_GT(insert(request, key), id);
+}
+
+TEST_F(JobStoreTest, ManyAreInsertedAtOnceAsOneByOne) {
+  const auto posted = [](uint64_t seed, const char* key) {
+    JobStore::Posted one;
+    one.request.scene = "box";
+    one.request.seed = seed;
+    if (*key) one.key = {key, std::to_string(seed)};
+    return one;
+  };
+  const JobId known = insert(posted(1, "a").request, posted(1, "a").key);
+  const uint64_t before = events_->newest();
+  const std::vector<JobStore::Posted> all = {posted(2, ""),  posted(1, "a"), posted(3, "b"),
+                                             posted(3, "b"), posted(4, "b"), posted(5, ""),
+                                             posted(6, ""),  posted(1, "a")};
+  const auto inserted = store_->insert(all, 3);
+  ASSERT_EQ(inserted.size(), all.size());
+  for (const size_t i : {0, 2, 5}) EXPECT_TRUE(inserted[i].value().is_new) << i;
+  for (const size_t i : {1, 3, 7}) EXPECT_FALSE(inserted[i].value().is_new) << i;
+  EXPECT_EQ(inserted[1].value().job.id, known);
+  EXPECT_EQ(inserted[3].value().job.id, inserted[2].value().job.id);
+  EXPECT_EQ(inserted[7].value().job.id, known);  // known without any room
+  EXPECT_EQ(inserted[4].error().code, ErrorCode::kConflict);
+  EXPECT_EQ(inserted[6].error().code, ErrorCode::kBusy);
+  EXPECT_EQ(get(inserted[5].value().job.id).request.seed, 5u);
+  EXPECT_EQ(kinds_after(before), (std::vector<std::string>(3, "state")));
 }
 
 TEST_F(JobStoreTest, LogsHoldWhatHappenedLast) {
@@ -290,7 +318,7 @@ TEST_F(JobStoreTest, EventIdsRiseInADamagedFolderToo) {
   }
   open();
   EXPECT_EQ(events_->newest(), uint64_t{1} << 40);
-  ASSERT_TRUE(store_->insert(proto::JobRequest{}).ok());
+  insert();
   EXPECT_GT(events_->newest(), uint64_t{1} << 40);
 }
 

@@ -1,0 +1,91 @@
+// What holds for as long as the page is open: it runs nothing but files of its own, stays small,
+// and updates leave no memory behind.
+import assert from 'node:assert/strict';
+import { readdirSync, readFileSync } from 'node:fs';
+import { join } from 'node:path';
+import { after, afterEach, before, test } from 'node:test';
+import { fileURLToPath } from 'node:url';
+import { gzipSync } from 'node:zlib';
+import { start_all, wait_for_state, wait_for_tiles } from './support.mjs';
+
+const kWeb = fileURLToPath(new URL('../../web', import.meta.url));
+let all;
+let guided;
+before(async () => {
+  all = await start_all();
+  guided = await all.server.post({ scene: 'cornell-box', width: 96, height: 96, samples: 16,
+    method: 'huang' });
+  await all.server.wait_until(guided, ({ state }) => state === 'succeeded');
+});
+after(() => all?.close());
+afterEach(() => all.browser.expect_no_errors());
+
+test('the page runs nothing but files of its own', async () => {
+  const answer = await all.server.get('/');
+  const policy = answer.headers.get('content-security-policy');
+  assert.match(policy, /default-src 'self'/);
+  assert.doesNotMatch(policy, /unsafe|https?:|\*/);
+  const page = await all.browser.page(`${all.server.url}/#job=${guided}`);
+  const urls = [];
+  page.on('request', (request) => urls.push(request.url()));
+  await page.reload();
+  await wait_for_tiles(page, 0);
+  assert.ok(urls.length > 20);
+  assert.deepEqual(urls.filter((url) => !url.startsWith(all.server.url) &&
+    !url.startsWith('blob:')), []);
+  await page.context().close();
+});
+
+test('of its libraries the server gives what the page loads, and nothing else', async () => {
+  const library = await all.server.get('/lib/uPlot.esm.js');
+  assert.match(library.headers.get('content-type'), /^text\/javascript/);
+  assert.match(library.headers.get('content-security-policy'), /default-src 'self'/);
+  for (const path of ['/lib/installed', '/package-lock.json', '/lib/../install_lib.cmake']) {
+    assert.equal((await fetch(all.server.url + path)).status, 404, path);
+  }
+});
+
+// How long: QRAY_E2E_UPDATES, where an hour of a running job is 7,200.
+test('updates leave no memory behind', { timeout: 3_600_000 }, async (context) => {
+  const updates = Number(process.env.QRAY_E2E_UPDATES ?? 600);
+  const page = await all.browser.page(`${all.server.url}/#job=${guided}&at=40,60`);
+  await wait_for_state(page, guided, 'Done');
+  const session = await page.context().newCDPSession(page);
+  const heap_bytes = async () => {
+    await session.send('HeapProfiler.collectGarbage');
+    return (await session.send('Runtime.getHeapUsage')).usedSize;
+  };
+  // What an event of a running job sets off: the list, the panel, tiles, history, pixel.
+  const update = (count) => page.evaluate(async ([id, times]) => {
+    const { store, viewer } = await import('/app.js');
+    const done = store.get(id);
+    for (let i = 0; i < times; ++i) {
+      const progress = { ...done.progress, fraction: i / times };
+      store.put({ ...done, state: 'rendering', progress });
+      store.apply_progress({ job: id, fraction: 1, samples: i % 64 + 1, seconds: i });
+      const [picture] = viewer.pictures;
+      const before_tiles = picture.tile_updates;
+      viewer.restart();
+      while (picture.tile_updates === before_tiles) await new Promise(requestAnimationFrame);
+    }
+    store.put(done);
+  }, [guided, count]);
+  await update(300); // compiled, and every cache is warm
+  const first = await heap_bytes();
+  await update(updates);
+  const last = await heap_bytes();
+  const nodes = await page.evaluate(() => document.querySelectorAll('*').length);
+  context.diagnostic(`${updates} updates: the heap went from ${first} to ${last} bytes`);
+  assert.ok(last - first < 400_000, `${updates} updates: from ${first} to ${last} bytes`);
+  assert.ok(nodes < 1500, `${nodes} elements`);
+  await page.context().close();
+});
+
+// As it is, and compressed, as a proxy in front may send it.
+test('the page itself stays small', () => {
+  const files = readdirSync(kWeb).filter((name) => /\.(js|html|css|svg)$/.test(name))
+    .map((name) => readFileSync(join(kWeb, name)));
+  const bytes = (pieces) => pieces.reduce((sum, piece) => sum + piece.length, 0);
+  assert.ok(bytes(files.map((file) => gzipSync(file))) < 75_000);
+  assert.ok(bytes(files) < 200_000, `web/ has ${bytes(files)} bytes`);
+});

@@ -1,0 +1,115 @@
+// What the page shows, as it stands in the address: a reload or a link shows the same. Members that
+// are as they begin are left out. Fires `change` when anything is another than before.
+
+const number = (least, most) => ({
+  read: (text) => {
+    const value = Number(text);
+    return text !== '' && value >= least && value <= most ? value : undefined;
+  },
+  write: (value) => String(Math.round(value * 1000) / 1000),
+});
+const text = { read: (value) => value || undefined, write: String };
+const one_of = (...values) => ({
+  read: (value) => (values.includes(value) ? value : undefined), write: String,
+});
+const pixel = {
+  read: (value) => {
+    const parts = value.split(',').map(Number);
+    return parts.length === 2 && parts.every((v) => Number.isInteger(v) && v >= 0) ? parts
+      : undefined;
+  },
+  write: (value) => value.join(','),
+};
+
+// name -> [how it is at first, how it is read and written]
+const kMembers = {
+  page: ['jobs', one_of('jobs', 'tables', 'figures')],
+  find: ['', text], // words that listed jobs contain
+  state: ['', text], // and their states
+  job: [null, text],
+  with: [null, text],
+  mode: ['split', one_of('split', 'row', 'flip', 'signed', 'flip-map')],
+  side: ['right', one_of('left', 'right')], // which one mode `flip` shows
+  split: [50, number(0, 100)], // per cent
+  equal: ['', one_of('samples', 'seconds')],
+  moment: [null, number(1, 1e9)], // of `job`; its newest when null
+  ev: [0, number(-8, 8)],
+  curve: ['srgb', one_of('srgb', 'gamma', 'filmic', 'false')],
+  gamma: [2.2, number(1, 4)],
+  overlay: ['', one_of('state', 'gain', 'beta', 'samples', 'noise')],
+  zoom: [1, number(1, 1e6)], // times the size that fits
+  cx: [null, number(0, 1e4)], // the centre, in ten-thousandths of the picture
+  cy: [null, number(0, 1e4)],
+  at: [null, pixel], // the inspected one
+  axis: ['seconds', one_of('seconds', 'samples')], // of the chart
+  ref: [null, text], // the job whose picture errors are against
+};
+const kLook = ['find', 'state', 'ev', 'curve', 'gamma', 'overlay', 'axis'];
+
+const first_view = () =>
+  Object.fromEntries(Object.entries(kMembers).map(([name, [first]]) => [name, first]));
+
+function read_address(hash) {
+  const view = first_view();
+  for (const [name, value] of new URLSearchParams(hash.slice(1))) {
+    if (name in kMembers) view[name] = kMembers[name][1].read(value) ?? view[name];
+    // "#tables" is short for "#page=tables"
+    else if (value === '') view.page = kMembers.page[1].read(name) ?? view.page;
+  }
+  if (view.with === view.job) view.with = null;
+  if (!view.job) view.with = null;
+  return view;
+}
+
+function write_address(view) {
+  const parts = view.page === 'jobs' ? [] : [view.page];
+  for (const [name, [first, kind]] of Object.entries(kMembers)) {
+    if (name === 'page' || view[name] === null || view[name] === first) continue;
+    const value = kind.write(view[name]);
+    if (value !== '' && (first === null || value !== kind.write(first))) {
+      parts.push(`${name}=${encodeURIComponent(value).replaceAll('%2C', ',')}`);
+    }
+  }
+  return `#${parts.join('&')}`;
+}
+
+export class Address extends EventTarget {
+  #view = read_address(location.hash);
+
+  constructor() {
+    super();
+    addEventListener('hashchange', () => this.#take(read_address(location.hash)));
+    addEventListener('popstate', () => this.#take(read_address(location.hash)));
+  }
+
+  get view() {
+    return this.#view;
+  }
+
+  // `step`: the way back leads to what was shown before.
+  set(change, { step = false } = {}) {
+    const next = { ...this.#view, ...change };
+    const hash = write_address(next);
+    if (hash === write_address(this.#view)) return;
+    history[step ? 'pushState' : 'replaceState'](null, '', hash);
+    this.#take(next);
+  }
+
+  // Where these jobs are shown with the look and the list of now.
+  link(job_id, with_id = null, more = {}) {
+    const kept = Object.fromEntries(kLook.map((name) => [name, this.#view[name]]));
+    return write_address({ ...first_view(), ...kept, job: job_id, with: with_id, ...more });
+  }
+
+  // Shows these jobs, as a link of link() does.
+  go(job_id, with_id = null) {
+    location.hash = this.link(job_id, with_id);
+  }
+
+  #take(view) {
+    if (write_address(view) === write_address(this.#view)) return;
+    const old = this.#view;
+    this.#view = view;
+    this.dispatchEvent(new CustomEvent('change', { detail: old }));
+  }
+}

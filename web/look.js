@@ -1,0 +1,50 @@
+// How radiance becomes colour: the exposure and the curves, the same in the shader, in the legend
+// and in words. False colour is viridis over stops of luminance: its lightness rises evenly, so it
+// can be read without seeing hues.
+
+// Every sixteenth of matplotlib's viridis (CC0), sRGB.
+export const kViridis = ['#440154', '#481a6c', '#472f7d', '#414487', '#39568c', '#31688e',
+  '#2a788e', '#23888e', '#1f988b', '#22a884', '#35b779', '#54c568', '#7ad151', '#a5db36',
+  '#d2e21b', '#fde725'];
+export const kFalseStops = [-8, 4]; // below and above white, at exposure 0
+export const kCurves = ['srgb', 'gamma', 'filmic', 'false'];
+
+const channel = (hex, at) => parseInt(hex.slice(at, at + 2), 16) / 255;
+export const rgb_of = (hex) => [1, 3, 5].map((at) => channel(hex, at));
+
+// 0..1 -> css colour
+export function viridis(share) {
+  const at = Math.min(Math.max(share, 0), 1) * (kViridis.length - 1);
+  const [low, high] = [Math.floor(at), Math.ceil(at)].map((i) => rgb_of(kViridis[i]));
+  const mixed = low.map((v, i) => Math.round(255 * (v + (high[i] - v) * (at - Math.floor(at)))));
+  return `rgb(${mixed.join(' ')})`;
+}
+
+export const luminance = ([r, g, b]) => 0.2126 * r + 0.7152 * g + 0.0722 * b;
+
+// The shader's function: vec3 shown(vec3 radiance), uniforms gain, curve and gamma.
+// Filmic: Narkowicz, "ACES filmic tone mapping curve" (2015).
+export const kShownGlsl = `
+uniform float gain;
+uniform int curve;
+uniform float gamma;
+uniform vec3 map[${kViridis.length}];
+vec3 srgb(vec3 v) {
+  vec3 c = 1.055 * pow(max(v, vec3(1e-6)), vec3(1.0 / 2.4)) - 0.055;
+  return mix(c, 12.92 * v, vec3(lessThanEqual(v, vec3(0.0031308))));
+}
+vec3 shown(vec3 radiance) {
+  vec3 v = radiance * gain;
+  if (curve == ${kCurves.indexOf('gamma')}) return pow(clamp(v, 0.0, 1.0), vec3(1.0 / gamma));
+  if (curve == ${kCurves.indexOf('filmic')}) {
+    return srgb(clamp(v * (2.51 * v + 0.03) / (v * (2.43 * v + 0.59) + 0.14), 0.0, 1.0));
+  }
+  if (curve == ${kCurves.indexOf('false')}) {
+    float stops = log2(max(dot(v, vec3(0.2126, 0.7152, 0.0722)), 1e-12));
+    float at = (stops - float(${kFalseStops[0]})) / float(${kFalseStops[1] - kFalseStops[0]});
+    at = clamp(at, 0.0, 1.0) * ${(kViridis.length - 1).toFixed(1)};
+    int low = min(int(at), ${kViridis.length - 2});
+    return mix(map[low], map[low + 1], at - float(low));
+  }
+  return srgb(clamp(v, 0.0, 1.0));
+}`;
