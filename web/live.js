@@ -34,7 +34,7 @@ const kMeasures = [
   ['rays a frame', (s) => `${fixed(s.frame.rays / 1000, 0)} k`],
   ['samples a pixel', (s) => fixed(s.frame.samples_per_pixel, 1)],
   ['noise of samples', (s) => (s.frame.noise ? `${fixed(100 * s.frame.noise, 1)} %` : '–')],
-  ['size', (s) => `${s.frame.width} × ${s.frame.height}`],
+  ['rendered at', (s) => `${s.frame.percent} % of ${s.frame.width} × ${s.frame.height}`],
   ['guided', (s) => (s.frame.guided ? 'yes' : 'not yet')],
 ];
 

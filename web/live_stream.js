@@ -11,8 +11,8 @@ function header_of(view, at) {
   if (u32(0) !== kMagic) throw new Error('this is no frame');
   return {
     header_bytes: u32(4), picture_bytes: u32(8), stage: kStages[view.getUint8(at + 13)],
-    guided: view.getUint8(at + 14) === 1, number: u64(16), camera: u64(24), width: u32(32),
-    height: u32(36),
+    guided: view.getUint8(at + 14) === 1, percent: view.getUint8(at + 15), number: u64(16),
+    camera: u64(24), width: u32(32), height: u32(36),
     ms: { features: f32(40), reprojection: f32(44), samples: f32(48), learning: f32(52),
       recovery: f32(56), whole: f32(60) },
     samples_per_pixel: f32(64), noise: f32(68), paths: u64(72), rays: u64(80),

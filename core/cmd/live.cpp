@@ -147,8 +147,7 @@ Status rest(const Options& o, const FlightRun& run, const Image& reference, Task
   const auto error = [&](const Image& image) { return relmse(image, reference); };
   std::printf("at rest for %.1f s: %s, %.2f samples a pixel, relMSE %.6f; a job of %d: %.6f\n",
               o.rest, std::string(live_stage_name(last.stage)).c_str(), last.samples_per_pixel,
-              error(in_size(last.picture, settings.width, settings.height)), settings.samples,
-              error(picture));
+              error(last.picture), settings.samples, error(picture));
   return {};
 }
 

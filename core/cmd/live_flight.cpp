@@ -11,7 +11,7 @@ namespace qray::cmd {
 namespace {
 
 constexpr double kFlickerSeconds = 1;
-constexpr int kFlickerStepPx = 4;
+constexpr int kFlickerStepPx = 4, kMarginPx = 2;
 constexpr size_t kLeastSeen = 5;  // frames that show a point
 
 // What a view showed within the last second.
@@ -32,6 +32,18 @@ struct Flyer {
   bool ended = false;
 };
 
+// Whether a pixel and those around it show one surface: its true value stays as the camera moves.
+bool within_surface(const ViewBuffer& view, int x, int y) {
+  for (int dy = -kMarginPx; dy <= kMarginPx; ++dy)
+    for (int dx = -kMarginPx; dx <= kMarginPx; ++dx) {
+      const int i = x + dx, j = y + dy;
+      if (i < 0 || j < 0 || i >= view.width || j >= view.height ||
+          !view.same_surface(view.index(i, j), view.index(x, y)))
+        return false;
+    }
+  return true;
+}
+
 std::optional<float> seen_at(const Shown& shown, const ViewBuffer& from, size_t point) {
   const std::optional<Vec2> at = shown.view.camera.project(from.points[point]);
   if (!at) return {};
@@ -42,7 +54,8 @@ std::optional<float> seen_at(const Shown& shown, const ViewBuffer& from, size_t 
   if (shown.view.surfaces[i] != from.surfaces[point] ||
       dot(shown.view.normal(i), from.normal(point)) < ViewBuffer::kLeastCosine ||
       std::abs(dot(from.normal(point), shown.view.points[i] - from.points[point])) >
-          2 * shown.view.camera.pixel_angle() * distance)
+          2 * shown.view.camera.pixel_angle() * distance ||
+      !within_surface(shown.view, x, y))
     return {};
   return shown.luminance[i];
 }
@@ -54,7 +67,7 @@ void measure_flicker(Flyer& flyer) {
   for (int y = 0; y < from.height; y += kFlickerStepPx)
     for (int x = 0; x < from.width; x += kFlickerStepPx) {
       const size_t point = from.index(x, y);
-      if (from.kind(point) != 0) continue;
+      if (from.kind(point) != 0 || !within_surface(from, x, y)) continue;
       double sum = 0, squares = 0, seen = 0;
       for (const Shown& shown : flyer.window)
         if (const std::optional<float> v = seen_at(shown, from, point)) {
@@ -157,16 +170,15 @@ class FlightRunner {
       m.times.*part += frame->times.*part;
     m.paths += static_cast<double>(frame->paths);
     m.rays += static_cast<double>(frame->rays);
-    m.side += static_cast<double>(frame->picture.width()) / run_.settings.render.width;
+    m.side += frame->scale;
     show(flyer, frame->picture);
     flyer.ended = now >= run_.flight.seconds();
     if (flyer.ended) measure_flicker(flyer);
     return {};
   }
 
-  void show(Flyer& flyer, const Image& picture) {
+  void show(Flyer& flyer, const Image& full) {
     const int width = run_.settings.render.width, height = run_.settings.render.height;
-    const Image full = in_size(picture, width, height);
     if (const auto reference = run_.references.find(flyer.now);
         reference != run_.references.end()) {
       const Result<ImageDifference> d = image_difference(full, reference->second);
@@ -210,28 +222,6 @@ double FlightMeasures::mean(const std::map<double, double>& errors) const {
   double sum = 0;
   for (const auto& [seconds, error] : errors) sum += error;
   return errors.empty() ? 0 : sum / static_cast<double>(errors.size());
-}
-
-Image in_size(const Image& picture, int width, int height) {
-  if (picture.width() == width && picture.height() == height) return picture;
-  Image out(width, height, 3);
-  const float step_x = static_cast<float>(picture.width()) / static_cast<float>(width);
-  const float step_y = static_cast<float>(picture.height()) / static_cast<float>(height);
-  const auto pixel = [&](int x, int y) {
-    return picture.rgb(std::clamp(x, 0, picture.width() - 1),
-                       std::clamp(y, 0, picture.height() - 1));
-  };
-  for (int y = 0; y < height; ++y)
-    for (int x = 0; x < width; ++x) {
-      const float px = (static_cast<float>(x) + 0.5f) * step_x - 0.5f;
-      const float py = (static_cast<float>(y) + 0.5f) * step_y - 0.5f;
-      const int x0 = static_cast<int>(std::floor(px)), y0 = static_cast<int>(std::floor(py));
-      const float fx = px - static_cast<float>(x0), fy = py - static_cast<float>(y0);
-      out.set_rgb(x, y,
-                  lerp(fy, lerp(fx, pixel(x0, y0), pixel(x0 + 1, y0)),
-                       lerp(fx, pixel(x0, y0 + 1), pixel(x0 + 1, y0 + 1))));
-    }
-  return out;
 }
 
 Result<std::vector<FlightMeasures>> fly(const FlightRun& run, TaskPool& pool,

@@ -29,7 +29,7 @@ struct FlightMeasures {
   double seconds = 0;
   LiveTimes times;             // sums over frames
   double paths = 0, rays = 0;  // the same
-  double side = 0;             // of pictures, over what was asked for; the same
+  double side = 0;             // LiveFrame::scale; the same
   std::vector<double> frame_seconds;
   std::map<double, double> relmse, trimmed;  // by the time of the reference
   // Of surface points over a second: variance of their luminance in time over (mean^2 + 0.01).
@@ -52,8 +52,5 @@ struct FlightRun {
 };
 
 Result<std::vector<FlightMeasures>> fly(const FlightRun& run, TaskPool& pool, std::stop_token stop);
-
-// The picture in the size asked for, between its pixels as the page has it.
-Image in_size(const Image& picture, int width, int height);
 
 }  // namespace qray::cmd

@@ -29,15 +29,15 @@ ImageMetadata metadata_of(const RenderStats& stats, const PreparedScene& scene,
 
 }  // namespace
 
-TableFile table_of(const Guide& guide, const PreparedScene& scene,
+TableFile table_of(const Guide& guide, const SceneHash& scene,
                    const std::optional<TableHeader>& parent) {
   TableFile table;
   if (parent) table.header.parents.push_back(parent->id);
   table.header.method = table_method(guide.method());
   table.header.program = QRAY_VERSION;
-  table.header.geometry = scene.hash.geometry;
-  table.header.materials = scene.hash.materials;
-  table.header.lights = scene.hash.lights;
+  table.header.geometry = scene.geometry;
+  table.header.materials = scene.materials;
+  table.header.lights = scene.lights;
   table.header.samples_seen = guide.stats().samples_seen;
   table.sections = guide.save();
   table.header.id = table_id(table);
@@ -100,7 +100,7 @@ Result<JobResult> run_job(const PreparedScene& scene, RenderSettings settings,
     result.stats.recovery = recovery->name;
     result.stats.recovery_seconds = clock.seconds() - start;
   }
-  if (guide) result.table = table_of(*guide, scene, parent);
+  if (guide) result.table = table_of(*guide, scene.hash, parent);
   result.metadata = metadata_of(result.stats, scene, parent, result.table);
   if (recovery) {
     result.recovered_metadata = result.metadata;

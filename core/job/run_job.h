@@ -23,8 +23,8 @@ Result<std::unique_ptr<Guide>> load_guide(const PreparedScene& scene,
                                           const RenderSettings& settings,
                                           const std::optional<TableFile>& table);
 
-// What the guide knows now, as the child of `parent`.
-TableFile table_of(const Guide& guide, const PreparedScene& scene,
+// What a guide knows, as a file. `parent`: the table that it began with.
+TableFile table_of(const Guide& guide, const SceneHash& scene,
                    const std::optional<TableHeader>& parent);
 
 // How the picture is made whole.

@@ -140,4 +140,28 @@ Image recovered_picture(const ViewBuffer& view, const History& history, const Bl
   return shrink_towards(guess, samples, own, pool);
 }
 
+Image enlarged(const Image& picture, int width, int height, TaskPool& pool) {
+  if (picture.width() == width && picture.height() == height) return picture;
+  Image out(width, height, 3);
+  const float step_x = static_cast<float>(picture.width()) / static_cast<float>(width);
+  const float step_y = static_cast<float>(picture.height()) / static_cast<float>(height);
+  const auto pixel = [&](int x, int y) {
+    return picture.rgb(std::clamp(x, 0, picture.width() - 1),
+                       std::clamp(y, 0, picture.height() - 1));
+  };
+  pool.run(static_cast<size_t>(height), [&](size_t row, int) {
+    const int y = static_cast<int>(row);
+    for (int x = 0; x < width; ++x) {
+      const float px = (static_cast<float>(x) + 0.5f) * step_x - 0.5f;
+      const float py = (static_cast<float>(y) + 0.5f) * step_y - 0.5f;
+      const int x0 = static_cast<int>(std::floor(px)), y0 = static_cast<int>(std::floor(py));
+      const float fx = px - static_cast<float>(x0), fy = py - static_cast<float>(y0);
+      out.set_rgb(x, y,
+                  lerp(fy, lerp(fx, pixel(x0, y0), pixel(x0 + 1, y0)),
+                       lerp(fx, pixel(x0, y0 + 1), pixel(x0 + 1, y0 + 1))));
+    }
+  });
+  return out;
+}
+
 }  // namespace qray

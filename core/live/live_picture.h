@@ -42,4 +42,7 @@ Image sampled_picture(const ViewBuffer& view, const History& history, const Bloc
 Image recovered_picture(const ViewBuffer& view, const History& history, const BlockGrid& blocks,
                         FastRecovery& recovery, TaskPool& pool);
 
+// Between the picture's pixels.
+Image enlarged(const Image& picture, int width, int height, TaskPool& pool);
+
 }  // namespace qray

@@ -337,6 +337,7 @@ std::optional<LiveFrame> LiveView::next_frame(std::stop_token stop) {
     frame.paths += worker.tracer.counters().paths;
     frame.rays += worker.tracer.counters().rays;
   }
+  if (!resting) frame.rays += view_.points.size();  // its features'
   budget_.sampled(static_cast<double>(frame.paths), frame.times.samples);
 
   // 3. The picture.
@@ -359,9 +360,10 @@ std::optional<LiveFrame> LiveView::next_frame(std::stop_token stop) {
     } else {
       frame.picture = sampled_picture(view_, history_, *blocks_, pool_);
     }
-    for (size_t i = 0; i < view_.emitted.size(); ++i)
-      for (size_t c = 0; c < 3; ++c)
-        frame.picture.data()[i * 3 + c] += view_.emitted[i][static_cast<int>(c)];
+    frame.scale = static_cast<double>(view_.width) / settings_.render.width;
+    frame.picture = enlarged(frame.picture, settings_.render.width, settings_.render.height, pool_);
+    if (!view_.emitted.empty())
+      add_emitted(*scene_, view_, *settings_.render.camera, frame.picture, pool_);
     double samples = 0;
     for (const PixelHistory& h : history_) samples += static_cast<double>(h.samples);
     frame.samples_per_pixel = samples / static_cast<double>(history_.size());

@@ -46,7 +46,8 @@ struct LiveTimes {  // seconds
 struct LiveFrame {
   uint64_t number = 0;  // from 1 on
   LiveStage stage = LiveStage::kMoving;
-  Image picture;  // linear; smaller than asked for where time is short
+  Image picture;     // linear
+  double scale = 1;  // sides of what was rendered over the picture's: less where time is short
   LiveTimes times;
   uint64_t paths = 0, rays = 0;
   bool guided = false;

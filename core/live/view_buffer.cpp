@@ -4,7 +4,9 @@ namespace qray {
 namespace {
 
 constexpr float kFarDiagonals = 1e4f;  // where the environment is
-constexpr int kEdgeRays = 4;           // along each side of a pixel that a light's edge may cross
+// Along each side of a pixel that a light's edge may cross; where pixels are smaller than the
+// view's.
+constexpr int kEdgeRays = 4, kSmallEdgeRays = 2;
 
 // Pixels whose neighbours see something else, where one of them emits.
 bool crossed_by_light(const ViewBuffer& view, const std::vector<Rgb>& centres, int x, int y) {
@@ -20,6 +22,25 @@ bool crossed_by_light(const ViewBuffer& view, const std::vector<Rgb>& centres, i
   return false;
 }
 
+// Mean over a pixel of what lights show of themselves, from `side` x `side` rays.
+Rgb emitted_in_pixel(const PreparedScene& scene, float diagonal, const CameraRays& camera, int x,
+                     int y, int side) {
+  Rgb sum;
+  for (int k = 0; k < side * side; ++k) {
+    // Rows of points that no line meets all at once.
+    const float across = (static_cast<float>(k % side) + 0.5f) / static_cast<float>(side);
+    const float down = (static_cast<float>(k) + 0.5f) / static_cast<float>(side * side);
+    const Ray ray =
+        camera.ray({static_cast<float>(x) + across, static_cast<float>(y) + down}, {0.5f, 0.5f});
+    sum += see(scene, ray, diagonal, camera.pixel_angle()).emitted;
+  }
+  return sum / static_cast<float>(side * side);
+}
+
+float diagonal_of(const PreparedScene& scene) {
+  return std::max(length(scene.bounds.hi - scene.bounds.lo), 1e-30f);
+}
+
 void smooth_edges_of_lights(const PreparedScene& scene, float diagonal, ViewBuffer& view,
                             TaskPool& pool) {
   const std::vector<Rgb> centres = view.emitted;
@@ -27,16 +48,8 @@ void smooth_edges_of_lights(const PreparedScene& scene, float diagonal, ViewBuff
     const int y = static_cast<int>(row);
     for (int x = 0; x < view.width; ++x) {
       if (!crossed_by_light(view, centres, x, y)) continue;
-      Rgb sum;
-      for (int k = 0; k < kEdgeRays * kEdgeRays; ++k) {
-        // Rows of points that no line meets all at once.
-        const float across = (static_cast<float>(k % kEdgeRays) + 0.5f) / kEdgeRays;
-        const float down = (static_cast<float>(k) + 0.5f) / (kEdgeRays * kEdgeRays);
-        const Ray ray = view.camera.ray(
-            {static_cast<float>(x) + across, static_cast<float>(y) + down}, {0.5f, 0.5f});
-        sum += see(scene, ray, diagonal, view.camera.pixel_angle()).emitted;
-      }
-      view.emitted[view.index(x, y)] = sum / static_cast<float>(kEdgeRays * kEdgeRays);
+      view.emitted[view.index(x, y)] =
+          emitted_in_pixel(scene, diagonal, view.camera, x, y, kEdgeRays);
     }
   });
 }
@@ -52,7 +65,7 @@ ViewBuffer see_view(const PreparedScene& scene, const Camera& camera, int width,
   view.points.resize(pixels);
   view.surfaces.resize(pixels);
   view.emitted.resize(pixels);
-  const float diagonal = std::max(length(scene.bounds.hi - scene.bounds.lo), 1e-30f);
+  const float diagonal = diagonal_of(scene);
   pool.run(static_cast<size_t>(height), [&](size_t row, int) {
     const int y = static_cast<int>(row);
     for (int x = 0; x < width; ++x) {
@@ -69,6 +82,23 @@ ViewBuffer see_view(const PreparedScene& scene, const Camera& camera, int width,
   });
   smooth_edges_of_lights(scene, diagonal, view, pool);
   return view;
+}
+
+void add_emitted(const PreparedScene& scene, const ViewBuffer& view, const Camera& camera,
+                 Image& picture, TaskPool& pool) {
+  const CameraRays rays(camera, picture.width(), picture.height());
+  const float diagonal = diagonal_of(scene);
+  const bool same = picture.width() == view.width;
+  pool.run(static_cast<size_t>(picture.height()), [&](size_t row, int) {
+    const int y = static_cast<int>(row), vy = y * view.height / picture.height();
+    for (int x = 0; x < picture.width(); ++x) {
+      const int vx = x * view.width / picture.width();
+      const Rgb emitted = !same && crossed_by_light(view, view.emitted, vx, vy)
+                              ? emitted_in_pixel(scene, diagonal, rays, x, y, kSmallEdgeRays)
+                              : view.emitted[view.index(vx, vy)];
+      picture.set_rgb(x, y, picture.rgb(x, y) + emitted);
+    }
+  });
 }
 
 }  // namespace qray

@@ -46,4 +46,9 @@ struct ViewBuffer {
 ViewBuffer see_view(const PreparedScene& scene, const Camera& camera, int width, int height,
                     TaskPool& pool);
 
+// Adds what lights show of themselves to a picture of this camera, perhaps larger than the view:
+// enlarged, their edges would be the picture's worst.
+void add_emitted(const PreparedScene& scene, const ViewBuffer& view, const Camera& camera,
+                 Image& picture, TaskPool& pool);
+
 }  // namespace qray

@@ -46,7 +46,7 @@ Result<Bytes> encode_frame(const ShownFrame& shown, FrameEncoding encoding) {
   out.u8(static_cast<uint8_t>(encoding));
   out.u8(static_cast<uint8_t>(frame.stage));
   out.u8(frame.guided ? 1 : 0);
-  out.u8(0);
+  out.u8(static_cast<uint8_t>(frame.scale * 100 + 0.5));
   out.u64(frame.number);
   out.u64(shown.camera);
   out.u32(static_cast<uint32_t>(frame.picture.width()));

@@ -195,7 +195,7 @@ void LiveSession::leave_table() {
   if (!guide || !start_.leave) return;
   const GuideStats stats = guide->stats();
   if (stats.samples_seen <= (start_.table ? start_.table->samples_seen : 0)) return;
-  start_.leave(table_of(*guide, view_->scene(), start_.table), stats);
+  start_.leave(table_of(*guide, view_->scene().hash, start_.table), stats);
 }
 
 void LiveSession::run(std::stop_token stop) {

@@ -1,7 +1,7 @@
 // Live sessions under load, over HTTP alone:
 //   QRAYD=$PWD/build/release/bin/qrayd node tests/bench/live_load.mjs shares [seconds]
 // four sessions and a job at once: what each gets of what it gets alone, a fifth being fair.
-//   QRAYD=... node tests/bench/live_load.mjs leak [minutes]
+//   QRAYD=... QRAY_E2E_MS=4000000 node tests/bench/live_load.mjs leak [minutes]
 // a session that flies, and the server's memory and files each minute; then sessions closed again.
 import { setTimeout as sleep } from 'node:timers/promises';
 import { scratch_folder, Server } from '../e2e/support.mjs';
@@ -62,7 +62,7 @@ class Flight {
         const end = kHeaderBytes + bytes.readUInt32LE(8);
         if (bytes.length < end) break;
         ++this.frames;
-        this.width += bytes.readUInt32LE(32);
+        this.width += (bytes.readUInt32LE(32) * bytes[15]) / 100;
         this.paths += Number(bytes.readBigUInt64LE(72));
         this.rays += Number(bytes.readBigUInt64LE(80));
         bytes = bytes.subarray(end);

@@ -26,7 +26,7 @@ try {
         if (live.main.frame !== last) {
           last = live.main.frame;
           ++shown;
-          side += last.width;
+          side += last.percent;
           for (const [name, ms] of Object.entries(last.ms)) sums[name] = (sums[name] ?? 0) + ms;
         }
         return requestAnimationFrame(fly);
@@ -40,7 +40,7 @@ try {
       'latency median ms': live.main.latency_ms(0.5),
       'latency p95 ms': live.main.latency_ms(0.95),
       'cameras answered': live.main.latencies_ms.length,
-      'mean width': side / shown,
+      'rendered at %': side / shown,
       ...Object.fromEntries(Object.entries(sums).map(([name, sum]) => [`${name} ms`, sum / shown])),
     };
   }, Number(seconds) * 1000);
