@@ -38,6 +38,10 @@ test('the picture is there, and says that it comes to rest', async () => {
   await frame_with(page, { stage: 'still' });
   await page.locator('#stage-label').filter({ hasText: 'samples alone' }).waitFor();
   assert.ok((await colour(page)).every((v) => v > 8));
+  const [stage, picture, side] = await Promise.all(['#stage', '#left', '.live-side']
+    .map((part) => page.locator(part).boundingBox()));
+  assert.deepEqual(picture, stage); // fills it
+  assert.ok(side.x >= stage.x + stage.width, 'measures stand beside the picture');
   await screenshot(page, 'live-1280');
 });
 
@@ -86,6 +90,8 @@ test('a second view without what helps stands beside the first', async () => {
   await page.waitForFunction(() => document.querySelectorAll('#measures tr:first-child td')
     .length === 2);
   await frame_with(page, { after: 1, session: 'other' });
+  const widest = () => document.documentElement.scrollWidth - innerWidth;
+  assert.ok(await page.evaluate(widest) <= 0, 'both views\' measures fit');
   await screenshot(page, 'live-split');
   await page.locator('#compare').selectOption('');
   await wait_in_page(page, async () => (await import('/live.js')).live.other === null);
