@@ -221,7 +221,8 @@ TEST_F(ServiceLiveTest, LeavesATableForTheNextAndStartsFromIt) {
     for (int i = 0; i < 10; ++i) ASSERT_TRUE(stream.next());
   }
   ASSERT_TRUE(ends_within(second["id"], 5s));
-  for (const Json& table : s_.get("/v1/tables")["tables"])
+  const Json tables = s_.get("/v1/tables")["tables"];
+  for (const Json& table : tables)
     if (table["id"] != tables[0]["id"]) {
       EXPECT_EQ(table["parents"][0], tables[0]["id"]);
     }
