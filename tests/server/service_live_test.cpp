@@ -221,8 +221,8 @@ TEST_F(ServiceLiveTest, LeavesATableForTheNextAndStartsFromIt) {
     for (int i = 0; i < 10; ++i) ASSERT_TRUE(stream.next());
   }
   ASSERT_TRUE(ends_within(second["id"], 5s));
-  const Json tables = s_.get("/v1/tables")["tables"];
-  for (const Json& table : tables)
+  const Json after = s_.get("/v1/tables")["tables"];
+  for (const Json& table : after)
     if (table["id"] != tables[0]["id"]) {
       EXPECT_EQ(table["parents"][0], tables[0]["id"]);
     }
