@@ -85,25 +85,32 @@ Result<Image> CompareHandlers::image_named(const Request& req, const char* param
   return image;
 }
 
+Result<CompareHandlers::Pair> CompareHandlers::both(const Request& req) {
+  Result<Image> a = image_named(req, "a", "a_moment");
+  if (!a.ok()) return a.error();
+  Result<Image> b = image_named(req, "b", "b_moment");
+  if (!b.ok()) return b.error();
+  return Pair{std::move(a).value(), std::move(b).value()};
+}
+
 void CompareHandlers::compare(const Request& req, Response& res) {
   if (const proto::Problem wrong = judge(req, {"a", "b"}, {"ref"}); !wrong.errors.empty())
     return reply_problem(res, wrong);
   const Turn turn(encoders_);
   if (!turn.mine()) return reply_problem(res, kBusy);
-  const Result<Image> a = image_named(req, "a", "a_moment");
-  if (!a.ok()) return reply_error(res, a.error());
-  const Result<Image> b = image_named(req, "b", "b_moment");
-  if (!b.ok()) return reply_error(res, b.error());
+  const Result<Pair> pair = both(req);
+  if (!pair.ok()) return reply_error(res, pair.error());
+  const auto& [a, b] = pair.value();
   proto::Comparison comparison{
       req.get_param_value("a"), req.get_param_value("b"), req.get_param_value("ref"), {}, {}, {}};
-  Result<proto::PictureDifference> d = difference(a.value(), b.value(), "/b");
+  Result<proto::PictureDifference> d = difference(a, b, "/b");
   if (!d.ok()) return reply_error(res, d.error());
   comparison.difference = d.value();
   if (req.has_param("ref")) {
     const Result<Image> ref = image_named(req, "ref", "ref_moment");
     if (!ref.ok()) return reply_error(res, ref.error());
     for (const auto& [image, error] :
-         {std::pair{&a.value(), &comparison.a_error}, {&b.value(), &comparison.b_error}}) {
+         {std::pair{&a, &comparison.a_error}, {&b, &comparison.b_error}}) {
       d = difference(*image, ref.value(), "/ref");
       if (!d.ok()) return reply_error(res, d.error());
       *error = d.value();
@@ -119,14 +126,13 @@ void CompareHandlers::map(const Request& req, Response& res) {
   const Map& wanted = *map_named(req.get_param_value("map"));
   const Turn turn(encoders_);
   if (!turn.mine()) return reply_problem(res, kBusy);
-  const Result<Image> a = image_named(req, "a", "a_moment");
-  if (!a.ok()) return reply_error(res, a.error());
-  const Result<Image> b = image_named(req, "b", "b_moment");
-  if (!b.ok()) return reply_error(res, b.error());
-  if (a.value().width() != b.value().width() || a.value().height() != b.value().height())
+  const Result<Pair> pair = both(req);
+  if (!pair.ok()) return reply_error(res, pair.error());
+  const auto& [a, b] = pair.value();
+  if (a.width() != b.width() || a.height() != b.height())
     return reply_error(res, {ErrorCode::kInvalid, "expected pictures of one size", "/b"});
   const Result<Bytes> png =
-      encode_image(ImageFormat::kPng, wanted.draw(a.value(), b.value()),
+      encode_image(ImageFormat::kPng, wanted.draw(a, b),
                    {{"map", std::string(wanted.name)}, {"scale", std::string(wanted.scale)}});
   if (!png.ok()) return reply_error(res, png.error());
   reply_tagged(req, res, png.value(), "image/png");

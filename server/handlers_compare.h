@@ -26,6 +26,10 @@ class CompareHandlers {
   // The picture of the job that the parameter names, the recovered one if it is there, or that of
   // the moment; errors name the parameter.
   Result<Image> image_named(const Request& req, const char* parameter, const char* moment);
+  struct Pair {
+    Image a, b;
+  };
+  Result<Pair> both(const Request& req);  // the pictures to compare
   // By the moments' numbers, of those whose picture is kept.
   Result<std::map<uint32_t, double>> errors(const JobRecord& job,
                                             const std::vector<proto::Moment>& moments,

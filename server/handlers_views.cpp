@@ -103,22 +103,35 @@ Result<ViewHandlers::Wanted> ViewHandlers::wanted(const Request& req, const std:
   return Wanted{std::move(job).value(), moment.value()};
 }
 
-// That of the moment is the last one kept up to then.
-Result<std::optional<TableFile>> ViewHandlers::table_of(const Wanted& wanted) {
+// That of the moment is the last one kept up to then. Its key is known without reading it.
+Result<ViewHandlers::FoundTable> ViewHandlers::find_table(const Wanted& wanted) const {
   const JobRecord& job = wanted.job;
-  std::optional<TableFile> none;
   if (wanted.moment == 0 && !job.table_out.empty()) {
-    Result<TableFile> table = stores_.tables.load(job.table_out);
-    if (table.ok()) return std::optional(std::move(table).value());
-    spdlog::error("job={} {}", job.id.text(), table.error().text());
-    return conflict("the job's table cannot be read any more");
+    const Result<proto::TableInfo> info = stores_.tables.find(job.table_out);
+    if (!info.ok()) return conflict("the job's table cannot be read any more");
+    return FoundTable{job.table_out, 0};
   }
   const std::vector<proto::Moment> all = stores_.histories.moments(job.id);
   const auto newest = std::find_if(all.rbegin(), all.rend(), [&](const proto::Moment& m) {
     return m.table && (wanted.moment == 0 || m.number <= wanted.moment);
   });
-  if (newest == all.rend()) return none;
-  const Result<Bytes> bytes = stores_.histories.table(job.id, newest->number);
+  if (newest == all.rend()) return FoundTable{};
+  // A run that went back makes another moment of the same number, at another time.
+  return FoundTable{std::to_string(newest->number) + " " + std::to_string(newest->seconds),
+                    newest->number};
+}
+
+Result<std::optional<TableFile>> ViewHandlers::read_table(const JobRecord& job,
+                                                          const FoundTable& found) {
+  std::optional<TableFile> none;
+  if (found.key.empty()) return none;
+  if (found.moment == 0) {
+    Result<TableFile> table = stores_.tables.load(job.table_out);
+    if (table.ok()) return std::optional(std::move(table).value());
+    spdlog::error("job={} {}", job.id.text(), table.error().text());
+    return conflict("the job's table cannot be read any more");
+  }
+  const Result<Bytes> bytes = stores_.histories.table(job.id, found.moment);
   if (!bytes.ok()) return none;
   Result<TableFile> table = decode_table(bytes.value());
   if (!table.ok()) return none;
@@ -133,13 +146,14 @@ Result<std::shared_ptr<const ViewHandlers::Shown>> ViewHandlers::load(const Want
   Result<std::shared_ptr<const PreparedScene>> scene = stores_.scenes.prepare(job.request.scene);
   if (!scene.ok()) return conflict("the job's scene cannot be loaded any more");
   shown->scene = std::move(scene).value();
-  Result<std::optional<TableFile>> table = table_of(wanted);
+  const Result<FoundTable> found = find_table(wanted);
+  if (!found.ok()) return found.error();
+  shown->key = job.id.text() + shown->scene->hash.whole().hex() + found.value().key;
+  if (last_ && last_->key == shown->key && (last_->guide || !needs_guide)) return last_;
+  last_.reset();
+  Result<std::optional<TableFile>> table = read_table(job, found.value());
   if (!table.ok()) return table.error();
   if (!table.value() && needs_guide) return conflict("no table of this job is kept");
-  shown->key = job.id.text() + shown->scene->hash.whole().hex() +
-               (table.value() ? table.value()->header.id : "");
-  if (last_ && last_->key == shown->key) return last_;
-  last_.reset();
   shown->settings = settings_of(job.request, shown->scene->scene);
   shown->settings.max_table_bytes = stores_.tables.max_bytes();
   if (table.value()) {
@@ -175,9 +189,11 @@ void ViewHandlers::pixel(const Request& req, Response& res, const std::string& i
   const Rgb radiance = seen.value().radiance;
   info.radiance = {radiance.r, radiance.g, radiance.b};
   info.samples = seen.value().samples;
-  const Result<Image> noise = pictures_.noise(job);
-  if (noise.ok() && wanted.value().moment == 0) {
-    const auto channel = [&](FilmNoise c) { return noise.value().at(info.x, info.y, c); };
+  std::optional<Image> noise;  // of the newest picture alone
+  if (wanted.value().moment == 0)
+    if (Result<Image> known = pictures_.noise(job); known.ok()) noise = std::move(known).value();
+  if (noise) {
+    const auto channel = [&](FilmNoise c) { return noise->at(info.x, info.y, c); };
     info.samples = static_cast<uint64_t>(channel(kSamples));
     if (channel(kDeviation) > 0) info.variance = sqr(channel(kDeviation));
     if (info.variance && info.samples > 0)

@@ -35,7 +35,12 @@ class ViewHandlers {
   Result<Wanted> wanted(const Request& req, const std::string& id) const;
   // kConflict: scene or table cannot be had; `needs_guide`: nor is there one.
   Result<std::shared_ptr<const Shown>> load(const Wanted& wanted, bool needs_guide);
-  Result<std::optional<TableFile>> table_of(const Wanted& wanted);
+  struct FoundTable {
+    std::string key;      // of what it holds, for this job; empty: there is none
+    uint32_t moment = 0;  // whose it is; 0: the one that the job left
+  };
+  Result<FoundTable> find_table(const Wanted& wanted) const;
+  Result<std::optional<TableFile>> read_table(const JobRecord& job, const FoundTable& found);
 
   const PictureSource& pictures_;
   Stores stores_;

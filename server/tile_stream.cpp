@@ -8,10 +8,7 @@ namespace {
 // Little-endian. Not through ByteWriter, whose growth byte by byte costs as much as the packing.
 Bytes packed_pixels(std::span<const Rgb> colors) {
   Bytes bytes(4 * colors.size());
-  for (size_t i = 0; i < colors.size(); ++i) {
-    const uint32_t packed = pack_rgb9e5(colors[i]);
-    for (size_t k = 0; k < 4; ++k) bytes[4 * i + k] = static_cast<uint8_t>(packed >> (8 * k));
-  }
+  for (size_t i = 0; i < colors.size(); ++i) put_rgb9e5(colors[i], &bytes[4 * i]);
   return bytes;
 }
 

@@ -27,6 +27,12 @@ inline uint32_t pack_rgb9e5(Rgb c) {
   return mantissa(r) | mantissa(g) << 9 | mantissa(b) << 18 | static_cast<uint32_t>(exponent) << 27;
 }
 
+// pack_rgb9e5() as four bytes, little-endian.
+inline void put_rgb9e5(Rgb color, uint8_t* to) {
+  const uint32_t packed = pack_rgb9e5(color);
+  for (int k = 0; k < 4; ++k) to[k] = static_cast<uint8_t>(packed >> (8 * k));
+}
+
 inline Rgb unpack_rgb9e5(uint32_t v) {
   const float scale = std::ldexp(1.0f, static_cast<int>(v >> 27) - 24);
   return Rgb{static_cast<float>(v & 511), static_cast<float>(v >> 9 & 511),

@@ -12,10 +12,7 @@ Bytes rgb9e5_of(const Image& picture) {
   Bytes bytes(static_cast<size_t>(picture.width()) * static_cast<size_t>(picture.height()) * 4);
   size_t at = 0;
   for (int y = 0; y < picture.height(); ++y)
-    for (int x = 0; x < picture.width(); ++x) {
-      const uint32_t packed = pack_rgb9e5(picture.rgb(x, y));
-      for (size_t k = 0; k < 4; ++k) bytes[at++] = static_cast<uint8_t>(packed >> (8 * k));
-    }
+    for (int x = 0; x < picture.width(); ++x, at += 4) put_rgb9e5(picture.rgb(x, y), &bytes[at]);
   return bytes;
 }
 

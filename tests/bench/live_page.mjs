@@ -3,13 +3,13 @@
 //     [scene] [seconds]
 // flies for `seconds`, a camera each animation frame, and prints frames a second, and the time from
 // a camera's change to its frame on the screen.
-import { start_all, wait_in_page } from '../e2e/support.mjs';
+import { start_all, wait_for } from '../e2e/support.mjs';
 
 const [scene = 'thesis-room', seconds = '10'] = process.argv.slice(2);
 const all = await start_all();
 try {
   const page = await all.browser.page(`${all.server.url}/live.html#scene=${scene}`);
-  await wait_in_page(page, async () => Boolean((await import('/live.js')).live.main?.frame));
+  await wait_for(page, async () => Boolean((await import('/live.js')).live.main?.frame));
   const measured = await page.evaluate(async (time_ms) => {
     const { camera, live } = await import('/live.js');
     const begin = { frames: live.main.frame.number, at: performance.now() };

@@ -2,7 +2,7 @@
 // off, a job of what is seen, and a closed page that leaves nothing behind. Leaves screenshots.
 import assert from 'node:assert/strict';
 import { after, afterEach, before, test } from 'node:test';
-import { screenshot, start_all, wait_in_page } from './support.mjs';
+import { screenshot, start_all, wait_for } from './support.mjs';
 
 let all;
 let page;
@@ -16,7 +16,7 @@ afterEach(() => all.browser.expect_no_errors());
 
 // Waits for a frame of this stage, if one is given, that shows a later camera than `after`.
 const frame_with = (at, { stage = null, after = -1, session = 'main' } = {}) =>
-  wait_in_page(at, async (wanted) => {
+  wait_for(at, async (wanted) => {
     const frame = (await import('/live.js')).live[wanted.session]?.frame;
     return Boolean(frame) && frame.camera > wanted.after &&
       [null, frame.stage].includes(wanted.stage);
@@ -69,7 +69,7 @@ test('a drag orbits, the wheel goes nearer, keys fly; the focus stays', async ()
   const flown = await newest_camera(page);
   assert.notDeepEqual(flown.camera.target, nearer.camera.target);
   assert.equal(await page.evaluate(() => document.activeElement.id), 'stage');
-  await wait_in_page(page, async () =>
+  await wait_for(page, async () =>
     Number.isFinite((await import('/live.js')).live.main.latency_ms(0.95)));
 });
 
@@ -94,7 +94,7 @@ test('a second view without what helps stands beside the first', async () => {
   assert.ok(await page.evaluate(widest) <= 0, 'both views\' measures fit');
   await screenshot(page, 'live-split');
   await page.locator('#compare').selectOption('');
-  await wait_in_page(page, async () => (await import('/live.js')).live.other === null);
+  await wait_for(page, async () => (await import('/live.js')).live.other === null);
 });
 
 test('a light switched off is off', async () => {

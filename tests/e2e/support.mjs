@@ -198,15 +198,6 @@ export async function start_all(options = {}) {
   };
 }
 
-// Until `good(value)`, which runs in the page and may be async, is true.
-export async function wait_in_page(page, good, value) {
-  const until = Date.now() + kWaitMs;
-  while (!(await page.evaluate(good, value))) {
-    assert.ok(Date.now() < until, `waited in vain for ${good}`);
-    await sleep(40);
-  }
-}
-
 // Fills the form and posts it; resolves to the ids now in the address.
 export async function post_by_form(page, fields) {
   const before = page.url();
