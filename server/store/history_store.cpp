@@ -1,7 +1,6 @@
 #include "server/store/history_store.h"
 
 #include <algorithm>
-#include <fstream>
 #include <utility>
 
 #include "core/base/snapshot.h"
@@ -54,12 +53,13 @@ HistoryStore::HistoryStore(const fs::path& data, uint64_t max_bytes)
 }
 
 Result<HistoryStore::Index> HistoryStore::index(JobId id) const {
-  std::ifstream in(file(id), std::ios::binary | std::ios::ate);
+  Index index;
+  std::ifstream& in = index.in;
+  in.open(file(id), std::ios::binary | std::ios::ate);
   if (!in) return no_moment();
   const uint64_t size = static_cast<uint64_t>(in.tellg());
   in.seekg(0);
   const Bytes magic = read_some(in, kMagicBytes);
-  Index index;
   if (magic.size() < kMagicBytes || ByteReader(magic).u64() != kMagic) return index;
   index.end = kMagicBytes;
   while (size - index.end >= kHeadBytes) {
@@ -80,24 +80,24 @@ Result<HistoryStore::Index> HistoryStore::index(JobId id) const {
   return index;
 }
 
-Result<Bytes> HistoryStore::payload(JobId id, const Record& record) const {
-  std::ifstream in(file(id), std::ios::binary);
-  in.seekg(static_cast<std::streamoff>(record.begin));
-  Bytes bytes = in ? read_some(in, record.bytes) : Bytes();
+Result<Bytes> HistoryStore::payload(Index& index, const Record& record) {
+  index.in.clear();  // the end may have been reached
+  index.in.seekg(static_cast<std::streamoff>(record.begin));
+  Bytes bytes = read_some(index.in, record.bytes);
   if (bytes.size() != record.bytes || crc32c(bytes) != record.crc)
     return Error{ErrorCode::kNotFound, "this moment cannot be read any more", ""};
   return bytes;
 }
 
 Result<Bytes> HistoryStore::find(JobId id, Kind kind, uint32_t number) const {
-  const Result<Index> index = this->index(id);
+  Result<Index> index = this->index(id);
   if (!index.ok()) return index.error();
   const auto& records = index.value().records;
   const auto found = std::find_if(records.rbegin(), records.rend(), [&](const Record& r) {
     return r.kind == kind && r.number == number;
   });
   if (found == records.rend()) return no_moment();
-  return payload(id, *found);
+  return payload(index.value(), *found);
 }
 
 Result<Bytes> HistoryStore::picture(JobId id, uint32_t moment) const {
@@ -109,12 +109,12 @@ Result<Bytes> HistoryStore::table(JobId id, uint32_t moment) const {
 }
 
 std::vector<proto::Moment> HistoryStore::moments(JobId id) const {
-  const Result<Index> index = this->index(id);
+  Result<Index> index = this->index(id);
   if (!index.ok()) return {};
   std::map<uint32_t, proto::Moment> moments;
   for (const Record& record : index.value().records) {
     if (record.kind != Kind::kMoment) continue;
-    const Result<Bytes> bytes = payload(id, record);
+    const Result<Bytes> bytes = payload(index.value(), record);
     if (!bytes.ok()) continue;
     SnapshotReader in(bytes.value());
     proto::Moment moment;

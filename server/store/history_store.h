@@ -4,6 +4,7 @@
 #pragma once
 
 #include <filesystem>
+#include <fstream>
 #include <map>
 #include <mutex>
 #include <set>
@@ -38,12 +39,13 @@ class HistoryStore {
     uint64_t begin = 0, bytes = 0;  // in the file
   };
   struct Index {
+    std::ifstream in;
     std::vector<Record> records;
     uint64_t end = 0;  // of the last whole one
   };
   std::filesystem::path file(JobId id) const { return folder_ / id.text(); }
   Result<Index> index(JobId id) const;  // kNotFound: no file
-  Result<Bytes> payload(JobId id, const Record& record) const;
+  static Result<Bytes> payload(Index& index, const Record& record);
   Result<Bytes> find(JobId id, Kind kind, uint32_t number) const;
   bool is_whole(JobId id) const;
   bool cut_to_whole_records(JobId id) const;
