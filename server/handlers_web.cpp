@@ -1,6 +1,8 @@
 #include "server/handlers_web.h"
 
 #include "core/base/file.h"
+#include "server/gzip.h"
+#include "server/http_head.h"
 #include "server/reply.h"
 
 namespace qray::server {
@@ -9,20 +11,26 @@ namespace {
 
 constexpr uint64_t kMaxFileBytes = 16u << 20;
 
-constexpr std::pair<const char*, const char*> kTypes[] = {
-    {".html", "text/html; charset=utf-8"},
-    {".js", "text/javascript; charset=utf-8"},
-    {".css", "text/css; charset=utf-8"},
-    {".svg", "image/svg+xml"},
-    {".png", "image/png"},
-    {".ico", "image/x-icon"},
-    {".woff2", "font/woff2"},
-    {".webmanifest", "application/manifest+json"},
+struct FileType {
+  const char* extension;
+  const char* content_type;
+  bool packed;  // by its format
 };
 
-const char* type_of(const fs::path& path) {
-  for (const auto& [extension, type] : kTypes) {
-    if (path.extension() == extension) return type;
+constexpr FileType kTypes[] = {
+    {".html", "text/html; charset=utf-8", false},
+    {".js", "text/javascript; charset=utf-8", false},
+    {".css", "text/css; charset=utf-8", false},
+    {".svg", "image/svg+xml", false},
+    {".png", "image/png", true},
+    {".ico", "image/x-icon", false},
+    {".woff2", "font/woff2", true},
+    {".webmanifest", "application/manifest+json", false},
+};
+
+const FileType* type_of(const fs::path& path) {
+  for (const FileType& type : kTypes) {
+    if (path.extension() == type.extension) return &type;
   }
   return nullptr;  // not for clients: READMEs, tests' settings
 }
@@ -50,9 +58,10 @@ void WebHandlers::add_files(const fs::path& folder, const std::string& url) {
       continue;
     }
     std::error_code unreadable;
-    const char* type = type_of(it->path());
+    const FileType* type = type_of(it->path());
     if (!type || !it->is_regular_file(unreadable)) continue;
-    files_[url + it->path().lexically_relative(folder).generic_string()] = {it->path(), type};
+    files_[url + it->path().lexically_relative(folder).generic_string()] = {
+        it->path(), type->content_type, type->packed};
   }
 }
 
@@ -63,9 +72,17 @@ void WebHandlers::add_to(Router& router) {
 bool WebHandlers::serve(const httplib::Request& req, httplib::Response& res) const {
   const auto found = files_.find(req.path);
   if (found == files_.end()) return false;
-  const Result<Bytes> bytes = read_file(found->second.path, kMaxFileBytes);
+  const File& file = found->second;
+  const Result<Bytes> bytes = read_file(file.path, kMaxFileBytes);
   if (!bytes.ok()) return false;
-  reply_bytes(res, bytes.value(), found->second.content_type);
+  // The tag is of the bytes as they are sent: another with gzip (RFC 9110, section 8.8.3.3).
+  if (!file.packed) res.set_header("Vary", "Accept-Encoding");
+  if (!file.packed && req.has_header(kAcceptsGzip)) {
+    reply_tagged(req, res, gzip(bytes.value()), file.content_type);
+    if (res.status != 304) res.set_header("Content-Encoding", "gzip");
+  } else {
+    reply_tagged(req, res, bytes.value(), file.content_type);
+  }
   res.headers.erase("Cache-Control");
   res.set_header("Cache-Control", "no-cache");
   res.set_header("Content-Security-Policy",

@@ -21,6 +21,7 @@ class WebHandlers {
   struct File {
     std::filesystem::path path;
     const char* content_type;
+    bool packed;  // gzip would gain nothing
   };
   void add_files(const std::filesystem::path& folder, const std::string& url);
   bool serve(const httplib::Request& req, httplib::Response& res) const;

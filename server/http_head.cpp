@@ -78,7 +78,7 @@ std::optional<proto::Problem> check_request_line(const std::optional<RequestLine
 // What the fields say about the body and the connection.
 struct Fields {
   size_t count = 0, hosts = 0, lengths = 0;
-  std::string length, connection, content_type;
+  std::string length, connection, content_type, codings;
   std::string kept;  // lines for the parser
 };
 
@@ -118,14 +118,36 @@ std::optional<proto::Problem> check_field(std::string_view line, const HeadLimit
       return refuse(416, "Range not satisfiable", "expected at most one range");
     }
     return std::nullopt;  // a server may ignore it (RFC 9110, section 14.2)
-  } else if (name == "accept-encoding" || name == "if-range") {
-    return std::nullopt;  // answers are never compressed: the processor is for rendering
+  } else if (name == "accept-encoding") {
+    fields.codings.append(lower(value)).append(",");
+    return std::nullopt;  // the library would compress every answer
+  } else if (name == "if-range") {
+    return std::nullopt;
   } else if (name == "remote_addr" || name == "local_addr" || name == "remote_port" ||
-             name == "local_port") {
-    return std::nullopt;  // names by which the parser passes the true address on
+             name == "local_port" || name == lower(kAcceptsGzip)) {
+    return std::nullopt;  // names by which the parser and this gate tell handlers what is true
   }
   fields.kept.append(line).append("\r\n");
   return std::nullopt;
+}
+
+// Of a list in small letters: whether gzip, or else "*", stands there with a weight above 0 (RFC
+// 9110, section 12.5.3).
+bool accepts_gzip(std::string_view codings) {
+  std::optional<bool> gzip, any;
+  while (!codings.empty()) {
+    const size_t end = std::min(codings.find(','), codings.size());
+    const std::string_view coding = codings.substr(0, end);
+    codings.remove_prefix(std::min(end + 1, codings.size()));
+    const size_t semicolon = std::min(coding.find(';'), coding.size());
+    const std::string_view name = trim(coding.substr(0, semicolon)),
+                           weight = coding.substr(semicolon);
+    const bool accepted =
+        weight.empty() || weight.find_first_of("123456789") != std::string_view::npos;
+    if (name == "gzip" || name == "x-gzip") gzip = accepted;
+    if (name == "*") any = accepted;
+  }
+  return gzip.value_or(any.value_or(false));
 }
 
 std::optional<proto::Problem> check_body(Fields& fields, std::string_view method,
@@ -199,6 +221,7 @@ std::variant<AcceptedHead, proto::Problem> check_head(std::string_view head,
     return *bad;
   accepted.close = fields.connection == "close" ||
                    (request->version == "HTTP/1.0" && fields.connection != "keep-alive");
+  if (accepts_gzip(fields.codings)) fields.kept.append(kAcceptsGzip).append(": 1\r\n");
   accepted.text.append(*first).append("\r\n").append(fields.kept).append("\r\n");
   return accepted;
 }

@@ -22,6 +22,9 @@ struct HeadLimits {
   size_t max_body_bytes = 4u << 20;
 };
 
+// The field by which a handler knows that the client takes gzip; from a client it is dropped.
+inline constexpr const char* kAcceptsGzip = "Qray-Accepts-Gzip";
+
 struct AcceptedHead {
   std::string text;       // for the parser: without Range and Accept-Encoding
   size_t body_bytes = 0;  // that follow the head

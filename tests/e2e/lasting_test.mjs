@@ -1,11 +1,10 @@
 // What holds for as long as the page is open: it runs nothing but files of its own, stays small,
 // and updates leave no memory behind.
 import assert from 'node:assert/strict';
-import { readdirSync, readFileSync } from 'node:fs';
+import { readdirSync, statSync } from 'node:fs';
 import { join } from 'node:path';
 import { after, afterEach, before, test } from 'node:test';
 import { fileURLToPath } from 'node:url';
-import { gzipSync } from 'node:zlib';
 import { start_all, wait_for_state, wait_for_tiles } from './support.mjs';
 
 const kWeb = fileURLToPath(new URL('../../web', import.meta.url));
@@ -81,15 +80,29 @@ test('updates leave no memory behind', { timeout: 3_600_000 }, async (context) =
   await page.context().close();
 });
 
-// As it is, and compressed, as a proxy in front may send it.
-test('the pages themselves stay small', () => {
-  const names = readdirSync(kWeb).filter((name) => /\.(js|html|css|svg)$/.test(name));
-  const bytes = (pieces) => pieces.reduce((sum, piece) => sum + piece.length, 0);
-  const small = (of, most, most_compressed) => {
-    const files = names.filter(of).map((name) => readFileSync(join(kWeb, name)));
-    assert.ok(bytes(files) < most, `${bytes(files)} bytes`);
-    assert.ok(bytes(files.map((file) => gzipSync(file))) < most_compressed);
+// As a browser gets them, with gzip, and their source.
+test('the pages themselves stay small', async (context) => {
+  const is_own = /^\/[\w.]*$/;
+  const sent = async (path, ready) => {
+    const page = await all.browser.page(all.server.url + path, { ready });
+    const files = await page.evaluate(() => ['navigation', 'resource'].flatMap((type) =>
+      performance.getEntriesByType(type).map(({ name, encodedBodySize }) =>
+        ({ path: new URL(name).pathname, bytes: encodedBodySize }))));
+    await page.context().close();
+    return files.filter((file) => is_own.test(file.path));
   };
-  small((name) => !name.startsWith('live'), 200_000, 75_000);
-  small((name) => name.startsWith('live'), 40_000, 16_000);
+  const bytes = (files) => files.reduce((sum, file) => sum + file.bytes, 0);
+  const source = readdirSync(kWeb).filter((name) => /\.(js|html|css|svg)$/.test(name))
+    .map((name) => ({ path: `/${name}`, bytes: statSync(join(kWeb, name)).size }));
+  const [page, live] = [await sent('/#list'), await sent('/live.html', '#scene option')];
+  const is_live = ({ path }) => path.startsWith('/live');
+  assert.ok(page.length > 35 && page.every((file) => file.bytes > 0), JSON.stringify(page));
+  assert.ok(bytes(page) < 80_000, `the page: ${bytes(page)} bytes`);
+  assert.ok(live.some(is_live) && bytes(live) < 24_000, `the live page: ${bytes(live)} bytes`);
+  const [live_source, page_source] = [true, false].map((which) =>
+    bytes(source.filter((file) => is_live(file) === which)));
+  assert.ok(page_source < 200_000, `${page_source} bytes`);
+  assert.ok(live_source < 40_000, `${live_source} bytes`);
+  context.diagnostic(`sent: ${bytes(page)} and ${bytes(live)} bytes of ${page_source} and ` +
+    `${live_source}`);
 });

@@ -35,6 +35,34 @@ TEST(HttpHead, KeepsFromTheParserWhatItNeedNotKnow) {
   EXPECT_EQ(a.text, "GET / HTTP/1.1\r\nHost: x\r\n\r\n");
 }
 
+TEST(HttpHead, TellsHandlersWhetherTheClientTakesGzip) {
+  const std::pair<std::string, bool> cases[] = {
+      {"Accept-Encoding: gzip", true},
+      {"Accept-Encoding: br, x-gzip;q=0.5, *;q=0", true},
+      {"ACCEPT-ENCODING: deflate , GZip ; q=0.001", true},
+      {"Accept-Encoding: br\r\nAccept-Encoding: gzip", true},
+      {"Accept-Encoding: br, *", true},
+      {"Accept-Encoding: *;q=0.1, gzip;q=0", false},
+      {"Accept-Encoding: gzip;q=0", false},
+      {"Accept-Encoding: gzip;q=0.000, identity", false},
+      {"Accept-Encoding: gzip; Q=0.0", false},
+      {"Accept-Encoding: br;q=1, deflate", false},
+      {"Accept-Encoding: gzipped", false},
+      {"Accept-Encoding:", false},
+      {"Accept-Encoding: ,;=,;q=,", false},
+      {"User-Agent: gzip", false},
+      {std::string(kAcceptsGzip) + ": 1", false},
+      {"qray-accepts-gzip: 1", false},
+  };
+  for (const auto& [field, takes] : cases) {
+    const AcceptedHead a = accepted("GET / HTTP/1.1\r\nHost: x\r\n" + field + "\r\n\r\n");
+    const size_t at = a.text.find(std::string("\r\n") + kAcceptsGzip + ": 1\r\n");
+    EXPECT_EQ(at != std::string::npos, takes) << field << "\n" << a.text;
+    EXPECT_EQ(a.text.find("Accept-Encoding"), std::string::npos) << a.text;
+    EXPECT_TRUE(a.text.ends_with("\r\n\r\n")) << a.text;
+  }
+}
+
 TEST(HttpHead, BodyAndConnection) {
   EXPECT_EQ(accepted("POST / HTTP/1.1\r\nHost: x\r\nContent-Length: 12\r\n\r\n").body_bytes, 12u);
   const AcceptedHead none = accepted("POST / HTTP/1.1\r\nHost: x\r\n\r\n");

@@ -115,7 +115,8 @@ struct Contract::Impl {
     const Json problem = {{"$ref", "#/components/responses/Problem"}};
     if (!call && answer.status == (known ? 405 : 404))
       return content_fault(resolved(problem), answer);
-    if (!known && answer.status == 200 && !path.starts_with("/v1/")) return "";  // the page
+    const bool found = answer.status == 200 || answer.status == 304;
+    if (!known && found && !path.starts_with("/v1/")) return "";  // the page
     return call ? "a status that is not listed" : "a call that is not listed";
   }
 };
