@@ -4,7 +4,7 @@
 import { method_words, samples_words, seconds, significant } from './format.js';
 import { ErrorChart } from './error_chart.js';
 import { nearest, with_picture } from './moments.js';
-import { show_options } from './viewer.js';
+import { show_options } from './view_controls.js';
 
 export class ErrorPanel {
   #root;

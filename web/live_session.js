@@ -35,9 +35,6 @@ export class LiveSession {
   get supported() {
     return this.#canvas.supported;
   }
-  get latencies_ms() {
-    return this.#latencies;
-  }
   get missed() {
     return this.#stream?.missed ?? 0;
   }

@@ -25,3 +25,13 @@ export class ViewControls {
     }
   }
 }
+
+// Options as [value, text]; what is chosen stays.
+export function show_options(select, options, chosen) {
+  const key = JSON.stringify(options);
+  if (select.dataset.key !== key) {
+    select.dataset.key = key;
+    select.replaceChildren(...options.map(([value, text]) => new Option(text, value)));
+  }
+  select.value = chosen;
+}

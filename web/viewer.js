@@ -1,16 +1,14 @@
 // The stage and a panel for each job: one picture, two with a divider, in a row, one at a time or
-// as a map of how they differ, or three in a row. A job whose picture was recovered shows its
-// samples beside it. Of two, the job that does not learn is on the left, as in the thesis.
+// as a map of how they differ, or three in a row.
 import { get_map, get_view } from './api.js';
 import { Bias, picture_age } from './bias.js';
-import { exposure, has_ended, is_recovered, method_words, samples_words, seconds,
+import { has_ended, is_recovered, method_words, samples_words, seconds,
   state_words } from './format.js';
 import { JobPanel } from './job_panel.js';
-import { kFalseStops } from './look.js';
-import { matching } from './moments.js';
 import { Picture } from './picture.js';
+import { in_order, moments_of, pictures_of, side_words } from './shown_pictures.js';
 import { StagePlace } from './stage_place.js';
-import { ViewControls } from './view_controls.js';
+import { StageTools } from './stage_tools.js';
 
 const kUnknownSize = { width: 4, height: 3 }; // the stage before the scene is loaded
 const kSides = ['left', 'right', 'third'];
@@ -23,7 +21,7 @@ export class Viewer extends EventTarget {
   #store;
   #history;
   #address;
-  #controls;
+  #tools;
   #pictures; // left, right, third
   #panels; // of the one job or the two
   #place;
@@ -41,7 +39,7 @@ export class Viewer extends EventTarget {
     this.#panels = [0, 1].map(() => new JobPanel(templates.panel, store,
       (id) => address.link(id), on_duplicate));
     this.#part('panels').append(...this.#panels.map((panel) => panel.root));
-    this.#controls = new ViewControls(root, address);
+    this.#tools = new StageTools(root, store, address);
     this.#place = new StagePlace(this.#part('stage'), {
       on_place: (place) => this.#show_place(place),
       on_settled: (place) => this.#keep_place(place),
@@ -49,9 +47,6 @@ export class Viewer extends EventTarget {
       on_hover: (x, y) => this.dispatchEvent(new CustomEvent('hover', {
         detail: x === null ? null : this.#pixel_at(x, y) })),
     });
-    this.#part('exposure-reset').addEventListener('click', () => address.set({ ev: 0 }));
-    this.#part('compare').addEventListener('change', ({ target }) =>
-      address.set({ with: target.value || null, mode: 'split', equal: '' }, { step: true }));
     this.#part('flip').addEventListener('click', () => this.flip());
     for (const [name, act] of [['zoom-in', () => this.zoom_by(2)],
       ['zoom-out', () => this.zoom_by(0.5)], ['fit', () => this.#place.zoom_to(1)],
@@ -135,7 +130,7 @@ export class Viewer extends EventTarget {
   }
 
   update() {
-    this.#controls.update();
+    this.#tools.update();
     const { job: job_id, with: with_id } = this.#address.view;
     const ids = [job_id, with_id].filter((id) => id !== null);
     const jobs = ids.map((id) => this.#store.get(id));
@@ -167,10 +162,10 @@ export class Viewer extends EventTarget {
 
   #show(jobs) {
     const { view } = this.#address;
-    const ordered = this.#ordered(jobs);
-    const views = this.#views(ordered);
+    const ordered = in_order(jobs);
+    const views = pictures_of(ordered);
     const mode = views.length === 2 ? view.mode : views.length === 3 ? 'row' : 'split';
-    const moments = this.#moments(jobs);
+    const moments = moments_of(jobs, view, this.#history, this.#hovered);
     this.#bias.follow(ordered, moments);
     this.#pictures.forEach((picture, index) => {
       const shown = views[index] ?? null;
@@ -192,7 +187,7 @@ export class Viewer extends EventTarget {
       const job = ordered[index] ?? null;
       panel.root.hidden = !job;
       if (!job) return;
-      panel.side = ordered.length > 1 ? this.#side_words(views, job) : '';
+      panel.side = ordered.length > 1 ? side_words(views, job) : '';
       panel.look = { ev: view.ev, moment: moments.get(job.id) ?? null };
       panel.bias = this.#bias.words(job, ordered, true);
       // Without WebGL2 no tiles are fetched; the server has a picture from the first sample on.
@@ -211,44 +206,7 @@ export class Viewer extends EventTarget {
     this.#part('divider').setAttribute('aria-valuetext', `${Math.round(view.split)} % left`);
     for (const part of ['mode-tool', 'equal-tool']) this.#part(part).hidden = views.length !== 2;
     this.#show_stage(ordered);
-    this.#show_look();
-    this.#list_others();
-  }
-
-  #ordered(jobs) {
-    const [first, second] = jobs;
-    const swap = second?.request.method === 'none' && first.request.method !== 'none' &&
-      !is_recovered(first);
-    return swap ? [second, first] : jobs;
-  }
-
-  // What the stage shows, from the left: [{job, which}].
-  #views([first, second]) {
-    const best = (job) => ({ job, which: is_recovered(job) ? 'recovered' : 'sampled' });
-    const views = is_recovered(first) ? [{ job: first, which: 'sampled' }] : [];
-    views.push(best(first));
-    if (second) views.push(best(second));
-    return views;
-  }
-
-  // Which moment of each job is shown; absent: its newest.
-  #moments([first, second]) {
-    const { view } = this.#address;
-    const pinned = new Map();
-    if (view.moment !== null) pinned.set(first.id, view.moment);
-    if (second && view.equal) {
-      const [a, b] = matching(this.#history.of(first.id).moments,
-        this.#history.of(second.id).moments, view.equal, view.moment);
-      if (a) pinned.set(first.id, a.number);
-      if (b) pinned.set(second.id, b.number);
-    }
-    if (this.#hovered) pinned.set(this.#hovered.job, this.#hovered.number);
-    return pinned;
-  }
-
-  #side_words(views, job) {
-    if (views.at(-1).job === job) return 'Right';
-    return views.length === 3 ? 'Left and middle' : 'Left';
+    this.#tools.show(this.#pictures);
   }
 
   #show_stage(jobs) {
@@ -310,30 +268,6 @@ export class Viewer extends EventTarget {
     }
   }
 
-  #show_look() {
-    const { view } = this.#address;
-    this.#part('exposure-value').value = exposure(view.ev);
-    this.#part('exposure').setAttribute('aria-valuetext', exposure(view.ev));
-    this.#part('gamma-tool').hidden = view.curve !== 'gamma';
-    this.#part('gamma-value').value = view.gamma.toFixed(1);
-    this.#part('false-scale').hidden = view.curve !== 'false';
-    const [dark, bright] = kFalseStops.map((stop) => (2 ** (stop - view.ev)).toPrecision(2));
-    this.#part('false-dark').textContent = dark;
-    this.#part('false-bright').textContent = bright;
-    const said = this.#pictures.map(({ overlay }) => overlay.problem || overlay.scale)
-      .filter((words, i, all) => words && all.indexOf(words) === i).join(' ');
-    this.#part('caption').hidden = !said;
-    this.#part('caption').textContent = said;
-  }
-
-  #list_others() {
-    const { job: job_id, with: with_id } = this.#address.view;
-    const words = (job) => `${job.id} · ${job.request.scene} · ${method_words(job.request.method)}`;
-    const others = this.#store.newest_first().filter((job) => job.id !== job_id);
-    show_options(this.#part('compare'),
-      [['', 'nothing'], ...others.map((job) => [job.id, words(job)])], with_id ?? '');
-  }
-
   #show_place(place) {
     for (const picture of this.#pictures) picture.place = place;
     this.#part('zoom-value').value = `${Math.round(100 * place.zoom)}\u00a0%`;
@@ -366,14 +300,4 @@ export class Viewer extends EventTarget {
   #part(name) {
     return this.#root.querySelector(`.view-${name}`);
   }
-}
-
-// Options as [value, text]; what is chosen stays.
-export function show_options(select, options, chosen) {
-  const key = JSON.stringify(options);
-  if (select.dataset.key !== key) {
-    select.dataset.key = key;
-    select.replaceChildren(...options.map(([value, text]) => new Option(text, value)));
-  }
-  select.value = chosen;
 }
