@@ -57,9 +57,9 @@ export const get_job = (id) => get_json(job_path(id));
 export const list_scenes = async () => (await get_json('/v1/scenes')).scenes;
 export const list_tables = async () => (await get_json('/v1/tables')).tables;
 
-const post_json = async (path, request) => (await call(path, {
+const post_json = async (path, request, headers = {}) => (await call(path, {
   method: 'POST',
-  headers: { 'content-type': 'application/json' },
+  headers: { 'content-type': 'application/json', ...headers },
   body: JSON.stringify(request),
 })).json();
 
@@ -73,7 +73,9 @@ export const put_live = async (id, what, body) => (await call(`${live_path(id)}/
 })).json();
 export const delete_live = (id) => call(live_path(id), { method: 'DELETE', keepalive: true });
 
-export const post_job = (request) => post_json('/v1/jobs', request);
+// The same request with the same `key` is one job.
+export const post_job = (request, key = null) =>
+  post_json('/v1/jobs', request, key ? { 'idempotency-key': key } : {});
 export const post_scene = (request) => post_json('/v1/scenes', request);
 
 export async function has_asset(sha256) {

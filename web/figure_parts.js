@@ -13,12 +13,13 @@ export const lesson_of = (part) => {
   return part.endsWith('-b') ? 'lesson-b' : 'lesson';
 };
 
-// `table`: what its lesson learned, for parts that have one.
-export function part_request(part, size, table = null) {
+// `table`: what its lesson learned, for parts that have one. `labels`: more of them.
+export function part_request(part, size, table, labels) {
   const [name, view] = part.endsWith('-b') ? [part.slice(0, -2), kSecondView] : [part, null];
   const request = { scene: kScene, nee: false, width: size, height: size, seed: 1,
-    labels: { ...kPageLabel, part, size: String(size) } };
+    labels: { ...kPageLabel, part, size: String(size), ...labels } };
   if (view) request.camera = view;
+  // From what is known of the room: with `table: none` it would leave nothing for others to read.
   if (name === 'lesson') return { ...request, ...kLesson, method: 'huang', seed: 1001 };
   const at = name.lastIndexOf('-');
   const method = name.slice(0, at);

@@ -1,10 +1,12 @@
 // The page of the thesis' figures: each is made of jobs of this server, which carry labels, so that
-// a reload finds them again.
+// a reload finds them again, and posts what still waited when the page was closed.
 import { ApiError, get_compare, get_lobe, get_png, get_view, jobs_labelled,
   post_job } from './api.js';
 import { brightness_words, has_ended, method_words, progress_words,
   state_words } from './format.js';
 import { kFigures, kPageLabel, lesson_of, part_request, parts_of } from './figure_parts.js';
+
+const is_stopped = ({ state }) => ['failed', 'canceled'].includes(state);
 
 export class FiguresPage {
   #root;
@@ -12,7 +14,7 @@ export class FiguresPage {
   #link_to;
   #cards = new Map(); // figure -> its card
   #jobs = new Map(); // part -> id, at the chosen size
-  #wanted = new Set(); // parts to be posted once what they start from is there
+  #wanted = new Map(); // parts to be posted once what they start from is there -> figures asked for
   #posting = false;
   #found = null; // a promise: the jobs of the size were looked up
 
@@ -54,12 +56,20 @@ export class FiguresPage {
       const [[name, value]] = Object.entries(kPageLabel);
       const jobs = await jobs_labelled(`${name}:${value}`);
       if (size !== this.#size) return;
+      const asked = new Set();
       for (const job of jobs) {
-        const { part, size: at } = job.request.labels;
-        if (at !== String(size) || ['failed', 'canceled'].includes(job.state)) continue;
+        const { part, size: at, figures } = job.request.labels;
+        if (at !== String(size)) continue;
+        figures?.split(' ').forEach((number) => asked.add(Number(number)));
         this.#store.put(job);
-        if (!this.#jobs.has(part)) this.#jobs.set(part, job.id); // the newest
+        // The newest that was not stopped, else the newest.
+        if (!this.#jobs.has(part) || (is_stopped(this.#job(part)) && !is_stopped(job)))
+          this.#jobs.set(part, job.id);
       }
+      this.#want(kFigures.filter(({ number }) => asked.has(number)), (part, job) => {
+        const lesson = lesson_of(part) && this.#job(lesson_of(part));
+        return !job && lesson && !is_stopped(lesson);
+      });
     } catch (error) {
       this.#say(error);
     }
@@ -69,14 +79,16 @@ export class FiguresPage {
   async #make(figures) {
     await this.#found;
     this.#say(null);
-    for (const part of figures.flatMap(parts_of)) {
-      const job = this.#job(part);
-      if (job && !['failed', 'canceled'].includes(job.state)) continue;
-      this.#jobs.delete(part);
-      this.#wanted.add(part);
-    }
+    this.#want(figures, (part, job) => !job || is_stopped(job));
     this.update();
     await this.#post_wanted();
+  }
+
+  #want(figures, is_missing) {
+    const numbers = figures.map(({ number }) => number).join(' ');
+    for (const part of figures.flatMap(parts_of)) {
+      if (is_missing(part, this.#job(part))) this.#wanted.set(part, numbers);
+    }
   }
 
   // Posts what is ready; parts whose lesson is still under way wait for the next change.
@@ -84,7 +96,7 @@ export class FiguresPage {
     if (this.#posting) return;
     this.#posting = true;
     try {
-      for (const part of [...this.#wanted]) {
+      for (const [part, figures] of [...this.#wanted]) {
         const lesson = lesson_of(part) && this.#job(lesson_of(part));
         if (lesson_of(part) && !lesson?.table_out) {
           if (lesson && has_ended(lesson)) {
@@ -94,7 +106,11 @@ export class FiguresPage {
           continue;
         }
         const size = this.#size;
-        const job = await post_job(part_request(part, size, lesson?.table_out));
+        // Every page that waits for the lesson posts what reads it: together they make one job.
+        const job = lesson
+          ? await post_job(part_request(part, size, lesson.table_out, {}),
+            `${lesson.id} ${part} ${this.#jobs.get(part) ?? ''}`)
+          : await post_job(part_request(part, size, null, { figures }));
         this.#wanted.delete(part);
         if (size === this.#size) this.#jobs.set(part, job.id);
         this.#store.put(job);
@@ -119,7 +135,7 @@ export class FiguresPage {
   }
 
   update() {
-    if ([...this.#wanted].some((part) => this.#is_ready(part))) this.#post_wanted();
+    if ([...this.#wanted.keys()].some((part) => this.#is_ready(part))) this.#post_wanted();
     for (const [figure, card] of this.#cards) {
       const parts = parts_of(figure);
       const waits = parts.filter((part) => this.#wanted.has(part)).length;
@@ -127,7 +143,7 @@ export class FiguresPage {
       const running = jobs.find((job) => !has_ended(job) && job.state !== 'queued') ??
         jobs.find((job) => !has_ended(job));
       const done = jobs.length === parts.length && jobs.every(({ state }) => state === 'succeeded');
-      const failed = jobs.find(({ state }) => ['failed', 'canceled'].includes(state));
+      const failed = waits === 0 && jobs.find(is_stopped);
       card.querySelector('.figure-make').disabled = waits > 0 || Boolean(running) || done;
       const words = failed ? `${failed.id}: ${failed.error?.message ?? state_words(failed.state)}`
         : done ? '' : running

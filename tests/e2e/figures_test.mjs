@@ -17,6 +17,11 @@ const card = (number, on = page) => on.locator(`.figure-card[data-figure="${numb
 const kPictures = { 5: [1, 1], 6: [1, 1], 8: [1], 9: [1], 10: [2, 2], 11: [2, 2], 12: [2, 2],
   13: [2, 2] };
 
+async function posted_parts() {
+  const { jobs } = await (await all.server.get('/v1/jobs?limit=200')).json();
+  return jobs.map(({ request }) => request.labels.part).sort();
+}
+
 async function wait_for_figures(on) {
   for (const [number, counts] of Object.entries(kPictures)) {
     const boxes = card(number, on).locator('.figure-box');
@@ -26,6 +31,29 @@ async function wait_for_figures(on) {
     }
   }
 }
+
+test('what waited for its lesson when the page was closed is posted by the next one', async () => {
+  const first = await all.browser.page(`${all.server.url}/#figures`);
+  // Closed before the lesson's end, in effect: the halves that read it are not posted.
+  await first.route('**/v1/jobs', (route) =>
+    (route.request().postDataJSON()?.labels.part.startsWith('huang')
+      ? route.abort() : route.continue()));
+  await first.locator('.figures-size').selectOption('128');
+  await card(10, first).locator('.figure-make').click();
+  await first.locator('.figures-status').filter({ hasText: 'cannot be reached' }).waitFor();
+  await first.context().close();
+  assert.deepEqual(await posted_parts(), ['lesson', 'none-8']);
+
+  // Two at once: each posts, and together they make one job of each part.
+  const both = await Promise.all([0, 1].map(() => all.browser.page(`${all.server.url}/#figures`)));
+  await Promise.all(both.map(async (on) => {
+    await on.locator('.figures-size').selectOption('128');
+    for (const box of [0, 1]) await card(10, on).locator('.figure-box').nth(box).locator('img')
+      .nth(1).waitFor();
+    await on.context().close();
+  }));
+  assert.deepEqual(await posted_parts(), ['huang-8', 'huang-published-8', 'lesson', 'none-8']);
+});
 
 test('all figures are made by this server', async () => {
   await page.locator('.figures-size').selectOption('128');
