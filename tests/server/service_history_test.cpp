@@ -1,15 +1,14 @@
 // How jobs came to be, pixel by pixel and pass by pass, over HTTP.
 #include <gtest/gtest.h>
 
-#include "core/base/file.h"
-#include "core/image/image_io.h"
 #include "server/tile_stream.h"
-#include "tests/server/test_service.h"
+#include "tests/server/pictures.h"
 
 namespace qray::server {
 namespace {
 
 using test::Json;
+using test::same;
 using test::TestService;
 
 Json box(const Json& changes = Json::object()) {
@@ -31,17 +30,8 @@ class ServiceHistoryTest : public ::testing::Test {
     EXPECT_TRUE(answer && answer->status == 200) << path << (answer ? answer->body : "");
     return answer ? answer->body : "";
   }
-  Image png(const std::string& path) const {
-    const std::string bytes = body(path);
-    const auto file = s_.scratch / "answer.png";
-    EXPECT_TRUE(write_file_atomic(file, Bytes(bytes.begin(), bytes.end())).ok());
-    Result<Image> image = read_image(file);
-    EXPECT_TRUE(image.ok()) << path;
-    return image.ok() ? std::move(image).value() : Image(1, 1, 3);
-  }
-  static bool same(const Image& a, const Image& b) {
-    return std::equal(a.data().begin(), a.data().end(), b.data().begin(), b.data().end());
-  }
+  Image png(const std::string& path) const { return test::get_picture(s_, path).image; }
+
   TestService s_;
 };
 

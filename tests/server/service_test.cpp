@@ -8,7 +8,7 @@
 #include "core/job/run_job.h"
 #include "server/jobs/job_settings.h"
 #include "server/store/picture.h"
-#include "tests/server/test_service.h"
+#include "tests/server/pictures.h"
 
 namespace qray::server {
 namespace {
@@ -38,11 +38,7 @@ class ServiceTest : public ::testing::Test {
     return Bytes(answer->body.begin(), answer->body.end());
   }
   Image exr(const std::string& id) const {
-    const auto file = s_.scratch / (id + ".exr");
-    EXPECT_TRUE(write_file_atomic(file, download("/v1/jobs/" + id + "/image.exr")).ok());
-    Result<Image> image = read_image(file);
-    EXPECT_TRUE(image.ok());
-    return image.value();
+    return test::get_picture(s_, "/v1/jobs/" + id + "/image.exr").image;
   }
   // What run_job alone makes of the same request.
   Image rendered_directly(const Json& request, int threads) const {
@@ -208,8 +204,7 @@ TEST_F(ServiceTest, TilesByCursor) {
 TEST_F(ServiceTest, ImagesAndTheirMetadata) {
   const std::string id = s_.submit(tiny({{"seed", 77}}));
   const Json job = s_.wait_end(id);
-  exr(id);
-  const ImageMetadata m = read_image_metadata(s_.scratch / (id + ".exr")).value();
+  const ImageMetadata m = test::get_picture(s_, "/v1/jobs/" + id + "/image.exr").metadata;
   EXPECT_EQ(m.at("seed"), "77");
   EXPECT_EQ(m.at("samples"), "16");
   EXPECT_EQ(m.at("method"), "adaptive");
@@ -217,9 +212,7 @@ TEST_F(ServiceTest, ImagesAndTheirMetadata) {
   EXPECT_EQ(m.at("scene_hash").size(), 64u);
 
   const auto mean_of = [&](const std::string& exposure) {
-    const auto file = s_.scratch / "a.png";
-    EXPECT_TRUE(write_file_atomic(file, download("/v1/jobs/" + id + "/image.png" + exposure)).ok());
-    const Image image = read_image(file).value();
+    const Image image = test::get_picture(s_, "/v1/jobs/" + id + "/image.png" + exposure).image;
     double sum = 0;
     for (float v : image.data()) sum += v;
     return sum;

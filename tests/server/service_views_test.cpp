@@ -1,14 +1,13 @@
 // What a job's table knows, as pictures over HTTP.
 #include <gtest/gtest.h>
 
-#include "core/base/file.h"
-#include "core/image/image_io.h"
-#include "tests/server/test_service.h"
+#include "tests/server/pictures.h"
 
 namespace qray::server {
 namespace {
 
 using test::Json;
+using test::same;
 using test::TestService;
 
 const Json kTiny = {
@@ -29,18 +28,11 @@ class ServiceViewsTest : public ::testing::Test {
     return "/v1/jobs/" + id;
   }
   Image png(const std::string& path) const {
-    const auto answer = s_.client().Get(path);
-    EXPECT_TRUE(answer && answer->status == 200) << path << (answer ? answer->body : "");
-    if (!answer || answer->status != 200) return Image(1, 1, 3);
-    EXPECT_EQ(answer->get_header_value("Content-Type"), "image/png");
-    const auto file = s_.scratch / "view.png";
-    EXPECT_TRUE(write_file_atomic(file, Bytes(answer->body.begin(), answer->body.end())).ok());
-    EXPECT_FALSE(read_image_metadata(file).value().at("scale").empty());
-    return read_image(file).value();
+    test::PictureAnswer answer = test::get_picture(s_, path);
+    EXPECT_FALSE(answer.metadata["scale"].empty()) << path;
+    return std::move(answer.image);
   }
-  static bool same(const Image& a, const Image& b) {
-    return std::equal(a.data().begin(), a.data().end(), b.data().begin(), b.data().end());
-  }
+
   TestService s_;
 };
 

@@ -4,47 +4,33 @@
 
 #include "core/guide/huang.h"
 #include "core/image/false_color.h"
-#include "tests/support/test_scenes.h"
+#include "tests/core/render/wall.h"
 
 namespace qray {
 namespace {
 
-// A wall that faces the camera, +z, left of the middle; nothing right of it.
-struct Wall {
-  std::shared_ptr<const PreparedScene> scene;
-  RenderSettings settings;
+using test::Wall;
 
-  Wall() {
-    Scene wall;
-    wall.name = "wall";
-    test::add_quad(wall, test::add_material(wall, Rgb{0.7f}, Rgb{1.0f}), {-2, -2, 0}, {2, 0, 0},
-                   {0, 4, 0});
-    wall.camera.position = {0, 0, 3};
-    wall.camera.target = {0, 0, 0};
-    scene = test::prepare(wall);
-    settings.width = 40;
-    settings.height = 30;
-  }
-  HuangGuide taught(Vec3 bright) const {
-    HuangGuide guide(HuangGuide::Density::kExact, scene->bounds, {});
-    HuangGuide::Values values{};
-    values[static_cast<size_t>(nearest_direction26(bright))] = 1;
-    // The states of all places on the wall.
-    for (float y = -1.99f; y < 2; y += 0.05f)
-      for (float x = -1.99f; x < 0; x += 0.05f)
-        guide.set_values(guide.find({x, y, 0}, {0, 0, 1}).key, values);
-    guide.end_pass();
-    return guide;
-  }
-  GuidePoint point(const Guide& guide) const { return guide.find({-0.5f, 0.01f, 0}, {0, 0, 1}); }
-};
+HuangGuide taught(const Wall& wall, Vec3 bright) {
+  HuangGuide guide(HuangGuide::Density::kExact, wall.scene->bounds, {});
+  HuangGuide::Values values{};
+  values[static_cast<size_t>(nearest_direction26(bright))] = 1;
+  // The states of all places on the wall.
+  for (float y = -1.99f; y < 2; y += 0.05f)
+    for (float x = -1.99f; x < 0; x += 0.05f)
+      guide.set_values(guide.find({x, y, 0}, {0, 0, 1}).key, values);
+  guide.end_pass();
+  return guide;
+}
+
+GuidePoint point_on_wall(const Guide& guide) { return guide.find({-0.5f, 0.01f, 0}, {0, 0, 1}); }
 
 // The pixels of the world's axes (header).
 constexpr int kMiddle = kLobeWidth / 2, kQuarter = kLobeWidth / 4, kEquator = kLobeHeight / 2;
 
 TEST(LobeView, ShowsTheDensityOfEachDirection) {
   const Wall wall;
-  const HuangGuide guide = wall.taught({0, 0, 1});
+  const HuangGuide guide = taught(wall, {0, 0, 1});
   const Result<LobeView> view = render_lobe_view(*wall.scene, wall.settings, guide, 8, 15);
   ASSERT_TRUE(view.ok()) << view.error().text();
   EXPECT_TRUE(view.value().known);
@@ -52,7 +38,7 @@ TEST(LobeView, ShowsTheDensityOfEachDirection) {
   ASSERT_EQ(image.width(), kLobeWidth + kLobeHeight);  // with the cube
   ASSERT_EQ(image.height(), kLobeHeight);
   const auto color = [&](Vec3 w) {
-    return viridis(log_scale(guide.pdf_w(wall.point(guide), w), kLobeLow, kLobeHigh));
+    return viridis(log_scale(guide.pdf_w(point_on_wall(guide), w), kLobeLow, kLobeHigh));
   };
   EXPECT_EQ(image.rgb(kMiddle, kEquator), color({0, 0, 1}));
   EXPECT_EQ(image.rgb(kMiddle, 20), color(normalize({0, 1, 0.25f})));
@@ -67,7 +53,7 @@ TEST(LobeView, ShowsTheDensityOfEachDirection) {
 TEST(LobeView, AxesAreWhereTheHeaderSays) {
   const Wall wall;
   const auto luminance_at = [&](Vec3 bright, int x, int y) {
-    const HuangGuide guide = wall.taught(normalize(bright));
+    const HuangGuide guide = taught(wall, normalize(bright));
     return luminance(
         render_lobe_view(*wall.scene, wall.settings, guide, 8, 15).value().image.rgb(x, y));
   };
@@ -95,7 +81,7 @@ TEST(LobeView, WhereNothingIsKnownTheHemisphereIsBlack) {
 
 TEST(LobeView, NamesTheCoordinateThatIsWrong) {
   const Wall wall;
-  const HuangGuide guide = wall.taught({0, 0, 1});
+  const HuangGuide guide = taught(wall, {0, 0, 1});
   struct {
     int x, y;
     const char* where;

@@ -3,27 +3,12 @@
 #include <gtest/gtest.h>
 
 #include "core/guide/huang.h"
-#include "tests/support/test_scenes.h"
+#include "tests/core/render/wall.h"
 
 namespace qray {
 namespace {
 
-// A wall that faces the camera, +z, left of the middle; nothing right of it.
-struct Wall {
-  std::shared_ptr<const PreparedScene> scene;
-  RenderSettings settings;
-
-  Wall() {
-    Scene wall;
-    test::add_quad(wall, test::add_material(wall, Rgb{0.7f}, Rgb{1.0f}), {-2, -2, 0}, {2, 0, 0},
-                   {0, 4, 0});
-    wall.camera.position = {0, 0, 3};
-    wall.camera.target = {0, 0, 0};
-    scene = test::prepare(wall);
-    settings.width = 40;
-    settings.height = 30;
-  }
-};
+using test::Wall;
 
 TEST(PixelProbe, FindsTheSurfaceAndItsState) {
   const Wall wall;
