@@ -189,13 +189,11 @@ void ViewHandlers::pixel(const Request& req, Response& res, const std::string& i
   const Rgb radiance = seen.value().radiance;
   info.radiance = {radiance.r, radiance.g, radiance.b};
   info.samples = seen.value().samples;
-  std::optional<Image> noise;  // of the newest picture alone
-  if (wanted.value().moment == 0)
-    if (Result<Image> known = pictures_.noise(job); known.ok()) noise = std::move(known).value();
+  std::optional<PictureSource::PixelNoise> noise;  // of the newest picture alone
+  if (wanted.value().moment == 0) noise = pictures_.noise_at(job, info.x, info.y);
   if (noise) {
-    const auto channel = [&](FilmNoise c) { return noise->at(info.x, info.y, c); };
-    info.samples = static_cast<uint64_t>(channel(kSamples));
-    if (channel(kDeviation) > 0) info.variance = sqr(channel(kDeviation));
+    info.samples = static_cast<uint64_t>((*noise)[kSamples]);
+    if ((*noise)[kDeviation] > 0) info.variance = sqr((*noise)[kDeviation]);
     if (info.variance && info.samples > 0)
       info.standard_error = std::sqrt(*info.variance / static_cast<double>(info.samples));
   }

@@ -79,6 +79,22 @@ Result<Image> PictureSource::noise(const JobRecord& job) const {
   return std::move(*noise);
 }
 
+std::optional<PictureSource::PixelNoise> PictureSource::noise_at(const JobRecord& job, int x,
+                                                                 int y) const {
+  const auto live = runner_.live(job.id);
+  std::optional<Image> noise;  // of an ended job the row of the pixel
+  if (live) {
+    noise = live->film().noise();
+  } else if (Result<Image> row = stores_.results.load_noise_row(job.id, y); row.ok()) {
+    noise = std::move(row).value();
+  }
+  if (!noise || noise->channels() != kFilmNoiseChannels) return std::nullopt;
+  PixelNoise values;
+  for (int c = 0; c < kFilmNoiseChannels; ++c)
+    values[static_cast<size_t>(c)] = noise->at(x, live ? y : 0, c);
+  return values;
+}
+
 Result<PictureSource::Pixel> PictureSource::pixel(const JobRecord& job, Which which, int x,
                                                   int y) const {
   using enum Which::Kind;
@@ -106,9 +122,9 @@ Result<PictureSource::Pixel> PictureSource::pixel(const JobRecord& job, Which wh
     pixel = of(*picture.value());
   }
   if (which.kind == kRecovered) {
-    const Result<Image> recovered = stores_.results.load_recovered(job.id);
-    if (!recovered.ok()) return recovered.error();
-    pixel.radiance = recovered.value().rgb(x, y);
+    const Result<Image> row = stores_.results.load_recovered_row(job.id, y);
+    if (!row.ok()) return row.error();
+    pixel.radiance = row.value().rgb(x, 0);
   }
   return pixel;
 }

@@ -4,6 +4,8 @@
 
 #include <httplib.h>
 
+#include <array>
+
 #include "server/jobs/job_runner.h"
 
 namespace qray::server {
@@ -25,6 +27,9 @@ class PictureSource {
   Result<Image> image(const JobRecord& job, Which which) const;
   // Film::noise(), the newest. kConflict: not known.
   Result<Image> noise(const JobRecord& job) const;
+  // What it says of one pixel, by FilmNoise; none: not known.
+  using PixelNoise = std::array<float, kFilmNoiseChannels>;
+  std::optional<PixelNoise> noise_at(const JobRecord& job, int x, int y) const;
   // A pixel's colour; and how many samples a pixel of its tile has had, by the passes.
   struct Pixel {
     Rgb radiance;

@@ -39,11 +39,16 @@ Result<std::unique_ptr<OIIO::ImageInput>> open_input(const std::filesystem::path
   return input;
 }
 
-Result<Image> read_open(OIIO::ImageInput& input, const std::string& where, uint64_t max_pixels) {
-  const OIIO::ImageSpec spec = input.spec();
+Status check_flat(const OIIO::ImageSpec& spec, const std::string& where) {
   if (spec.width < 1 || spec.height < 1 || spec.depth > 1 || spec.nchannels < 1 || spec.deep) {
     return Error{ErrorCode::kUnsupported, "expected a flat picture", where};
   }
+  return {};
+}
+
+Result<Image> read_open(OIIO::ImageInput& input, const std::string& where, uint64_t max_pixels) {
+  const OIIO::ImageSpec spec = input.spec();
+  if (Status s = check_flat(spec, where); !s.ok()) return s.error();
   const uint64_t pixels = static_cast<uint64_t>(spec.width) * static_cast<uint64_t>(spec.height);
   if (pixels > max_pixels) {
     return Error{
@@ -112,6 +117,28 @@ Result<Image> read_image(const std::filesystem::path& path, uint64_t max_pixels)
     Result<std::unique_ptr<OIIO::ImageInput>> input = open_input(path);
     if (!input.ok()) return input.error();
     return read_open(*input.value(), path.string(), max_pixels);
+  });
+}
+
+Result<Image> read_image_row(const std::filesystem::path& path, int y) {
+  return guarded(path.string(), [&]() -> Result<Image> {
+    Result<std::unique_ptr<OIIO::ImageInput>> input = open_input(path);
+    if (!input.ok()) return input.error();
+    const OIIO::ImageSpec spec = input.value()->spec();
+    if (Status s = check_flat(spec, path.string()); !s.ok()) return s.error();
+    if (y < 0 || y >= spec.height) {
+      return Error{
+          ErrorCode::kInvalid,
+          "expected a row of 0.." + std::to_string(spec.height - 1) + ", got " + std::to_string(y),
+          path.string()};
+    }
+    Image row(spec.width, 1, std::min(spec.nchannels, 4));
+    if (!input.value()->read_scanlines(0, 0, spec.y + y, spec.y + y + 1, 0, 0, row.channels(),
+                                       OIIO::TypeDesc::FLOAT, row.data().data())) {
+      return Error{ErrorCode::kCorrupt, "cannot read a row: " + input.value()->geterror(),
+                   path.string()};
+    }
+    return row;
   });
 }
 

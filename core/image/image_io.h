@@ -19,6 +19,8 @@ using ImageMetadata = std::map<std::string, std::string>;
 // Reads any format OpenImageIO knows, as stored (no colour conversion; integers become [0, 1]), at
 // most `max_pixels` and the first four channels.
 Result<Image> read_image(const std::filesystem::path& path, uint64_t max_pixels = 1u << 28);
+// One row of it as a picture of height 1, without reading the others; not of tiled files.
+Result<Image> read_image_row(const std::filesystem::path& path, int y);
 // The string attributes of an image file; ours without the prefix, others as the file names them.
 Result<ImageMetadata> read_image_metadata(const std::filesystem::path& path);
 

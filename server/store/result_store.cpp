@@ -16,6 +16,10 @@ Result<Image> ResultStore::load_noise(JobId id) const {
   return read_image(noise_file(id), kMaxPicturePixels);
 }
 
+Result<Image> ResultStore::load_noise_row(JobId id, int y) const {
+  return read_image_row(noise_file(id), y);
+}
+
 Status ResultStore::save_recovered(JobId id, const Image& recovered,
                                    const ImageMetadata& metadata) {
   const std::filesystem::path file = recovered_file(id);
@@ -27,6 +31,10 @@ Status ResultStore::save_recovered(JobId id, const Image& recovered,
 
 Result<Image> ResultStore::load_recovered(JobId id) const {
   return read_image(recovered_file(id), kMaxPicturePixels);
+}
+
+Result<Image> ResultStore::load_recovered_row(JobId id, int y) const {
+  return read_image_row(recovered_file(id), y);
 }
 
 Result<std::shared_ptr<const Picture>> ResultStore::load(JobId id) {

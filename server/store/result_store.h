@@ -24,6 +24,9 @@ class ResultStore {
   void remove(JobId id);
   // Film::noise() at the end; kNotFound: there is none.
   Result<Image> load_noise(JobId id) const;
+  // The row y alone of these: of a large picture a hundredth of the time.
+  Result<Image> load_recovered_row(JobId id, int y) const;
+  Result<Image> load_noise_row(JobId id, int y) const;
   // kNotFound: the job rendered nothing.
   Result<std::shared_ptr<const Picture>> load(JobId id);
   std::filesystem::path image_file(JobId id) const { return folder_ / id.text() / "image.exr"; }

@@ -2,9 +2,8 @@
 #include <gtest/gtest.h>
 
 #include "core/base/file.h"
-#include "core/image/image_io.h"
 #include "core/recover/weights_file.h"
-#include "tests/server/test_service.h"
+#include "tests/server/pictures.h"
 
 namespace qray::server {
 namespace {
@@ -80,12 +79,7 @@ TEST_F(ServiceWeights, AJobsPictureIsRecoveredAndItsSamplesStayThere) {
   EXPECT_TRUE(job["biased"]);
   const std::string path = "/v1/jobs/" + job["id"].get<std::string>();
   const auto pixels = [&](const std::string& query) {
-    const auto answer = s_.client().Get(path + "/image.exr" + query);
-    EXPECT_EQ(answer->status, 200) << answer->body;
-    const auto* bytes = reinterpret_cast<const uint8_t*>(answer->body.data());
-    const auto file = s_.config.data / "picture.exr";
-    EXPECT_TRUE(write_file_atomic(file, {bytes, answer->body.size()}).ok());
-    return read_image(file, 1 << 20).value();
+    return test::get_picture(s_, path + "/image.exr" + query).image;
   };
   const Image sampled = pixels("?picture=sampled"), recovered = pixels("");
   int black = 0;
@@ -97,6 +91,9 @@ TEST_F(ServiceWeights, AJobsPictureIsRecoveredAndItsSamplesStayThere) {
       black += recovered.rgb(x, y) == Rgb{};
     }
   EXPECT_LT(black, 24 * 24 / 4);
+  const Json pixel = s_.get(path + "/pixel?x=5&y=17");
+  for (int c = 0; c < 3; ++c)
+    EXPECT_FLOAT_EQ(pixel["radiance"][static_cast<size_t>(c)].get<float>(), recovered.at(5, 17, c));
   EXPECT_EQ(status_of(path + "/image.png?picture=recovered"), 200);
   EXPECT_EQ(status_of(path + "/tiles?since=0&picture=recovered"), 200);
   EXPECT_NE(s_.client().Get(path + "/tiles?since=0")->body,

@@ -35,6 +35,26 @@ TEST(ImageIo, ExrKeepsEveryBitAndTheMetadata) {
   for (const auto& [name, value] : metadata) EXPECT_EQ(read.value().at(name), value) << name;
 }
 
+TEST(ImageIo, ARowIsTheSameReadAlone) {
+  const test::ScratchFolder folder;
+  Image image(70, 40, 4);  // more than one block of an EXR, of 16 rows
+  float v = 0;
+  for (float& x : image.data()) x = v += 0.013f;
+  ASSERT_TRUE(write_image(folder / "a.exr", image).ok());
+  for (const int y : {0, 15, 16, 39}) {
+    const Result<Image> row = read_image_row(folder / "a.exr", y);
+    ASSERT_TRUE(row.ok()) << row.error().text();
+    ASSERT_EQ(row.value().width(), 70);
+    ASSERT_EQ(row.value().height(), 1);
+    ASSERT_EQ(row.value().channels(), 4);
+    for (int x = 0; x < 70; ++x)
+      for (int c = 0; c < 4; ++c) EXPECT_EQ(row.value().at(x, 0, c), image.at(x, y, c));
+  }
+  for (const int y : {-1, 40})
+    EXPECT_EQ(read_image_row(folder / "a.exr", y).error().code, ErrorCode::kInvalid);
+  EXPECT_EQ(read_image_row(folder / "b.exr", 0).error().code, ErrorCode::kNotFound);
+}
+
 TEST(ImageIo, EncodingIsReproducible) {
   for (const ImageFormat format : {ImageFormat::kExr, ImageFormat::kPng}) {
     const Result<Bytes> a = encode_image(format, gradient(3), {{"seed", "1"}});
