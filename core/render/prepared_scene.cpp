@@ -50,8 +50,20 @@ MeshShading mesh_shading(const PreparedScene& prepared, const Placement& placed)
   return m;
 }
 
-Result<std::shared_ptr<PreparedScene>> prepare(LoadedScene loaded, int build_threads,
-                                               const LoadWatch& watch) {
+Result<std::shared_ptr<const EmbreeScene>> build_tree(const PreparedScene& prepared,
+                                                      int build_threads, const LoadWatch& watch) {
+  HitFilter filter;
+  filter.passes = [&prepared](const Ray& ray, const Hit& hit) { return prepared.passes(ray, hit); };
+  for (const MeshShading& mesh : prepared.meshes) filter.meshes.push_back(mesh.masked);
+  Result<std::unique_ptr<EmbreeScene>> tree = EmbreeScene::build(
+      prepared.scene, build_threads, filter,
+      [&watch](double fraction) { return !watch || watch(LoadStep::kBuilding, fraction); });
+  if (!tree.ok()) return tree.error();
+  return std::shared_ptr<const EmbreeScene>(std::move(tree).value());
+}
+
+// All but the tree.
+Result<std::shared_ptr<PreparedScene>> prepare(LoadedScene loaded) {
   auto prepared = std::make_shared<PreparedScene>();
   prepared->scene = std::move(loaded.scene);
   prepared->hash = loaded.hash;
@@ -71,17 +83,18 @@ Result<std::shared_ptr<PreparedScene>> prepare(LoadedScene loaded, int build_thr
   if (Status s = prepared->textures.open(scene.textures); !s.ok()) return s.error();
   for (const Placement& placed : scene.placements())
     prepared->meshes.push_back(mesh_shading(*prepared, placed));
-  HitFilter filter;
-  filter.passes = [p = prepared.get()](const Ray& ray, const Hit& hit) {
-    return p->passes(ray, hit);
-  };
-  for (const MeshShading& mesh : prepared->meshes) filter.meshes.push_back(mesh.masked);
-  Result<std::unique_ptr<EmbreeScene>> accel = EmbreeScene::build(
-      scene, build_threads, filter,
-      [&watch](double fraction) { return !watch || watch(LoadStep::kBuilding, fraction); });
-  if (!accel.ok()) return accel.error();
-  prepared->accel = std::move(accel).value();
   prepared->lights.build(scene, prepared->bounds, prepared->textures);
+  return prepared;
+}
+
+Result<std::shared_ptr<PreparedScene>> prepare_with_tree(LoadedScene loaded, int build_threads,
+                                                         const LoadWatch& watch) {
+  Result<std::shared_ptr<PreparedScene>> prepared = prepare(std::move(loaded));
+  if (!prepared.ok()) return prepared.error();
+  Result<std::shared_ptr<const EmbreeScene>> tree =
+      build_tree(*prepared.value(), build_threads, watch);
+  if (!tree.ok()) return tree.error();
+  prepared.value()->accel = std::move(tree).value();
   return prepared;
 }
 
@@ -170,8 +183,18 @@ GuideSetup PreparedScene::guide_setup(const RenderSettings& settings) const {
 }
 
 Result<std::shared_ptr<const PreparedScene>> prepare_scene(LoadedScene loaded, int build_threads) {
-  Result<std::shared_ptr<PreparedScene>> prepared = prepare(std::move(loaded), build_threads, {});
+  Result<std::shared_ptr<PreparedScene>> prepared =
+      prepare_with_tree(std::move(loaded), build_threads, {});
   if (!prepared.ok()) return prepared.error();
+  return std::shared_ptr<const PreparedScene>(std::move(prepared).value());
+}
+
+Result<std::shared_ptr<const PreparedScene>> prepare_same_surfaces(
+    LoadedScene loaded, std::shared_ptr<const PreparedScene> same) {
+  Result<std::shared_ptr<PreparedScene>> prepared = prepare(std::move(loaded));
+  if (!prepared.ok()) return prepared.error();
+  // The tree asks `same` which hits pass.
+  prepared.value()->accel = {same, same->accel.get()};
   return std::shared_ptr<const PreparedScene>(std::move(prepared).value());
 }
 
@@ -182,7 +205,7 @@ Result<std::shared_ptr<const PreparedScene>> load_and_prepare_scene(
   Result<LoadedScene> loaded = load_scene(path, options);
   if (!loaded.ok()) return loaded.error();
   Result<std::shared_ptr<PreparedScene>> prepared =
-      prepare(std::move(loaded).value(), build_threads, options.watch);
+      prepare_with_tree(std::move(loaded).value(), build_threads, options.watch);
   if (!prepared.ok()) return prepared.error();
   prepared.value()->seconds = clock.seconds() - start;
   return std::shared_ptr<const PreparedScene>(std::move(prepared).value());

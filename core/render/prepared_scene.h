@@ -33,7 +33,7 @@ struct PreparedScene {
   float ray_epsilon = 0;  // metres: rounding noise of coordinates on the largest triangles
   double seconds = 0;     // that loading and preparing took
   std::vector<std::string> warnings;
-  std::unique_ptr<EmbreeScene> accel;
+  std::shared_ptr<const EmbreeScene> accel;
   std::vector<std::unique_ptr<Bsdf>> bsdfs;  // by MaterialId
   MaterialTextures textures;
   LightPick lights;
@@ -78,6 +78,10 @@ struct PreparedScene {
 };
 
 Result<std::shared_ptr<const PreparedScene>> prepare_scene(LoadedScene loaded, int build_threads);
+// `loaded` has the surfaces of `same`, whose tree both then share, and which lives as long: only
+// what surfaces and lights emit may differ.
+Result<std::shared_ptr<const PreparedScene>> prepare_same_surfaces(
+    LoadedScene loaded, std::shared_ptr<const PreparedScene> same);
 Result<std::shared_ptr<const PreparedScene>> load_and_prepare_scene(
     const std::filesystem::path& path, int build_threads, const LoadOptions& options = {});
 
