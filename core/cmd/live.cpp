@@ -87,10 +87,12 @@ void print_table(const std::vector<FlightMeasures>& all) {
 
 void print_events(const Flight& flight, const std::vector<FlightMeasures>& all) {
   for (const double event : flight.events()) {
-    std::printf("%.1f s after the picture changed at %.2f s:", kAfterEvent, event);
+    std::printf("%.1f s after the picture changed at %.2f s, relMSE (trimmed):", kAfterEvent,
+                event);
     for (const FlightMeasures& m : all)
       if (const auto found = m.relmse.find(event + kAfterEvent); found != m.relmse.end())
-        std::printf("  %s %.5f", m.name.c_str(), found->second);
+        std::printf("  %s %.5f (%.5f)", m.name.c_str(), found->second,
+                    m.trimmed.at(event + kAfterEvent));
     std::printf("\n");
   }
 }

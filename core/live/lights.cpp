@@ -36,7 +36,7 @@ Result<std::shared_ptr<const PreparedScene>> with_lights(
   for_each_light(changed.scene,
                  [&](const std::string&, Rgb& colour) { colours.push_back(&colour); });
   for (size_t i = 0; i < colours.size(); ++i) *colours[i] *= factors[i];
-  const Result<SceneHash> hash = hash_scene(changed.scene);
+  const Result<SceneHash> hash = hash_other_lights(changed.scene, scene->hash);
   if (!hash.ok()) return hash.error();
   changed.hash = hash.value();
   return prepare_same_surfaces(std::move(changed), scene);

@@ -63,7 +63,8 @@ Result<std::shared_ptr<const EmbreeScene>> build_tree(const PreparedScene& prepa
 }
 
 // All but the tree.
-Result<std::shared_ptr<PreparedScene>> prepare(LoadedScene loaded) {
+std::shared_ptr<PreparedScene> prepare(LoadedScene loaded,
+                                       std::shared_ptr<const MaterialTextures> textures) {
   auto prepared = std::make_shared<PreparedScene>();
   prepared->scene = std::move(loaded.scene);
   prepared->hash = loaded.hash;
@@ -80,21 +81,21 @@ Result<std::shared_ptr<PreparedScene>> prepare(LoadedScene loaded) {
     prepared->materials.push_back(
         material_shading(material, prepared->bsdfs.back().get(), prepared->materials));
   }
-  if (Status s = prepared->textures.open(scene.textures); !s.ok()) return s.error();
+  prepared->textures = std::move(textures);
   for (const Placement& placed : scene.placements())
     prepared->meshes.push_back(mesh_shading(*prepared, placed));
-  prepared->lights.build(scene, prepared->bounds, prepared->textures);
+  prepared->lights.build(scene, prepared->bounds, *prepared->textures);
   return prepared;
 }
 
 Result<std::shared_ptr<PreparedScene>> prepare_with_tree(LoadedScene loaded, int build_threads,
                                                          const LoadWatch& watch) {
-  Result<std::shared_ptr<PreparedScene>> prepared = prepare(std::move(loaded));
-  if (!prepared.ok()) return prepared.error();
-  Result<std::shared_ptr<const EmbreeScene>> tree =
-      build_tree(*prepared.value(), build_threads, watch);
+  auto textures = std::make_shared<MaterialTextures>();
+  if (Status s = textures->open(loaded.scene.textures); !s.ok()) return s.error();
+  std::shared_ptr<PreparedScene> prepared = prepare(std::move(loaded), std::move(textures));
+  Result<std::shared_ptr<const EmbreeScene>> tree = build_tree(*prepared, build_threads, watch);
   if (!tree.ok()) return tree.error();
-  prepared.value()->accel = std::move(tree).value();
+  prepared->accel = std::move(tree).value();
   return prepared;
 }
 
@@ -104,16 +105,16 @@ void PreparedScene::bend(const MaterialShading& material, const Hit& hit, Vec3 w
                          SurfacePoint& surface) const {
   const MeshShading& m = meshes[hit.mesh.value];
   if (m.mesh->uvs.empty()) return;
-  surface.ns = bent_normal(textures, *material.material,
+  surface.ns = bent_normal(*textures, *material.material,
                            triangle_edges(*m.mesh, m.to_world, hit.triangle), surface, wo);
 }
 
 float PreparedScene::opacity(const MaterialShading& material, TexturePoint uv) const {
   if (!material.masked) return 1;
   const Material& m = *material.material;
-  const float own = textures.opacity(m, uv);
+  const float own = textures->opacity(m, uv);
   if (!material.blends) return own;
-  return own * lerp(std::clamp(textures.number(m.blend_weight, uv), 0.0f, 1.0f),
+  return own * lerp(std::clamp(textures->number(m.blend_weight, uv), 0.0f, 1.0f),
                     opacity(materials[m.first.value], uv), opacity(materials[m.second.value], uv));
 }
 
@@ -124,7 +125,7 @@ const MaterialShading& PreparedScene::resolve(const MaterialShading& material, T
     const Material& m = *at->material;
     const MaterialShading& first = materials[m.first.value];
     const MaterialShading& second = materials[m.second.value];
-    float weight = std::clamp(textures.number(m.blend_weight, uv), 0.0f, 1.0f);
+    float weight = std::clamp(textures->number(m.blend_weight, uv), 0.0f, 1.0f);
     if (at->masked) {  // what lets more rays pass is met less often
       const float b = weight * opacity(second, uv), a = (1 - weight) * opacity(first, uv);
       weight = a + b > 0 ? b / (a + b) : weight;
@@ -140,7 +141,7 @@ Rgb PreparedScene::emission_at(MeshId mesh, uint32_t triangle, Vec2 barycentric)
   const MeshShading& m = meshes[mesh.value];
   SurfacePoint surface;
   if (m.interpolated) interpolate_vertices(*m.mesh, triangle, barycentric, surface);
-  return textures.color(m.material->emission, surface.uv) * opacity(m, surface.uv);
+  return textures->color(m.material->emission, surface.uv) * opacity(m, surface.uv);
 }
 
 float PreparedScene::uv_per_metre(const MeshShading& mesh, uint32_t triangle) {
@@ -168,7 +169,7 @@ bool PreparedScene::passes(const Ray& ray, const Hit& hit) const {
 
 size_t PreparedScene::size_bytes() const {
   const auto bytes = [](const auto& values) { return std::span(values).size_bytes(); };
-  size_t sum = accel->size_bytes() + textures.size_bytes() + bytes(meshes) + bytes(materials) +
+  size_t sum = accel->size_bytes() + textures->size_bytes() + bytes(meshes) + bytes(materials) +
                bytes(scene.instances) + bytes(scene.environment.image.data());
   for (const Mesh& mesh : scene.meshes)
     sum += bytes(mesh.positions) + bytes(mesh.normals) + bytes(mesh.uvs) + bytes(mesh.colors) +
@@ -189,13 +190,11 @@ Result<std::shared_ptr<const PreparedScene>> prepare_scene(LoadedScene loaded, i
   return std::shared_ptr<const PreparedScene>(std::move(prepared).value());
 }
 
-Result<std::shared_ptr<const PreparedScene>> prepare_same_surfaces(
-    LoadedScene loaded, std::shared_ptr<const PreparedScene> same) {
-  Result<std::shared_ptr<PreparedScene>> prepared = prepare(std::move(loaded));
-  if (!prepared.ok()) return prepared.error();
-  // The tree asks `same` which hits pass.
-  prepared.value()->accel = {same, same->accel.get()};
-  return std::shared_ptr<const PreparedScene>(std::move(prepared).value());
+std::shared_ptr<const PreparedScene> prepare_same_surfaces(
+    LoadedScene loaded, const std::shared_ptr<const PreparedScene>& same) {
+  std::shared_ptr<PreparedScene> prepared = prepare(std::move(loaded), same->textures);
+  prepared->accel = {same, same->accel.get()};  // asks `same` which hits pass
+  return prepared;
 }
 
 Result<std::shared_ptr<const PreparedScene>> load_and_prepare_scene(

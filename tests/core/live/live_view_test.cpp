@@ -228,6 +228,7 @@ TEST(LightNames, AreOfAllKindsAndTheirFactorsCount) {
   EXPECT_EQ(changed->scene.environment.radiance.g, 2);
   EXPECT_FALSE(changed->hash.lights == before->hash.lights);
   EXPECT_TRUE(changed->hash.geometry == before->hash.geometry);
+  EXPECT_EQ(changed->hash.lights, hash_scene(changed->scene).value().lights);
   EXPECT_EQ(changed->accel, before->accel);
 }
 
