@@ -1,6 +1,6 @@
 // The requests of jobs, scenes, tables and sessions.
 #include "core/base/file_names.h"
-#include "proto/request_reader.h"
+#include "proto/scene_members.h"
 
 namespace qray::proto {
 namespace {
@@ -30,12 +30,7 @@ void read_labels(const Json& labels, std::map<std::string, std::string>& out,
 void read_request(const Json& tree, const RequestLimits& limits, JobRequest& out,
                   std::vector<FieldError>& errors) {
   ObjectReader in(tree, "", errors);
-  if (const std::string* scene = in.string("scene")) {
-    out.scene = *scene;
-    if (!is_name(out.scene)) in.wrong("scene", "expected a scene's name: 1..64 of a-z, 0-9 and -");
-  } else if (!tree.contains("scene")) {
-    in.wrong("scene", "expected a scene's name, got nothing");
-  }
+  read_scene(in, out.scene);
   in.integer("width", 1, limits.max_dimension_px, out.width);
   in.integer("height", 1, limits.max_dimension_px, out.height);
   if (out.width && out.height && int64_t{*out.width} * *out.height > limits.max_pixels) {
@@ -43,16 +38,7 @@ void read_request(const Json& tree, const RequestLimits& limits, JobRequest& out
                           " pixels in all, got " +
                           std::to_string(int64_t{*out.width} * *out.height));
   }
-  if (const std::string* method = in.string("method")) {
-    out.method = *method;
-    const auto& known_methods = limits.methods;
-    if (!known_methods.empty() &&
-        std::find(known_methods.begin(), known_methods.end(), out.method) == known_methods.end()) {
-      std::string known;
-      for (const std::string& name : known_methods) known += (known.empty() ? "" : ", ") + name;
-      in.wrong("method", "expected one of " + known + ", got " + shown(*method));
-    }
-  }
+  read_method(in, limits, out.method);
   in.boolean("nee", out.nee);
   in.integer("samples", 1, kMostSamples, out.samples);
   in.number("seconds", 0, limits.max_seconds, out.seconds, /*above_least=*/true);
@@ -67,20 +53,9 @@ void read_request(const Json& tree, const RequestLimits& limits, JobRequest& out
   }
   in.number("noise", 0, 1, out.noise, /*above_least=*/true);
   in.integer("seed", uint64_t{0}, UINT64_MAX, out.seed);
-  if (const std::string* table = in.string("table")) {
-    out.table = *table;
-    if (out.table != "auto" && out.table != "none" && !is_id(out.table)) {
-      in.wrong("table",
-               "expected auto, none or a table's id (32 hex digits), got " + shown(*table));
-    }
-  }
+  read_table(in, out.table);
   in.one_of("pixels", {"all", "quarter", "adaptive"}, out.pixels);
-  if (const std::string* recover = in.string("recover"); recover && is_id(*recover)) {
-    out.recover = *recover;
-  } else if (recover) {
-    in.one_of("recover", {"none", "auto", "bilinear", "untrained", "default"}, out.recover,
-              " or the id of weights (32 hex digits)");
-  }
+  read_recover(in, {"none", "auto", "bilinear", "untrained", "default"}, out.recover);
   in.integer("max_depth", 1, 128, out.max_depth);
   in.integer("learning_samples", 0, 1'000'000, out.learning_samples);
   in.number("alpha", 0, 1, out.alpha);
@@ -167,7 +142,7 @@ void read_files(const Json& files, SceneRequest& out, std::vector<FieldError>& e
   }
 }
 
-void read_scene(const Json& tree, SceneRequest& out, std::vector<FieldError>& errors) {
+void read_scene_files(const Json& tree, SceneRequest& out, std::vector<FieldError>& errors) {
   ObjectReader in(tree, "", errors);
   const Json* files = in.find("files");
   const Json* asset = in.find("asset");
@@ -223,7 +198,7 @@ std::variant<ExtendRequest, Problem> parse_extend_request(std::string_view json,
 
 std::variant<SceneRequest, Problem> parse_scene_request(std::string_view json,
                                                         const RequestLimits& limits) {
-  return parse_request<SceneRequest>(json, limits, "Wrong scene", read_scene);
+  return parse_request<SceneRequest>(json, limits, "Wrong scene", read_scene_files);
 }
 
 std::variant<std::vector<std::string>, Problem> parse_merge_request(std::string_view json,

@@ -1,6 +1,6 @@
 #include "proto/live_messages.h"
 
-#include "proto/request_reader.h"
+#include "proto/scene_members.h"
 
 namespace qray::proto {
 namespace {
@@ -30,32 +30,14 @@ void read_side(ObjectReader& in, const char* name, int most, std::optional<int>&
 void read_live(const Json& tree, const RequestLimits& limits, LiveRequest& out,
                std::vector<FieldError>& errors) {
   ObjectReader in(tree, "", errors);
-  if (const std::string* scene = in.string("scene")) {
-    out.scene = *scene;
-    if (!is_name(out.scene)) in.wrong("scene", "expected a scene's name: 1..64 of a-z, 0-9 and -");
-  } else if (!tree.contains("scene")) {
-    in.wrong("scene", "expected a scene's name, got nothing");
-  }
+  read_scene(in, out.scene);
   read_side(in, "width", limits.max_dimension_px, out.width);
   read_side(in, "height", limits.max_dimension_px, out.height);
   in.number("frame_ms", kLeastFrameMs, kMostFrameMs, out.frame_ms);
-  if (const std::string* method = in.string("method")) {
-    out.method = *method;
-    if (std::find(limits.methods.begin(), limits.methods.end(), out.method) == limits.methods.end())
-      in.wrong("method", "expected one of the methods that jobs know, got " + shown(*method));
-  }
-  if (const std::string* table = in.string("table")) {
-    out.table = *table;
-    if (out.table != "auto" && out.table != "none" && !is_id(out.table))
-      in.wrong("table",
-               "expected auto, none or a table's id (32 hex digits), got " + shown(*table));
-  }
-  if (const std::string* recover = in.string("recover"); recover && is_id(*recover)) {
-    out.recover = *recover;
-  } else if (recover) {
-    in.one_of("recover", {"auto", "untrained", "default"}, out.recover,
-              " or the id of weights (32 hex digits)");
-  }
+  read_method(in, limits, out.method);
+  in.one_of("pixels", {"all", "quarter", "adaptive"}, out.pixels);
+  read_table(in, out.table);
+  read_recover(in, {"auto", "untrained", "default"}, out.recover);
   in.integer("seed", uint64_t{0}, UINT64_MAX, out.seed);
   in.integer("max_depth", 1, 128, out.max_depth);
   read_switches(in, out.switches);
@@ -136,6 +118,7 @@ std::string live_to_json(const LiveInfo& live) {
   const Json out = {{"id", live.id},
                     {"scene", live.scene},
                     {"method", live.method},
+                    {"pixels", live.pixels},
                     {"recover", live.recover},
                     {"table_in", live.table_in.empty() ? Json(nullptr) : Json(live.table_in)},
                     {"width", live.width},

@@ -17,6 +17,7 @@ struct LiveRequest {
   std::optional<int> width, height;  // pixels, even; absent: the scene's own
   double frame_ms = 100;
   std::string method = "adaptive", table = "auto", recover = "auto";  // as JobRequest's
+  std::string pixels = "adaptive";  // of a camera that moves: all, quarter, adaptive
   uint64_t seed = 1;
   std::optional<int> max_depth;
   std::optional<CameraRequest> camera;
@@ -29,7 +30,8 @@ struct LiveCameraRequest {
 };
 
 struct LiveInfo {
-  std::string id, scene, method, recover, table_in;  // recover: what serves; table_in: empty, none
+  std::string id, scene, method, pixels;
+  std::string recover, table_in;  // recover: what serves; table_in: empty, none
   int width = 0, height = 0;
   double frame_ms = 0;
   uint64_t camera_number = 0;

@@ -70,7 +70,8 @@ void add_options(CLI::App& app, Config& c) {
 
   add(app, "table-mib", c.table_mib, "memory of a job's table: full, it adds no states")
       ->check(CLI::Range(1, 1 << 19));
-  add(app, "jobs-mib", c.jobs_mib, "memory of jobs that run at once; who does not fit waits")
+  add(app, "jobs-mib", c.jobs_mib,
+      "memory of jobs and live sessions at once; jobs that do not fit wait")
       ->check(CLI::Range(1, 1 << 21));
   add(app, "scene-mib", c.scene_mib, "memory for loaded scenes that the next job may want")
       ->check(CLI::Range(0, 1 << 19));

@@ -87,6 +87,7 @@ void HealthHandlers::metrics(httplib::Response& res) {
   }
   now.streams = uses_.events.stream_count();
   now.connections = uses_.connections();
+  now.live_sessions = uses_.live_sessions();
   res.status = 200;
   res.set_header("Cache-Control", "no-store");
   res.set_content(uses_.metrics.text(now), "text/plain; version=0.0.4; charset=utf-8");

@@ -22,7 +22,7 @@ class HealthHandlers {
     const JobStore& jobs;
     Metrics& metrics;
     const EventHandlers& events;
-    std::function<size_t()> connections;
+    std::function<size_t()> connections, live_sessions;
     std::function<int64_t()> now_ms;
     std::filesystem::path data;
     uint64_t min_free_bytes;

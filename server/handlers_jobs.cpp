@@ -4,9 +4,9 @@
 
 #include "core/base/sha256.h"
 #include "core/guide/surface_grid.h"
-#include "core/recover/included_networks.h"
 #include "server/jobs/job_settings.h"
 #include "server/query.h"
+#include "server/references.h"
 #include "server/reply.h"
 #include "server/turn.h"
 
@@ -61,45 +61,16 @@ proto::JobInfo JobHandlers::info(const JobRecord& job) const {
 
 // What the request names must be there; sizes that it leaves out are filled in for its answer.
 std::optional<proto::Problem> JobHandlers::check_references(proto::JobRequest& request) {
-  proto::Problem problem{422, "Wrong job request", "", {}};
-  if (!stores_.scenes.has(request.scene)) {
-    problem.errors.push_back({"/scene", "no scene of this name: see /v1/scenes"});
-  } else if (!request.width || !request.height) {
-    if (const auto size = stores_.scenes.size(request.scene)) {
-      if (!request.width) request.width = size->first;
-      if (!request.height) request.height = size->second;
-    }
-  }
-  // The size that it gives itself was looked at before, that of its scene was not.
-  const int64_t pixels_wanted = int64_t{request.width.value_or(1)} * request.height.value_or(1);
-  if (pixels_wanted > limits_.max_pixels) {
-    problem.errors.push_back({"/width", "expected at most " + std::to_string(limits_.max_pixels) +
-                                            " pixels in all, got " +
-                                            std::to_string(pixels_wanted)});
-  }
-  if (request.table != "auto" && request.table != "none") {
-    const Result<proto::TableInfo> table = stores_.tables.find(request.table);
-    if (!table.ok()) {
-      problem.errors.push_back({"/table", "no table with this id: see /v1/tables"});
-    } else if (table.value().method != table_method(request.method)) {
-      problem.errors.push_back({"/table", "a table of method " + table.value().method +
-                                              " does not serve " + request.method});
-    }
-  }
-  const std::optional<Pixels> pixels = pixels_named(request.pixels);
+  std::vector<proto::FieldError> errors;
+  check_scene(stores_, request.scene, request.width, request.height, limits_.max_pixels, errors);
+  check_table(stores_, request.table, request.method, errors);
   for (const auto& [pointer, side] :
        {std::pair{"/width", request.width}, {"/height", request.height}})
-    if (pixels != Pixels::kAll && side && *side % 2 != 0)
-      problem.errors.push_back(
-          {pointer,
-           "expected an even number for a quarter of the pixels, got " + std::to_string(*side)});
-  const bool own = !included_network(request.recover).ok() && request.recover != "auto" &&
-                   request.recover != "none";
-  if (own && !stores_.weights.find(request.recover).ok())
-    problem.errors.push_back({"/recover", "no weights with this id: see /v1/weights"});
-  if (problem.errors.empty()) return std::nullopt;
-  problem.detail = problem.errors.front().pointer + ": " + problem.errors.front().detail;
-  return problem;
+    if (pixels_named(request.pixels) != Pixels::kAll && side && *side % 2 != 0)
+      errors.push_back({pointer, "expected an even number for a quarter of the pixels, got " +
+                                     std::to_string(*side)});
+  check_recover(stores_, request.recover, errors);
+  return problem_of(std::move(errors), "Wrong job request");
 }
 
 void JobHandlers::create(const Request& req, Response& res) {

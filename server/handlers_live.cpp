@@ -1,15 +1,14 @@
 #include "server/handlers_live.h"
 
-#include "core/recover/included_networks.h"
 #include "server/live/frame_stream.h"
 #include "server/query.h"
+#include "server/references.h"
 #include "server/reply.h"
 
 namespace qray::server {
 namespace {
 
 constexpr std::chrono::milliseconds kLook{250};  // how soon a reader that left is noticed
-constexpr int64_t kMaxLivePixels = 2048LL * 2048;
 
 struct Reader {
   Reader(std::shared_ptr<LiveSession> s, FrameEncoding e) : session(std::move(s)), encoding(e) {}
@@ -42,7 +41,7 @@ LiveHandlers::LiveHandlers(LiveSessions& sessions, Stores stores,
                            const proto::RequestLimits& limits)
     : sessions_(sessions), stores_(stores), limits_(limits) {
   for (std::string_view name : method_names()) limits_.methods.emplace_back(name);
-  limits_.max_pixels = std::min(limits_.max_pixels, kMaxLivePixels);
+  limits_.max_pixels = std::min(limits_.max_pixels, LiveSessions::kMaxPixels);
 }
 
 void LiveHandlers::add_to(Router& router) {
@@ -77,32 +76,12 @@ void LiveHandlers::add_to(Router& router) {
 }
 
 std::optional<proto::Problem> LiveHandlers::check_references(const proto::LiveRequest& request) {
-  proto::Problem problem{422, "Wrong live request", "", {}};
-  if (!stores_.scenes.has(request.scene)) {
-    problem.errors.push_back({"/scene", "no scene of this name: see /v1/scenes"});
-  } else {
-    const auto size = stores_.scenes.size(request.scene).value_or(std::pair{0, 0});
-    const int64_t pixels =
-        int64_t{request.width.value_or(size.first)} * request.height.value_or(size.second);
-    if (pixels > limits_.max_pixels)
-      problem.errors.push_back({"/width", "expected at most " + std::to_string(limits_.max_pixels) +
-                                              " pixels in all, got " + std::to_string(pixels)});
-  }
-  if (request.table != "auto" && request.table != "none") {
-    const Result<proto::TableInfo> table = stores_.tables.find(request.table);
-    if (!table.ok()) {
-      problem.errors.push_back({"/table", "no table with this id: see /v1/tables"});
-    } else if (table.value().method != table_method(request.method)) {
-      problem.errors.push_back({"/table", "a table of method " + table.value().method +
-                                              " does not serve " + request.method});
-    }
-  }
-  if (request.recover != "auto" && !included_network(request.recover).ok() &&
-      !stores_.weights.find(request.recover).ok())
-    problem.errors.push_back({"/recover", "no weights with this id: see /v1/weights"});
-  if (problem.errors.empty()) return std::nullopt;
-  problem.detail = problem.errors.front().pointer + ": " + problem.errors.front().detail;
-  return problem;
+  std::vector<proto::FieldError> errors;
+  std::optional<int> width = request.width, height = request.height;
+  check_scene(stores_, request.scene, width, height, limits_.max_pixels, errors);
+  check_table(stores_, request.table, request.method, errors);
+  check_recover(stores_, request.recover, errors);
+  return problem_of(std::move(errors), "Wrong live request");
 }
 
 void LiveHandlers::open(const Request& req, Response& res) {
@@ -115,7 +94,7 @@ void LiveHandlers::open(const Request& req, Response& res) {
   const Result<std::shared_ptr<LiveSession>> session = sessions_.open(request);
   if (!session.ok() && session.error().code == ErrorCode::kBusy) {
     res.set_header("Retry-After", "5");
-    return reply_problem(res, {503, "Too many live sessions", session.error().message, {}});
+    return reply_problem(res, {503, "No room for a live session", session.error().message, {}});
   }
   if (!session.ok()) return reply_error(res, session.error());
   res.set_header("Location", "/v1/live/" + session.value()->id());

@@ -26,7 +26,7 @@ int main(int argc, char** argv) {
   constexpr int kPools = 4;
   mallopt(M_ARENA_MAX, kPools);
 
-  // Blocked before any thread starts, so that only sigwait below sees them.
+  // Blocked before any thread starts, so that only the wait below sees them.
   sigset_t ends;
   sigemptyset(&ends);
   sigaddset(&ends, SIGTERM);
@@ -48,8 +48,9 @@ int main(int argc, char** argv) {
               v6 ? "]" : "", service.value()->port());
   std::fflush(stdout);
 
-  int signal = 0;
-  sigwait(&ends, &signal);
+  // What jobs leave behind in the pools goes back to the system.
+  constexpr timespec kBetweenTrims{60, 0};
+  while (sigtimedwait(&ends, nullptr, &kBetweenTrims) < 0) malloc_trim(0);
   spdlog::info("stopping");
   service.value()->stop();
   return 0;

@@ -54,10 +54,15 @@ struct Metrics::Impl {
   Family<Counter>& phases = counters("qray_job_seconds_total", "Time of ended jobs, by phase");
   Family<Counter>& starts = counters("qray_table_starts_total",
                                      "Learning jobs that found a table (warm), or none (cold)");
+  Counter& frames = counters("qray_live_frames_total", "Frames of live sessions").Add({});
+  Counter& live_rays = counters("qray_live_rays_total", "Rays of live sessions").Add({});
+  Family<Counter>& live_phases =
+      counters("qray_live_seconds_total", "Time of live sessions' frames, by phase");
   Family<Gauge>& jobs = gauges("qray_jobs", "Jobs on disk, by state");
   Gauge& queue_age = gauges("qray_queue_age_seconds", "Age of the oldest queued job").Add({});
   Gauge& streams = gauges("qray_event_streams", "Open event streams").Add({});
   Gauge& connections = gauges("qray_connections", "Open connections").Add({});
+  Gauge& live_sessions = gauges("qray_live_sessions", "Open live sessions").Add({});
   Gauge& resident = gauges("process_resident_memory_bytes", "Memory in use").Add({});
   Gauge& files = gauges("process_open_fds", "Open file descriptors").Add({});
   Gauge& started =
@@ -102,11 +107,23 @@ void Metrics::add_job(const RenderStats& stats, double finalizing_seconds, bool 
   if (stats.method != "none") impl_->starts.Add({{"kind", warm ? "warm" : "cold"}}).Increment();
 }
 
+void Metrics::add_frame(const LiveFrame& frame) {
+  const LiveTimes& t = frame.times;
+  impl_->frames.Increment();
+  impl_->live_rays.Increment(static_cast<double>(frame.rays));
+  for (const auto& [phase, seconds] :
+       {std::pair{"features", t.features}, std::pair{"reprojection", t.reprojection},
+        std::pair{"samples", t.samples}, std::pair{"learning", t.learning},
+        std::pair{"recovery", t.recovery}})
+    impl_->live_phases.Add({{"phase", phase}}).Increment(seconds);
+}
+
 std::string Metrics::text(const MetricsNow& now) {
   for (const auto& [state, count] : now.jobs)
     impl_->jobs.Add({{"state", state}}).Set(static_cast<double>(count));
   impl_->queue_age.Set(now.queue_age_seconds);
   impl_->streams.Set(static_cast<double>(now.streams));
+  impl_->live_sessions.Set(static_cast<double>(now.live_sessions));
   impl_->connections.Set(static_cast<double>(now.connections));
   impl_->resident.Set(resident_bytes());
   impl_->files.Set(open_files());

@@ -7,6 +7,7 @@
 #include <memory>
 #include <string>
 
+#include "core/live/live_view.h"
 #include "core/render/stats.h"
 #include "server/http_server.h"
 
@@ -16,7 +17,7 @@ namespace qray::server {
 struct MetricsNow {
   std::map<std::string, int64_t> jobs;  // by state
   double queue_age_seconds = 0;         // of the job that waits longest
-  size_t streams = 0, connections = 0;
+  size_t streams = 0, connections = 0, live_sessions = 0;
 };
 
 class Metrics {
@@ -27,6 +28,7 @@ class Metrics {
   void add_exchange(const Exchange& exchange);
   // Of a job that has ended, in any way, up to its last pass. `warm`: it started from a table.
   void add_job(const RenderStats& stats, double finalizing_seconds, bool warm);
+  void add_frame(const LiveFrame& frame);
   std::string text(const MetricsNow& now);
 
  private:

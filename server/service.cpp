@@ -260,12 +260,13 @@ Result<std::unique_ptr<Service>> Service::start(const Config& config) {
   parts->scene_handlers = std::make_unique<SceneHandlers>(SceneHandlers::Uses{
       *parts->importer, parts->scenes, *parts->uploads, *parts->assets, parts->jobs, requests});
   parts->asset_handlers = std::make_unique<AssetHandlers>(*parts->assets, config.asset_mib << 20);
-  parts->health_handlers = std::make_unique<HealthHandlers>(HealthHandlers::Uses{
-      *parts->db, parts->jobs, parts->metrics, parts->event_handlers,
-      [&http = parts->http] { return http ? http->connection_count() : 0; }, now_ms, config.data,
-      uint64_t{config.min_free_mib} << 20, std::move(openapi).value()});
+  parts->health_handlers = std::make_unique<HealthHandlers>(
+      HealthHandlers::Uses{*parts->db, parts->jobs, parts->metrics, parts->event_handlers,
+                           [&http = parts->http] { return http ? http->connection_count() : 0; },
+                           [&live = parts->live] { return live->count(); }, now_ms, config.data,
+                           uint64_t{config.min_free_mib} << 20, std::move(openapi).value()});
   parts->live = std::make_unique<LiveSessions>(
-      stores, parts->runner->pool(),
+      stores, parts->runner->pool(), parts->runner->memory(),
       LiveSessions::Limits{config.live_sessions, config.live_idle_seconds}, parts->clock, now_ms);
   parts->live_handlers = std::make_unique<LiveHandlers>(*parts->live, stores, requests);
   Router router;

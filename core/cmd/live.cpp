@@ -87,10 +87,12 @@ void print_table(const std::vector<FlightMeasures>& all) {
 
 void print_events(const Flight& flight, const std::vector<FlightMeasures>& all) {
   for (const double event : flight.events()) {
-    std::printf("%.1f s after the picture changed at %.2f s:", kAfterEvent, event);
+    std::printf("%.1f s after the picture changed at %.2f s, relMSE (trimmed):", kAfterEvent,
+                event);
     for (const FlightMeasures& m : all)
       if (const auto found = m.relmse.find(event + kAfterEvent); found != m.relmse.end())
-        std::printf("  %s %.5f", m.name.c_str(), found->second);
+        std::printf("  %s %.5f (%.5f)", m.name.c_str(), found->second,
+                    m.trimmed.at(event + kAfterEvent));
     std::printf("\n");
   }
 }
@@ -165,7 +167,7 @@ Status run(const Options& o) {
   render.size = o.size;
   Result<RenderSettings> settings = make_settings(render, scene.value()->scene);
   if (!settings) return settings.error();
-  settings.value().pixels = Pixels::kQuarter;  // whose sides must be even, too
+  settings.value().pixels = Pixels::kQuarter;  // whose sides must be even, as a frame's
   if (Status s = check_settings(settings.value(), SceneLimits().max_pixels); !s) return s;
   settings.value().pixels = Pixels::kAll;
   Result<Flight> flight = load_flight(o.flight, scene.value()->scene.camera);
@@ -198,8 +200,7 @@ Status run(const Options& o) {
   for (const double seconds : times) {
     std::shared_ptr<const PreparedScene> lit = scene.value();
     if (const std::vector<float> lights = flown.flight.lights_at(seconds); !lights.empty()) {
-      Result<std::shared_ptr<const PreparedScene>> changed =
-          with_lights(lit->scene, lights, o.threads);
+      Result<std::shared_ptr<const PreparedScene>> changed = with_lights(lit, lights);
       if (!changed) return changed.error();
       lit = changed.value();
     }

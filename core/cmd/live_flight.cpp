@@ -122,7 +122,9 @@ class FlightRunner {
     Result<std::unique_ptr<Guide>> guide =
         load_guide(*run_.scene, run_.settings.render, run_.table);
     if (!guide.ok()) return guide.error();
-    flyer.view = std::make_unique<LiveView>(run_.scene, run_.settings, std::move(guide).value(),
+    LiveSettings settings = run_.settings;
+    settings.render.pixels = flyer.variant.pixels;
+    flyer.view = std::make_unique<LiveView>(run_.scene, settings, std::move(guide).value(),
                                             run_.network, pool_, clock_);
     flyer.view->set_switches(flyer.variant.switches);
     return {};
@@ -140,8 +142,7 @@ class FlightRunner {
     flyer.lights = lights;
     auto& scene = scenes_[lights];
     if (!scene) {
-      Result<std::shared_ptr<const PreparedScene>> changed =
-          with_lights(run_.scene->scene, lights, pool_.threads());
+      Result<std::shared_ptr<const PreparedScene>> changed = with_lights(run_.scene, lights);
       if (!changed.ok()) return changed.error();
       scene = changed.value();
     }
@@ -215,7 +216,9 @@ std::vector<LiveVariant> live_variants() {
           {"no-recovery", {.recovery = false}},
           {"no-reprojection", {.reprojection = false}},
           {"plain", {false, false, false}},
-          {"fresh", {}, true}};
+          {"fresh", {}, true},
+          {"quarter", {}, false, Pixels::kQuarter},
+          {"all", {}, false, Pixels::kAll}};
 }
 
 double FlightMeasures::mean(const std::map<double, double>& errors) const {

@@ -19,8 +19,9 @@ struct LiveVariant {
   std::string name;
   LiveSwitches switches;
   bool forgets = false;  // all it saw, when the picture changes at once
+  Pixels pixels = Pixels::kAdaptive;
 };
-// full, no-learning, no-recovery, no-reprojection, plain, fresh.
+// full, no-learning, no-recovery, no-reprojection, plain, fresh, quarter, all.
 std::vector<LiveVariant> live_variants();
 
 struct FlightMeasures {

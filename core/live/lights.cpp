@@ -27,20 +27,19 @@ std::vector<std::string> light_names(const Scene& scene) {
   return names;
 }
 
-Result<std::shared_ptr<const PreparedScene>> with_lights(const Scene& scene,
-                                                         std::span<const float> factors,
-                                                         int build_threads) {
+Result<std::shared_ptr<const PreparedScene>> with_lights(
+    const std::shared_ptr<const PreparedScene>& scene, std::span<const float> factors) {
   LoadedScene changed;
-  changed.scene = scene;
-  QRAY_CHECK(factors.size() == light_names(scene).size());
+  changed.scene = scene->scene;
+  QRAY_CHECK(factors.size() == light_names(changed.scene).size());
   std::vector<Rgb*> colours;
   for_each_light(changed.scene,
                  [&](const std::string&, Rgb& colour) { colours.push_back(&colour); });
   for (size_t i = 0; i < colours.size(); ++i) *colours[i] *= factors[i];
-  const Result<SceneHash> hash = hash_scene(changed.scene);
+  const Result<SceneHash> hash = hash_other_lights(changed.scene, scene->hash);
   if (!hash.ok()) return hash.error();
   changed.hash = hash.value();
-  return prepare_scene(std::move(changed), build_threads);
+  return prepare_same_surfaces(std::move(changed), scene);
 }
 
 }  // namespace qray

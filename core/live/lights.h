@@ -13,9 +13,9 @@ namespace qray {
 std::vector<std::string> light_names(const Scene& scene);
 
 // The scene with each light's emission times its factor, 0: switched off. `factors`: as many as
-// names. Its hash is another unless all are 1: tables learned there say so.
-Result<std::shared_ptr<const PreparedScene>> with_lights(const Scene& scene,
-                                                         std::span<const float> factors,
-                                                         int build_threads);
+// names. Its hash is another unless all are 1: tables learned there say so. It shares the
+// tree and the images.
+Result<std::shared_ptr<const PreparedScene>> with_lights(
+    const std::shared_ptr<const PreparedScene>& scene, std::span<const float> factors);
 
 }  // namespace qray

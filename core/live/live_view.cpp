@@ -132,6 +132,10 @@ void LiveView::learn(LiveFrame& frame, std::vector<std::unique_ptr<GuideDelta>>&
   frame.times.learning = clock_.seconds() - start;
 }
 
+double LiveView::more_for_few() const {
+  return settings_.render.pixels == Pixels::kAdaptive ? kMoreForFew : 1;
+}
+
 void LiveView::sample_tile(int tile, double per_block, uint64_t frame, Worker& worker,
                            GuideDelta* delta) {
   const int across = (view_.width / 2 + kTileBlocks - 1) / kTileBlocks;
@@ -144,12 +148,21 @@ void LiveView::sample_tile(int tile, double per_block, uint64_t frame, Worker& w
     for (int bx = bx0; bx < bx1; ++bx) {
       const size_t first = view_.index(2 * bx, 2 * by), row = static_cast<size_t>(view_.width);
       const size_t pixels[] = {first, first + 1, first + row, first + row + 1};
+      // A whole number by chance, so that its mean is what was wanted.
+      const auto whole = [](double wanted, uint64_t bits) {
+        return static_cast<int>(std::min<double>(wanted, kMostPerBlock) +
+                                to_unit_float(static_cast<uint32_t>(bits >> 32)));
+      };
+      if (settings_.render.pixels == Pixels::kAll) {
+        for (const size_t pixel : pixels)
+          for (int n = whole(per_block / 4, mix64(frame << 32 ^ pixel)); n > 0; --n)
+            worker.pixels.push_back(pixel);
+        continue;
+      }
       float has[4], sum = 0;
       for (int k = 0; k < 4; ++k) sum += has[k] = history_[pixels[k]].samples;
       const uint64_t bits = mix64(frame << 32 ^ first);
-      const double wanted =
-          std::min<double>(sum < kFewSamples ? per_block * kMoreForFew : per_block, kMostPerBlock);
-      const int count = static_cast<int>(wanted + to_unit_float(static_cast<uint32_t>(bits >> 32)));
+      const int count = whole(sum < kFewSamples ? per_block * more_for_few() : per_block, bits);
       for (int n = 0; n < count; ++n) {
         // The pixel that has the fewest; of several, another one each frame.
         int least = static_cast<int>(bits & 3);
@@ -193,7 +206,7 @@ void LiveView::sample_moving(LiveFrame& frame, std::vector<Worker>& workers, dou
       settings_.paths_per_block > 0 ? settings_.paths_per_block : budget_.paths(elapsed) / blocks;
   // Where much has just come into view, everything gets less.
   const double share = few / blocks;
-  const double per_block = affordable / (1 + (kMoreForFew - 1) * share);
+  const double per_block = affordable / (1 + (more_for_few() - 1) * share);
   const int tiles = ((view_.width / 2 + kTileBlocks - 1) / kTileBlocks) *
                     ((view_.height / 2 + kTileBlocks - 1) / kTileBlocks);
   const bool learns = learns_now();

@@ -24,7 +24,10 @@ struct LiveSwitches {
 };
 
 struct LiveSettings {
-  RenderSettings render;  // method, size (even), seed, depth; how many samples is not asked
+  // Method, size (even), seed, depth; how many samples is not asked. `pixels` is of a camera that
+  // moves: kAll, each as often as any other; kQuarter, each block of 2 x 2, whose pixels take
+  // turns; kAdaptive, blocks of which little is known more often.
+  RenderSettings render;
   double frame_seconds = 0.1;
   // > 0: in each moving frame, and of as many of a resting frame's pixels, whatever time that
   // takes: the same frames for any number of threads.
@@ -86,6 +89,7 @@ class LiveView {
   void sample_film(uint64_t unit, Worker& worker, GuideDelta* delta);
   void learn(LiveFrame& frame, std::vector<std::unique_ptr<GuideDelta>>& deltas, size_t count);
   float deviation(int x, int y) const;
+  double more_for_few() const;  // samples of a block of which little is known, over others'
   std::unique_ptr<GuideDelta> empty_delta();
   bool learns_now() const;
 

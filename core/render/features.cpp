@@ -33,7 +33,7 @@ Seen see(const PreparedScene& scene, Ray ray, float diagonal, float pixel_angle)
     const SurfacePoint at = scene.surface_at(ray, hit, (length + hit.t) * pixel_angle);
     const MeshShading& mesh = scene.meshes[hit.mesh.value];
     if (mirrors == 0 && mesh.emits && (dot(at.ng, ray.d) < 0 || mesh.material->emission_two_sided))
-      emitted = mesh.emission_textured() ? scene.textures.color(mesh.material->emission, at.uv)
+      emitted = mesh.emission_textured() ? scene.textures->color(mesh.material->emission, at.uv)
                                          : mesh.material->emission.value;
     const MaterialShading& material = scene.resolve(mesh, at.uv, 0.5f);
     const ShadingPoint sp = scene.shading_point(material, at);

@@ -105,7 +105,7 @@ PathTracer::PathTracer(const PreparedScene& scene, const LightPick& lights,
       lights_(lights),
       settings_(settings),
       connects_(!lights.empty() && (settings.nee || lights.has_punctual())),
-      textured_(!scene.textures.empty()),
+      textured_(!scene.textures->empty()),
       pixel_angle_(
           CameraRays(settings.camera.value_or(scene.scene.camera), settings.width, settings.height)
               .pixel_angle()),
@@ -294,7 +294,7 @@ Rgb PathTracer::walk(Ray ray, Sampler& sampler, float pixel_deviation, Rgb& pixe
     if (mesh.emits && (cos_geometric > 0 || mesh.material->emission_two_sided) &&
         !(hides_lights_ && depth == 1)) {
       const Rgb emitted = mesh.emission_textured()
-                              ? scene_.textures.color(mesh.material->emission, surface.uv)
+                              ? scene_.textures->color(mesh.material->emission, surface.uv)
                               : mesh.material->emission.value;
       float mis = 1;
       if (!delta_ && settings_.nee) {

@@ -50,8 +50,21 @@ MeshShading mesh_shading(const PreparedScene& prepared, const Placement& placed)
   return m;
 }
 
-Result<std::shared_ptr<PreparedScene>> prepare(LoadedScene loaded, int build_threads,
-                                               const LoadWatch& watch) {
+Result<std::shared_ptr<const EmbreeScene>> build_tree(const PreparedScene& prepared,
+                                                      int build_threads, const LoadWatch& watch) {
+  HitFilter filter;
+  filter.passes = [&prepared](const Ray& ray, const Hit& hit) { return prepared.passes(ray, hit); };
+  for (const MeshShading& mesh : prepared.meshes) filter.meshes.push_back(mesh.masked);
+  Result<std::unique_ptr<EmbreeScene>> tree = EmbreeScene::build(
+      prepared.scene, build_threads, filter,
+      [&watch](double fraction) { return !watch || watch(LoadStep::kBuilding, fraction); });
+  if (!tree.ok()) return tree.error();
+  return std::shared_ptr<const EmbreeScene>(std::move(tree).value());
+}
+
+// All but the tree.
+std::shared_ptr<PreparedScene> prepare(LoadedScene loaded,
+                                       std::shared_ptr<const MaterialTextures> textures) {
   auto prepared = std::make_shared<PreparedScene>();
   prepared->scene = std::move(loaded.scene);
   prepared->hash = loaded.hash;
@@ -68,20 +81,21 @@ Result<std::shared_ptr<PreparedScene>> prepare(LoadedScene loaded, int build_thr
     prepared->materials.push_back(
         material_shading(material, prepared->bsdfs.back().get(), prepared->materials));
   }
-  if (Status s = prepared->textures.open(scene.textures); !s.ok()) return s.error();
+  prepared->textures = std::move(textures);
   for (const Placement& placed : scene.placements())
     prepared->meshes.push_back(mesh_shading(*prepared, placed));
-  HitFilter filter;
-  filter.passes = [p = prepared.get()](const Ray& ray, const Hit& hit) {
-    return p->passes(ray, hit);
-  };
-  for (const MeshShading& mesh : prepared->meshes) filter.meshes.push_back(mesh.masked);
-  Result<std::unique_ptr<EmbreeScene>> accel = EmbreeScene::build(
-      scene, build_threads, filter,
-      [&watch](double fraction) { return !watch || watch(LoadStep::kBuilding, fraction); });
-  if (!accel.ok()) return accel.error();
-  prepared->accel = std::move(accel).value();
-  prepared->lights.build(scene, prepared->bounds, prepared->textures);
+  prepared->lights.build(scene, prepared->bounds, *prepared->textures);
+  return prepared;
+}
+
+Result<std::shared_ptr<PreparedScene>> prepare_with_tree(LoadedScene loaded, int build_threads,
+                                                         const LoadWatch& watch) {
+  auto textures = std::make_shared<MaterialTextures>();
+  if (Status s = textures->open(loaded.scene.textures); !s.ok()) return s.error();
+  std::shared_ptr<PreparedScene> prepared = prepare(std::move(loaded), std::move(textures));
+  Result<std::shared_ptr<const EmbreeScene>> tree = build_tree(*prepared, build_threads, watch);
+  if (!tree.ok()) return tree.error();
+  prepared->accel = std::move(tree).value();
   return prepared;
 }
 
@@ -91,16 +105,16 @@ void PreparedScene::bend(const MaterialShading& material, const Hit& hit, Vec3 w
                          SurfacePoint& surface) const {
   const MeshShading& m = meshes[hit.mesh.value];
   if (m.mesh->uvs.empty()) return;
-  surface.ns = bent_normal(textures, *material.material,
+  surface.ns = bent_normal(*textures, *material.material,
                            triangle_edges(*m.mesh, m.to_world, hit.triangle), surface, wo);
 }
 
 float PreparedScene::opacity(const MaterialShading& material, TexturePoint uv) const {
   if (!material.masked) return 1;
   const Material& m = *material.material;
-  const float own = textures.opacity(m, uv);
+  const float own = textures->opacity(m, uv);
   if (!material.blends) return own;
-  return own * lerp(std::clamp(textures.number(m.blend_weight, uv), 0.0f, 1.0f),
+  return own * lerp(std::clamp(textures->number(m.blend_weight, uv), 0.0f, 1.0f),
                     opacity(materials[m.first.value], uv), opacity(materials[m.second.value], uv));
 }
 
@@ -111,7 +125,7 @@ const MaterialShading& PreparedScene::resolve(const MaterialShading& material, T
     const Material& m = *at->material;
     const MaterialShading& first = materials[m.first.value];
     const MaterialShading& second = materials[m.second.value];
-    float weight = std::clamp(textures.number(m.blend_weight, uv), 0.0f, 1.0f);
+    float weight = std::clamp(textures->number(m.blend_weight, uv), 0.0f, 1.0f);
     if (at->masked) {  // what lets more rays pass is met less often
       const float b = weight * opacity(second, uv), a = (1 - weight) * opacity(first, uv);
       weight = a + b > 0 ? b / (a + b) : weight;
@@ -127,7 +141,7 @@ Rgb PreparedScene::emission_at(MeshId mesh, uint32_t triangle, Vec2 barycentric)
   const MeshShading& m = meshes[mesh.value];
   SurfacePoint surface;
   if (m.interpolated) interpolate_vertices(*m.mesh, triangle, barycentric, surface);
-  return textures.color(m.material->emission, surface.uv) * opacity(m, surface.uv);
+  return textures->color(m.material->emission, surface.uv) * opacity(m, surface.uv);
 }
 
 float PreparedScene::uv_per_metre(const MeshShading& mesh, uint32_t triangle) {
@@ -155,7 +169,7 @@ bool PreparedScene::passes(const Ray& ray, const Hit& hit) const {
 
 size_t PreparedScene::size_bytes() const {
   const auto bytes = [](const auto& values) { return std::span(values).size_bytes(); };
-  size_t sum = accel->size_bytes() + textures.size_bytes() + bytes(meshes) + bytes(materials) +
+  size_t sum = accel->size_bytes() + textures->size_bytes() + bytes(meshes) + bytes(materials) +
                bytes(scene.instances) + bytes(scene.environment.image.data());
   for (const Mesh& mesh : scene.meshes)
     sum += bytes(mesh.positions) + bytes(mesh.normals) + bytes(mesh.uvs) + bytes(mesh.colors) +
@@ -170,9 +184,17 @@ GuideSetup PreparedScene::guide_setup(const RenderSettings& settings) const {
 }
 
 Result<std::shared_ptr<const PreparedScene>> prepare_scene(LoadedScene loaded, int build_threads) {
-  Result<std::shared_ptr<PreparedScene>> prepared = prepare(std::move(loaded), build_threads, {});
+  Result<std::shared_ptr<PreparedScene>> prepared =
+      prepare_with_tree(std::move(loaded), build_threads, {});
   if (!prepared.ok()) return prepared.error();
   return std::shared_ptr<const PreparedScene>(std::move(prepared).value());
+}
+
+std::shared_ptr<const PreparedScene> prepare_same_surfaces(
+    LoadedScene loaded, const std::shared_ptr<const PreparedScene>& same) {
+  std::shared_ptr<PreparedScene> prepared = prepare(std::move(loaded), same->textures);
+  prepared->accel = {same, same->accel.get()};  // asks `same` which hits pass
+  return prepared;
 }
 
 Result<std::shared_ptr<const PreparedScene>> load_and_prepare_scene(
@@ -182,7 +204,7 @@ Result<std::shared_ptr<const PreparedScene>> load_and_prepare_scene(
   Result<LoadedScene> loaded = load_scene(path, options);
   if (!loaded.ok()) return loaded.error();
   Result<std::shared_ptr<PreparedScene>> prepared =
-      prepare(std::move(loaded).value(), build_threads, options.watch);
+      prepare_with_tree(std::move(loaded).value(), build_threads, options.watch);
   if (!prepared.ok()) return prepared.error();
   prepared.value()->seconds = clock.seconds() - start;
   return std::shared_ptr<const PreparedScene>(std::move(prepared).value());

@@ -33,9 +33,9 @@ struct PreparedScene {
   float ray_epsilon = 0;  // metres: rounding noise of coordinates on the largest triangles
   double seconds = 0;     // that loading and preparing took
   std::vector<std::string> warnings;
-  std::unique_ptr<EmbreeScene> accel;
+  std::shared_ptr<const EmbreeScene> accel;
   std::vector<std::unique_ptr<Bsdf>> bsdfs;  // by MaterialId
-  MaterialTextures textures;
+  std::shared_ptr<const MaterialTextures> textures;
   LightPick lights;
 
   std::vector<MaterialShading> materials;  // by MaterialId
@@ -65,7 +65,7 @@ struct PreparedScene {
   // The material's parameters there, textures looked up.
   ShadingPoint shading_point(const MaterialShading& material, const SurfacePoint& surface) const {
     ShadingPoint sp =
-        material.textured ? textures.point(*material.material, surface.uv) : material.constant;
+        material.textured ? textures->point(*material.material, surface.uv) : material.constant;
     sp.reflectance *= surface.color;
     return sp;
   }
@@ -78,6 +78,10 @@ struct PreparedScene {
 };
 
 Result<std::shared_ptr<const PreparedScene>> prepare_scene(LoadedScene loaded, int build_threads);
+// `loaded` has the surfaces and images of `same`, whose tree both then share, and which lives as
+// long: only what surfaces and lights emit may differ.
+std::shared_ptr<const PreparedScene> prepare_same_surfaces(
+    LoadedScene loaded, const std::shared_ptr<const PreparedScene>& same);
 Result<std::shared_ptr<const PreparedScene>> load_and_prepare_scene(
     const std::filesystem::path& path, int build_threads, const LoadOptions& options = {});
 

@@ -213,4 +213,11 @@ Result<SceneHash> hash_scene(const Scene& scene) {
                    hash_lights(scene, textures.value())};
 }
 
+Result<SceneHash> hash_other_lights(const Scene& scene, SceneHash hash) {
+  const Result<std::vector<Digest>> textures = hash_textures(scene);
+  if (!textures.ok()) return textures.error();
+  hash.lights = hash_lights(scene, textures.value());
+  return hash;
+}
+
 }  // namespace qray

@@ -11,5 +11,7 @@
 namespace qray {
 
 Result<SceneHash> hash_scene(const Scene& scene);  // fails when a texture file cannot be read
+// Of a scene that differs from one of this hash in its lights alone.
+Result<SceneHash> hash_other_lights(const Scene& scene, SceneHash hash);
 
 }  // namespace qray

@@ -74,7 +74,9 @@ class JobRunner {
 
   // A running job that has a film.
   std::shared_ptr<const LiveJob> live(JobId id) const;
-  const TaskPool& pool() const { return pool_; }  // for others to share the render threads
+  // For others to share with jobs.
+  const TaskPool& pool() const { return pool_; }
+  MemoryBudget& memory() { return memory_; }
   size_t queued() const { return queue_.size(); }
 
  private:

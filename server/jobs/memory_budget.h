@@ -1,10 +1,11 @@
-// The memory that running jobs may take together. A job that does not fit beside the others waits
-// until it does; one that never would runs alone. Any thread.
+// The memory that running jobs and live sessions may take together. A job that does not fit beside
+// the others waits until it does; one that never would runs alone. Any thread.
 #pragma once
 
 #include <condition_variable>
 #include <cstdint>
 #include <mutex>
+#include <optional>
 #include <stop_token>
 #include <utility>
 
@@ -39,12 +40,22 @@ class MemoryBudget {
     const auto wanted = static_cast<int64_t>(bytes);
     std::unique_lock lock(mutex_);
     if (!freed_.wait(lock, stop, [&] { return users_ == 0 || wanted <= free_; })) return {};
-    ++users_;
-    free_ -= wanted;
-    return {*this, wanted};
+    return part(wanted);
+  }
+  // nullopt: there is no room now.
+  std::optional<Part> take_now(size_t bytes) {
+    const auto wanted = static_cast<int64_t>(bytes);
+    std::lock_guard lock(mutex_);
+    if (users_ > 0 && wanted > free_) return std::nullopt;
+    return part(wanted);
   }
 
  private:
+  Part part(int64_t bytes) {
+    ++users_;
+    free_ -= bytes;
+    return {*this, bytes};
+  }
   void give_back(int64_t bytes) {
     std::lock_guard lock(mutex_);
     --users_;

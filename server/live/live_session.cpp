@@ -65,6 +65,7 @@ proto::LiveInfo LiveSession::info() const {
   return {start_.id,
           start_.request.scene,
           start_.settings.render.method,
+          start_.request.pixels,
           start_.recover,
           start_.table ? start_.table->id : std::string(),
           start_.settings.render.width,
@@ -145,8 +146,7 @@ bool LiveSession::wait_for_reader(std::stop_token stop) {
 
 bool LiveSession::relight(const std::vector<double>& factors) {
   const std::vector<float> scales(factors.begin(), factors.end());
-  Result<std::shared_ptr<const PreparedScene>> lit =
-      with_lights(start_.scene->scene, scales, pool_.threads());
+  Result<std::shared_ptr<const PreparedScene>> lit = with_lights(start_.scene, scales);
   if (!lit.ok()) {
     spdlog::error("live={} cannot switch lights: {}", start_.id, lit.error().text());
     return false;
@@ -182,6 +182,7 @@ void LiveSession::frames(std::stop_token stop) {
     view_->set_camera(wanted.camera);
     std::optional<LiveFrame> frame = view_->next_frame(stop);
     if (!frame) return;
+    if (start_.made) start_.made(*frame);
     shown = wanted;
     last = std::make_shared<const ShownFrame>(ShownFrame{std::move(*frame), wanted.number});
     std::lock_guard lock(mutex_);
@@ -208,6 +209,7 @@ void LiveSession::run(std::stop_token stop) {
   view_.reset();
   std::lock_guard lock(mutex_);
   newest_.reset();
+  start_.memory = {};
   ended_ = true;
   changed_.notify_all();
 }

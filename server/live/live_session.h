@@ -11,6 +11,7 @@
 #include "core/job/run_job.h"
 #include "core/live/live_view.h"
 #include "proto/live_messages.h"
+#include "server/jobs/memory_budget.h"
 
 namespace qray::server {
 
@@ -30,8 +31,10 @@ class LiveSession {
     std::unique_ptr<Guide> guide;
     std::optional<TableHeader> table;
     Network network;
+    MemoryBudget::Part memory;  // given back when it ends
     double idle_seconds = 300;  // without a call, then it ends
     int readers = 4;
+    std::function<void(const LiveFrame&)> made;  // called with each frame
     // What it learned, when it ends; not called where it learned nothing.
     std::function<void(const TableFile&, const GuideStats&)> leave;
   };

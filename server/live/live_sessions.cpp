@@ -4,12 +4,18 @@
 
 #include "core/recover/included_networks.h"
 #include "server/jobs/job_settings.h"
+#include "server/metrics.h"
 
 namespace qray::server {
 namespace {
 
 constexpr size_t kMaxTablesTried = 8;
-constexpr int64_t kMaxPixels = 4096LL * 4096;
+constexpr size_t kPixelBytes = 600;  // of views, histories, film, recovery and pictures, about
+
+size_t memory_needed(const RenderSettings& settings) {
+  return static_cast<size_t>(settings.width) * static_cast<size_t>(settings.height) * kPixelBytes +
+         (settings.method == "none" ? 0 : settings.max_table_bytes);
+}
 
 }  // namespace
 
@@ -58,16 +64,23 @@ Result<LiveSession::Start> LiveSessions::prepare(const proto::LiveRequest& reque
   s.width = request.width.value_or(data.width + data.width % 2);
   s.height = request.height.value_or(data.height + data.height % 2);
   s.max_depth = request.max_depth.value_or(data.max_depth);
+  s.pixels = pixels_named(request.pixels).value_or(Pixels::kAdaptive);
   s.seed = request.seed;
   s.max_table_bytes = stores_.tables.max_bytes();
   s.camera = camera_of(request.camera.value_or(proto::CameraRequest{}), data.camera);
   if (Status status = check_settings(s, kMaxPixels); !status.ok()) return status.error();
+  std::optional<MemoryBudget::Part> memory = memory_.take_now(memory_needed(s));
+  if (!memory)
+    return Error{ErrorCode::kBusy, "there is no memory beside the jobs that run: come again", ""};
+  start.memory = std::move(*memory);
   start.settings.frame_seconds = request.frame_ms / 1000;
   Result<std::unique_ptr<Guide>> made = guide(*start.scene, s, request.table, start.table);
   if (!made.ok()) return made.error();
   start.guide = std::move(made).value();
   if (Status status = network(*start.scene, request.recover, start); !status.ok())
     return status.error();
+  if (stores_.metrics)
+    start.made = [metrics = stores_.metrics](const LiveFrame& frame) { metrics->add_frame(frame); };
   if (request.table != "none")
     start.leave = [this, request](const TableFile& table, const GuideStats& stats) {
       keep(request, table, stats);

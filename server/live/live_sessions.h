@@ -11,20 +11,23 @@ namespace qray::server {
 
 class LiveSessions {
  public:
+  static constexpr int64_t kMaxPixels = 2048LL * 2048;
   struct Limits {
     size_t at_once = 4;
     double idle_seconds = 300;
   };
-  LiveSessions(Stores stores, const TaskPool& threads, const Limits& limits, const Clock& clock,
-               std::function<int64_t()> now_ms)
+  LiveSessions(Stores stores, const TaskPool& threads, MemoryBudget& memory, const Limits& limits,
+               const Clock& clock, std::function<int64_t()> now_ms)
       : stores_(stores),
         threads_(threads),
+        memory_(memory),
         limits_(limits),
         clock_(clock),
         now_ms_(std::move(now_ms)) {}
   ~LiveSessions() { stop(); }
 
-  // Loads the scene, which may take long. kBusy: there are as many as may be, or the server stops.
+  // Loads the scene, which may take long. kBusy: there are as many as may be, there is no memory
+  // beside the jobs that run, or the server stops.
   Result<std::shared_ptr<LiveSession>> open(const proto::LiveRequest& request);
   std::shared_ptr<LiveSession> find(const std::string& id);  // null: there is none
   // Ends all, and waits until they have left what they learned.
@@ -42,6 +45,7 @@ class LiveSessions {
 
   Stores stores_;
   const TaskPool& threads_;
+  MemoryBudget& memory_;
   const Limits limits_;
   const Clock& clock_;
   std::function<int64_t()> now_ms_;

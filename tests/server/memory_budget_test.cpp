@@ -36,6 +36,16 @@ TEST(MemoryBudget, WhatDoesNotFitWaitsForTheOthers) {
   const MemoryBudget::Part rest = budget.take(30, {});
 }
 
+TEST(MemoryBudget, WhoDoesNotWaitGetsWhatIsThereNow) {
+  MemoryBudget budget(100);
+  std::optional<MemoryBudget::Part> first = budget.take_now(60);
+  EXPECT_TRUE(first);
+  EXPECT_FALSE(budget.take_now(41));
+  EXPECT_TRUE(budget.take_now(40));  // and gives it back
+  first.reset();
+  EXPECT_TRUE(budget.take_now(500));  // alone
+}
+
 TEST(MemoryBudget, WhatNeverFitsRunsAlone) {
   MemoryBudget budget(100);
   std::optional<MemoryBudget::Part> large = budget.take(500, {});

@@ -202,6 +202,30 @@ TEST_F(ServiceLiveTest, SessionsAreBounded) {
   open();
 }
 
+// The bound of memory is that of jobs; a session alone may be over it.
+TEST_F(ServiceLiveTest, SessionsHaveRoomBesideEachOther) {
+  s_.config.jobs_mib = 1;
+  s_.stop();
+  s_.start();
+  const std::string first = open()["id"];
+  const auto second = s_.client().Post("/v1/live", R"({"scene":"box"})", "application/json");
+  EXPECT_EQ(second->status, 503);
+  EXPECT_NE(second->body.find("memory"), std::string::npos) << second->body;
+  EXPECT_EQ(s_.client().Delete("/v1/live/" + first)->status, 204);
+  EXPECT_TRUE(ends_within(first, 5s));
+  open();
+}
+
+TEST_F(ServiceLiveTest, MetricsCountFrames) {
+  Frames stream = frames(open()["id"]);
+  ASSERT_TRUE(stream.next());
+  const std::string text = s_.client().Get("/metrics")->body;
+  EXPECT_NE(text.find("qray_live_sessions 1\n"), std::string::npos) << text;
+  EXPECT_NE(text.find("qray_live_frames_total"), std::string::npos);
+  EXPECT_EQ(text.find("qray_live_frames_total 0\n"), std::string::npos);
+  EXPECT_NE(text.find("qray_live_seconds_total{phase=\"samples\"}"), std::string::npos);
+}
+
 TEST_F(ServiceLiveTest, LeavesATableForTheNextAndStartsFromIt) {
   const std::string id = open()["id"];
   {

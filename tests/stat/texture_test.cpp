@@ -70,7 +70,7 @@ TEST(Texture, AFloorIsItsPictureAtAFractionOfTheMemory) {
   // The root mean square error, against a mean of 0.4; and how much of the waves is left.
   EXPECT_LT(std::sqrt(square / (kSide * kSide)), 0.006);
   EXPECT_NEAR(product / wave, 1, 0.02);
-  EXPECT_LT(scene->textures.size_bytes(), kWholeBytes / 40);  // texels of a quarter of a pixel
+  EXPECT_LT(scene->textures->size_bytes(), kWholeBytes / 40);  // texels of a quarter of a pixel
 }
 
 TEST(Texture, CloseUpItIsFine) {
@@ -80,7 +80,7 @@ TEST(Texture, CloseUpItIsFine) {
   close.camera.position = {0, 0.1f, 0};
   const auto scene = test::prepare(close);
   test::render(*scene, test::small_settings("none", kSide, 4));
-  EXPECT_EQ(scene->textures.size_bytes(), kWholeBytes);
+  EXPECT_EQ(scene->textures->size_bytes(), kWholeBytes);
 }
 
 TEST(Texture, VertexColoursMultiplyTheReflectance) {

@@ -18,9 +18,10 @@ class Hands final : public Clock {
 
 struct Walk {
   explicit Walk(const std::string& method, int threads = 2, const std::string& name = "cornell-box",
-                double paths_per_block = 4, uint64_t seed = 1)
+                double paths_per_block = 4, uint64_t seed = 1, Pixels pixels = Pixels::kAdaptive)
       : scene(test::included_scene(name)), pool(threads) {
     settings = {test::small_settings(method, 64, 1, seed), 0.1, paths_per_block};
+    settings.render.pixels = pixels;
     view = std::make_unique<LiveView>(
         scene, settings, make_guide(method, scene->guide_setup(settings.render)).value(),
         included_network("default").value(), pool, clock);
@@ -110,6 +111,41 @@ TEST(LiveView, IsTheSameForAnyNumberOfThreads) {
   EXPECT_EQ(one.view->guide()->stats().samples_seen, three.view->guide()->stats().samples_seen);
 }
 
+// A block of 2 x 2 pixels that gets four samples a frame gives each of its pixels one.
+TEST(LiveView, PixelsOfABlockTakeTurns) {
+  Walk all("none", 2, "cornell-box", 4, 1, Pixels::kAll);
+  Walk quarter("none", 2, "cornell-box", 4, 1, Pixels::kQuarter);
+  for (Walk* walk : {&all, &quarter}) walk->view->set_switches({false, false, false});
+  for (int i = 0; i < 3; ++i) {
+    for (Walk* walk : {&all, &quarter})
+      walk->view->set_camera(walk->moved(0.01f * static_cast<float>(i)));
+    const LiveFrame a = all.next(), b = quarter.next();
+    EXPECT_EQ(a.paths, 64u * 64u);
+    EXPECT_EQ(b.paths, 64u * 64u);
+    EXPECT_TRUE(std::ranges::equal(a.picture.data(), b.picture.data())) << "frame " << i;
+  }
+}
+
+// Where the camera turns to what it has not seen, there are more samples than where it has.
+TEST(LiveView, AdaptivePixelsAreThoseOfWhichLittleIsKnown) {
+  const auto turned_to_the_side = [](Pixels pixels) {
+    Walk walk("none", 2, "cornell-box", 4, 1, pixels);
+    for (int i = 0; i < 6; ++i) {
+      walk.view->set_camera(walk.moved(0.001f * static_cast<float>(i)));
+      walk.next();
+    }
+    Camera turned = walk.scene->scene.camera;
+    turned.target.x += 0.3f;
+    walk.view->set_camera(turned);
+    return walk.next();
+  };
+  const LiveFrame even = turned_to_the_side(Pixels::kQuarter);
+  const LiveFrame more = turned_to_the_side(Pixels::kAdaptive);
+  EXPECT_EQ(even.paths, 64u * 64u);
+  EXPECT_NEAR(static_cast<double>(more.paths), 64.0 * 64, 64);  // as many in all
+  EXPECT_FALSE(std::ranges::equal(even.picture.data(), more.picture.data()));
+}
+
 TEST(LiveView, EarlierFramesMakeAPictureBetter) {
   RenderSettings settings = test::small_settings("none", 64, 256, 9);
   settings.camera = Walk("none").moved(0.004f * 12);
@@ -137,7 +173,7 @@ TEST(LiveView, ALightSwitchedOffLeavesNothing) {
   for (int i = 0; i < 6; ++i) walk.next();
   const std::vector<float> off(light_names(walk.scene->scene).size(), 0.0f);
   ASSERT_FALSE(off.empty());
-  walk.view->set_scene(with_lights(walk.scene->scene, off, 1).value());
+  walk.view->set_scene(with_lights(walk.scene, off).value());
   for (int i = 0; i < 3; ++i) {
     const LiveFrame dark = walk.next();
     for (const float v : dark.picture.data()) ASSERT_EQ(v, 0);
@@ -185,13 +221,15 @@ TEST(LightNames, AreOfAllKindsAndTheirFactorsCount) {
   const std::vector<std::string> names = light_names(scene);
   EXPECT_EQ(names, (std::vector<std::string>{"m2", "point light 0", "environment"}));
   const float factors[] = {0.5f, 0, 2};
-  const auto changed = with_lights(scene, factors, 1).value();
+  const auto before = test::prepare(scene);
+  const auto changed = with_lights(before, factors).value();
   EXPECT_EQ(changed->scene.materials[2].emission.value.r, 10);
   EXPECT_TRUE(changed->scene.lights[0].intensity.is_black());
   EXPECT_EQ(changed->scene.environment.radiance.g, 2);
-  const SceneHash before = hash_scene(scene).value();
-  EXPECT_FALSE(changed->hash.lights == before.lights);
-  EXPECT_TRUE(changed->hash.geometry == before.geometry);
+  EXPECT_FALSE(changed->hash.lights == before->hash.lights);
+  EXPECT_TRUE(changed->hash.geometry == before->hash.geometry);
+  EXPECT_EQ(changed->hash.lights, hash_scene(changed->scene).value().lights);
+  EXPECT_EQ(changed->accel, before->accel);
 }
 
 }  // namespace
