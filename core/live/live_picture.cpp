@@ -8,7 +8,8 @@
 namespace qray {
 namespace {
 
-constexpr float kFewSamples = 4;  // tell no variance by themselves
+constexpr float kFewSamples = 4;   // tell no variance by themselves
+constexpr float kTotalWeight = 8;  // samples that the noise over all blocks around counts for
 constexpr float kLeastLight = 1e-3f;
 constexpr float kMostNoise = 16;
 
@@ -76,8 +77,9 @@ void BlockGrid::measure_noise(TaskPool& pool) {
       BlockHistory& block = blocks_[row * static_cast<size_t>(width_) + static_cast<size_t>(x)];
       if (samples == 0) continue;
       // A block's own noise leaves out how the light changes from block to block.
-      block.variance = own_weight > 0 ? own / own_weight
-                                      : std::max(square / samples - sqr(mean / samples), 0.0f);
+      // Few samples that happen to be alike are no certainty: all of them together vouch for it.
+      const float total = std::max(square / samples - sqr(mean / samples), 0.0f);
+      block.variance = (own + kTotalWeight * total) / (own_weight + kTotalWeight);
       if (block.samples == 0) block.light = light * (1 / known);
       block.luminance = mean / samples;
     }
