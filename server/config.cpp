@@ -143,8 +143,8 @@ Config default_config() {
   config.web = installed_or("web", QRAY_WEB_DIR);
   config.web_lib = installed_or("web_lib", QRAY_WEB_LIB_DIR);
   config.openapi = installed_or("openapi.yaml", QRAY_OPENAPI_FILE);
-  config.table_mib = std::clamp<size_t>(memory_bytes() / 4 >> 20, 1, 1 << 19);
-  config.jobs_mib = 3 * config.table_mib;
+  config.table_mib = std::clamp<size_t>(memory_bytes() / 16 >> 20, 1, 1 << 19);
+  config.jobs_mib = 12 * config.table_mib;
   return config;
 }
 

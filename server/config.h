@@ -51,8 +51,8 @@ struct Config {
   std::filesystem::path program = "/proc/self/exe";  // qrayd, for these
 };
 
-// Default folders filled in, and of this machine's memory a quarter for a table, three for all
-// jobs.
+// Default folders filled in, and of this machine's memory a sixteenth for a table, three quarters
+// for all jobs and live sessions.
 Config default_config();
 // The configuration, or the exit code after --help or a wrong option was answered.
 struct ParsedConfig {

@@ -29,7 +29,7 @@ TEST(Config, Defaults) {
   EXPECT_EQ(parsed.config->host, "127.0.0.1");
   EXPECT_EQ(parsed.config->port, 8080);
   EXPECT_EQ(parsed.config->max_queued, 1000u);
-  EXPECT_GT(parsed.config->table_mib, 64u);  // a quarter of what there is
+  EXPECT_GT(parsed.config->table_mib, 64u);  // a sixteenth of what there is
   EXPECT_LT(parsed.config->table_mib, 1u << 19);
   EXPECT_EQ(parsed.config->web.filename(), "web");
 }
