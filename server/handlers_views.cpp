@@ -226,9 +226,9 @@ void ViewHandlers::noise_view(Response& res, const std::string& id, bool samples
   if (!job.ok()) return reply_error(res, job.error());
   const Turn turn(turns_);
   if (!turn.mine()) return reply_problem(res, kBusy);
-  const Result<Image> noise = pictures_.noise(job.value());
+  const Result<std::shared_ptr<const Image>> noise = pictures_.noise(job.value());
   if (!noise.ok()) return reply_error(res, noise.error());
-  const Image& from = noise.value();
+  const Image& from = *noise.value();
   float most = 1;
   for (int y = 0; y < from.height(); ++y)
     for (int x = 0; x < from.width(); ++x) most = std::max(most, from.at(x, y, kSamples));

@@ -67,26 +67,26 @@ Result<Image> PictureSource::image(const JobRecord& job, Which which) const {
   return picture.value()->image;
 }
 
-Result<Image> PictureSource::noise(const JobRecord& job) const {
-  std::optional<Image> noise;
+Result<std::shared_ptr<const Image>> PictureSource::noise(const JobRecord& job) const {
+  std::shared_ptr<const Image> noise;
   if (const auto live = runner_.live(job.id)) {
     noise = live->film().noise();
   } else if (Result<Image> kept = stores_.results.load_noise(job.id); kept.ok()) {
-    noise = std::move(kept).value();
+    noise = std::make_shared<const Image>(std::move(kept).value());
   }
   if (!noise || noise->channels() != kFilmNoiseChannels)
     return Error{ErrorCode::kConflict, "how noisy this picture is, is not known", ""};
-  return std::move(*noise);
+  return noise;
 }
 
 std::optional<PictureSource::PixelNoise> PictureSource::noise_at(const JobRecord& job, int x,
                                                                  int y) const {
   const auto live = runner_.live(job.id);
-  std::optional<Image> noise;  // of an ended job the row of the pixel
+  std::shared_ptr<const Image> noise;  // of an ended job the row of the pixel
   if (live) {
     noise = live->film().noise();
   } else if (Result<Image> row = stores_.results.load_noise_row(job.id, y); row.ok()) {
-    noise = std::move(row).value();
+    noise = std::make_shared<const Image>(std::move(row).value());
   }
   if (!noise || noise->channels() != kFilmNoiseChannels) return std::nullopt;
   PixelNoise values;

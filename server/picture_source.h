@@ -26,7 +26,7 @@ class PictureSource {
   // kConflict: before the first tile; kNotFound: the moment is not kept.
   Result<Image> image(const JobRecord& job, Which which) const;
   // Film::noise(), the newest. kConflict: not known.
-  Result<Image> noise(const JobRecord& job) const;
+  Result<std::shared_ptr<const Image>> noise(const JobRecord& job) const;
   // What it says of one pixel, by FilmNoise; none: not known.
   using PixelNoise = std::array<float, kFilmNoiseChannels>;
   std::optional<PixelNoise> noise_at(const JobRecord& job, int x, int y) const;

@@ -78,11 +78,12 @@ Film::Changes Film::tiles_since(uint64_t since, int limit) const {
 }
 
 void Film::set_noise(Image noise) {
+  auto shared = std::make_shared<const Image>(std::move(noise));
   std::lock_guard lock(noise_mutex_);
-  noise_ = std::move(noise);
+  noise_ = std::move(shared);
 }
 
-std::optional<Image> Film::noise() const {
+std::shared_ptr<const Image> Film::noise() const {
   std::lock_guard lock(noise_mutex_);
   return noise_;
 }

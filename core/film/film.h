@@ -7,8 +7,8 @@
 
 #include <atomic>
 #include <cstdint>
+#include <memory>
 #include <mutex>
-#include <optional>
 #include <span>
 #include <vector>
 
@@ -70,7 +70,7 @@ class Film {
   // Of each pixel's luminance, as last estimated, in the channels of FilmNoise; zero but for the
   // first where a pixel has no samples.
   void set_noise(Image noise);
-  std::optional<Image> noise() const;  // none: not estimated
+  std::shared_ptr<const Image> noise() const;  // null: not estimated
 
   // Sums and samples, not the noise. What is read must be of this size, else `in` fails; all of it
   // counts as changed since any cursor that was ever given.
@@ -89,7 +89,7 @@ class Film {
   std::vector<Tile> tiles_;
   std::atomic<uint64_t> version_{0};
   mutable std::mutex noise_mutex_;
-  std::optional<Image> noise_;
+  std::shared_ptr<const Image> noise_;
 };
 
 }  // namespace qray

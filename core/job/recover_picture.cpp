@@ -9,8 +9,8 @@ static_assert(kFeatureChannels == kFeatures);
 
 Result<RecoveryInput> recovery_input(const PreparedScene& scene, const RenderSettings& settings,
                                      const Film& film, TaskPool& pool, std::stop_token stop) {
-  std::optional<Image> noise = film.noise();
-  QRAY_CHECK(noise.has_value());
+  const std::shared_ptr<const Image> noise = film.noise();
+  QRAY_CHECK(noise != nullptr);
   Image smooth(noise->width(), noise->height(), 1), own = smooth;
   for (size_t i = 0; i < smooth.data().size(); ++i) {
     const float* at = &noise->data()[kFilmNoiseChannels * i];

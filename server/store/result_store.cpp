@@ -7,7 +7,7 @@ Status ResultStore::save(JobId id, const Film& film, const ImageMetadata& metada
   auto picture = std::make_shared<const Picture>(take_picture(film));
   if (Status s = save_picture(folder_ / id.text(), *picture, metadata); !s.ok()) return s;
   remember(id, std::move(picture));
-  if (const std::optional<Image> noise = film.noise())
+  if (const std::shared_ptr<const Image> noise = film.noise())
     return write_image(noise_file(id), *noise, {});
   return {};
 }

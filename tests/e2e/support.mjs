@@ -13,7 +13,7 @@ const kWaitMs = 60_000; // long enough for a sanitizer build on a busy machine
 // A file that hangs ends by itself before ctest kills it, so that no server stays behind.
 // Whoever asks for more updates (lasting_test.mjs) has the time.
 const kFileMs =
-  Number(process.env.QRAY_E2E_MS ?? (process.env.QRAY_E2E_UPDATES ? 3_600_000 : 170_000));
+  Number(process.env.QRAY_E2E_MS ?? (process.env.QRAY_E2E_UPDATES ? 3_600_000 : 390_000));
 const running = new Set();
 const folders = [];
 process.on('exit', () => {
