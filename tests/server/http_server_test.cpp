@@ -21,7 +21,7 @@ Router small_router() {
   router.add("POST", "/echo",
              [](auto& req, auto& res, auto&) { res.set_content(req.body, "text/plain"); });
   router.add("GET", "/large", [](auto&, auto& res, auto&) {
-    res.set_content(std::string(32u << 20, 'a'), "text/plain");
+    res.set_content(std::string(8u << 20, 'a'), "text/plain");
   });
   router.add("GET", "/boom", [](auto&, auto&, auto&) { throw std::runtime_error("secret"); });
   router.add("GET", "/stream", [](auto&, auto& res, auto&) {

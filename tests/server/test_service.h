@@ -134,7 +134,9 @@ class TestService {
 // A connection without a client's manners.
 class RawConnection {
  public:
-  explicit RawConnection(int port) : fd_(::socket(AF_INET, SOCK_STREAM, 0)) {
+  // `held_bytes`: of the answer, that the system holds for it; 0: as much as it likes.
+  explicit RawConnection(int port, int held_bytes = 0) : fd_(::socket(AF_INET, SOCK_STREAM, 0)) {
+    if (held_bytes > 0) ::setsockopt(fd_, SOL_SOCKET, SO_RCVBUF, &held_bytes, sizeof held_bytes);
     sockaddr_in address{};
     address.sin_family = AF_INET;
     address.sin_port = htons(static_cast<uint16_t>(port));
