@@ -39,7 +39,6 @@ try {
       'shown/s': shown / seconds_flown,
       'latency median ms': live.main.latency_ms(0.5),
       'latency p95 ms': live.main.latency_ms(0.95),
-      'cameras answered': live.main.latencies_ms.length,
       'rendered at %': side / shown,
       ...Object.fromEntries(Object.entries(sums).map(([name, sum]) => [`${name} ms`, sum / shown])),
     };
