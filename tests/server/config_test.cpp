@@ -31,6 +31,10 @@ TEST(Config, Defaults) {
   EXPECT_EQ(parsed.config->max_queued, 1000u);
   EXPECT_GT(parsed.config->table_mib, 64u);  // a sixteenth of what there is
   EXPECT_LT(parsed.config->table_mib, 1u << 19);
+  // As many jobs and sessions as there may be learn at once, with room for their pictures.
+  EXPECT_GT(parsed.config->jobs_mib,
+            (static_cast<size_t>(parsed.config->jobs_at_once) + parsed.config->live_sessions) *
+                parsed.config->table_mib);
   EXPECT_EQ(parsed.config->web.filename(), "web");
 }
 

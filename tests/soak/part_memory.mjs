@@ -109,7 +109,7 @@ export async function run({ short, minutes }, report) {
   report.show('memory: after a third, the least of each eighth',
     `${rest.map(({ mib }) => mib.toFixed(0)).join(', ')} MiB`);
   const shown = `${growth(rest).toFixed(0)} MiB/h, of all samples ${growth(warm).toFixed(0)}`;
-  // It goes up and down by 10 MiB: minutes cannot tell a slope of so few an hour.
+  // It goes up and down by 25 MiB: minutes cannot tell a slope of so few an hour.
   if (minutes < 30) report.show('memory: growth after a third, too short to judge', shown);
   else report.bar('memory: growth after a third', '<= 20 MiB/h', shown, growth(rest) <= 20);
   for (let i = 0; i < 100 && server.threads() > quiet.threads; ++i) await sleep(200);
