@@ -43,12 +43,15 @@ auto read_decoded(const std::filesystem::path& path, uint64_t max_bytes, const D
 
 }  // namespace
 
+Result<std::filesystem::path> find_scene_path(const std::string& scene) {
+  return resolve_scene_path(scene, installed_or("scenes", QRAY_SCENES_DIR));
+}
+
 Result<std::shared_ptr<const PreparedScene>> prepare_named_scene(const std::string& scene,
                                                                  int threads, ProgressLine& line,
                                                                  std::stop_token stop,
                                                                  bool strict) {
-  Result<std::filesystem::path> path =
-      resolve_scene_path(scene, installed_or("scenes", QRAY_SCENES_DIR));
+  Result<std::filesystem::path> path = find_scene_path(scene);
   if (!path) return path.error();
   const SteadyClock clock;
   const double start = clock.seconds();

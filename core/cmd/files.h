@@ -15,6 +15,7 @@
 namespace qray::cmd {
 
 // `scene`: the name of an included scene ("cornell-box"), a folder with scene.json, or a file.
+Result<std::filesystem::path> find_scene_path(const std::string& scene);
 // `strict` as load_scene has it; kCanceled when stopped.
 Result<std::shared_ptr<const PreparedScene>> prepare_named_scene(const std::string& scene,
                                                                  int threads, ProgressLine& line,

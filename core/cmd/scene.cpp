@@ -2,11 +2,10 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
 
-#include "core/base/installed.h"
 #include "core/cmd/commands.h"
+#include "core/cmd/files.h"
 #include "core/cmd/report.h"
 #include "core/import/load_scene.h"
-#include "core/import/resolve_scene.h"
 
 namespace qray::cmd {
 namespace {
@@ -20,8 +19,7 @@ size_t emitting_triangles(const Scene& scene) {
 }
 
 Status run(const std::string& name) {
-  Result<std::filesystem::path> path =
-      resolve_scene_path(name, installed_or("scenes", QRAY_SCENES_DIR));
+  Result<std::filesystem::path> path = find_scene_path(name);
   if (!path) return path.error();
   Result<LoadedScene> loaded = load_scene(path.value());
   if (!loaded) return loaded.error();

@@ -3,13 +3,11 @@
 #include <cstdio>
 
 #include "core/base/file.h"
-#include "core/base/installed.h"
 #include "core/cmd/commands.h"
 #include "core/cmd/files.h"
 #include "core/cmd/report.h"
 #include "core/guide/open_table.h"
 #include "core/import/load_scene.h"
-#include "core/import/resolve_scene.h"
 #include "core/job/run_job.h"
 #include "proto/json_text.h"
 
@@ -87,8 +85,7 @@ Status verify(const Options& o) {
   const Result<TableCheck> check = check_table(read.value());
   if (!check) return at_file(check.error(), file);
   if (!o.scene.empty()) {
-    const Result<std::filesystem::path> path =
-        resolve_scene_path(o.scene, installed_or("scenes", QRAY_SCENES_DIR));
+    const Result<std::filesystem::path> path = find_scene_path(o.scene);
     if (!path) return path.error();
     const Result<LoadedScene> scene = load_scene(path.value());
     if (!scene) return scene.error();

@@ -6,6 +6,7 @@
 #include "core/recover/fast_recovery.h"
 #include "core/recover/train.h"
 #include "core/render/features.h"
+#include "tests/support/places.h"
 
 namespace qray {
 namespace {
@@ -37,7 +38,7 @@ BENCHMARK(RecoverPicture)
 void Features(benchmark::State& state) {
   TaskPool pool(2);
   const auto scene =
-      load_and_prepare_scene(QRAY_SOURCE_DIR "/scenes/thesis-room/scene.json", 2).value();
+      load_and_prepare_scene(test::source_dir() / "scenes/thesis-room/scene.json", 2).value();
   RenderSettings settings;
   for (auto _ : state)
     benchmark::DoNotOptimize(render_features(*scene, settings, pool, std::stop_token()));

@@ -6,6 +6,7 @@
 
 #include "core/job/run_job.h"
 #include "tests/bench/ray_recorder.h"
+#include "tests/support/places.h"
 
 namespace qray::bench {
 namespace {
@@ -46,7 +47,7 @@ void PathTracerAgainstBareRays(benchmark::State& state) {
   constexpr int kWidth = 512, kSamples = 2;
   const int threads = static_cast<int>(state.range(0));
   const auto prepared =
-      load_and_prepare_scene(QRAY_SOURCE_DIR "/scenes/cornell-box/scene.json", threads);
+      load_and_prepare_scene(test::source_dir() / "scenes/cornell-box/scene.json", threads);
   if (!prepared) return state.SkipWithError(prepared.error().text().c_str());
   const PreparedScene& scene = *prepared.value();
   const RenderSettings settings = plain_settings(kWidth, kSamples);

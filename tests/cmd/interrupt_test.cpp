@@ -9,6 +9,7 @@
 #include <thread>
 
 #include "core/cmd/commands.h"
+#include "tests/support/places.h"
 #include "tests/support/scratch.h"
 
 extern char** environ;
@@ -19,7 +20,7 @@ namespace {
 TEST(RenderProcess, CancelsCleanlyOnCtrlC) {
   const ScratchFolder scratch;
   const std::string out = (scratch / "out.exr").string();
-  const std::string program = QRAY_BIN_DIR "/qray";
+  const std::string program = test::program("qray").string();
   std::vector<std::string> arguments{program,   "render",    "cornell-box", "-q", "--spp",
                                      "1000000", "--threads", "1",           "-o", out};
   std::vector<char*> argv;

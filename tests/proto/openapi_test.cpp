@@ -1,4 +1,5 @@
 #include "proto/openapi.h"
+#include "tests/support/places.h"
 
 #include <gtest/gtest.h>
 
@@ -50,7 +51,7 @@ TEST(OpenApi, WhatJsonCannotSayNamesItsLine) {
 
 TEST(OpenApi, TheContractItself) {
   std::stringstream yaml;
-  yaml << std::ifstream(QRAY_SOURCE_DIR "/proto/openapi.yaml").rdbuf();
+  yaml << std::ifstream(test::source_dir() / "proto/openapi.yaml").rdbuf();
   const Json json = converted(yaml.str());
   EXPECT_EQ(json["openapi"], "3.1.0");
   EXPECT_EQ(json["info"]["version"], "1");

@@ -1,4 +1,5 @@
 #include "proto/stats_json.h"
+#include "tests/support/places.h"
 
 #include <gtest/gtest.h>
 
@@ -37,7 +38,7 @@ TEST(StatsJson, WritesOneLineInAFixedOrder) {
 }
 
 TEST(StatsJson, DocumentationNamesEveryField) {
-  std::ifstream file(QRAY_SOURCE_DIR "/docs/stats.md");
+  std::ifstream file(test::source_dir() / "docs/stats.md");
   std::stringstream page;
   page << file.rdbuf();
   std::istringstream lines(stats_json(some_stats()));

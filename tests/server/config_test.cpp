@@ -8,6 +8,7 @@
 #include <sstream>
 #include <vector>
 
+#include "tests/support/places.h"
 #include "tests/support/scratch.h"
 
 namespace qray::server {
@@ -97,7 +98,7 @@ TEST(Config, WrongFilesAndVariables) {
 // words, and none besides.
 TEST(Config, TheDocumentListsEveryOption) {
   std::stringstream text;
-  text << std::ifstream(QRAY_SOURCE_DIR "/docs/configuration.md").rdbuf();
+  text << std::ifstream(test::source_dir() / "docs/configuration.md").rdbuf();
   std::map<std::string, std::string> rows;
   const std::string document = text.str();
   const std::regex row(R"(\n\| `--([a-z-]+)` \| ([^|]*) \|)");

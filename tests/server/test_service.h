@@ -12,6 +12,7 @@
 
 #include "server/service.h"
 #include "tests/support/contract.h"
+#include "tests/support/places.h"
 #include "tests/support/scratch.h"
 
 namespace qray::server::test {
@@ -48,7 +49,7 @@ inline Config scratch_config(const std::filesystem::path& folder) {
   config.data = folder / "data";
   config.scenes = folder / "scenes";
   config.web = folder / "web";
-  config.openapi = QRAY_SOURCE_DIR "/proto/openapi.yaml";
+  config.openapi = test::source_dir() / "proto/openapi.yaml";
   config.threads = 2;
   config.jobs_at_once = 1;  // one after another, as most tests expect
   return config;

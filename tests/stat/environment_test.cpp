@@ -7,6 +7,7 @@
 
 #include "core/image/image_io.h"
 #include "tests/support/chi2.h"
+#include "tests/support/places.h"
 #include "tests/support/render.h"
 #include "tests/support/stats.h"
 #include "tests/support/test_scenes.h"
@@ -162,7 +163,7 @@ TEST(EnvironmentLight, ABoxIsAsBrightAsTheIntegral) {
 }
 
 TEST(EnvironmentLight, RealSkiesAreAsBrightAsTheIntegral) {
-  const std::filesystem::path folder = std::filesystem::path(QRAY_TESTDATA_DIR) / "hdri-dev";
+  const std::filesystem::path folder = test::testdata_dir() / "hdri-dev";
   if (!std::filesystem::is_directory(folder)) GTEST_SKIP() << folder << " is not there";
   for (const char* name : {"qwantani_afternoon_puresky_1k.hdr", "st_peters_square_night_1k.hdr"}) {
     Result<Image> image = read_image(folder / name, 1 << 24);

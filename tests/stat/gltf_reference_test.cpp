@@ -1,6 +1,7 @@
 // The same scene as Mitsuba's XML and as glTF: the two importers agree on its light.
 #include <gtest/gtest.h>
 
+#include "tests/support/places.h"
 #include "tests/support/render.h"
 
 namespace qray {
@@ -9,7 +10,7 @@ namespace {
 // The converted file's walls are glTF's diffuse without a specular part, its lamp is
 // KHR_materials_emissive_strength, and its meshes are instances.
 TEST(GltfReference, CornellBoxIsMitsubas) {
-  const std::filesystem::path data = QRAY_TESTDATA_DIR;
+  const std::filesystem::path data = test::testdata_dir();
   const std::filesystem::path files[] = {data / "cornell-box/scene_v3.xml",
                                          data / "xf-cornell-box/cornell-box.gltf"};
   Rgb means[2];

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "core/image/image_io.h"
+#include "tests/support/places.h"
 #include "tests/support/render.h"
 
 namespace qray {
@@ -24,7 +25,7 @@ Image reduced(const Image& image, int width, int height) {
 // ../shared/testdata/README.md trusts this reference to 0.03 %. The file of version 0.5 has the
 // same walls without `twosided`, three of them with their backs to the room: black, as in Mitsuba.
 TEST(MitsubaReference, CornellBoxHasItsLightEverywhere) {
-  const std::filesystem::path folder = std::filesystem::path(QRAY_TESTDATA_DIR) / "cornell-box";
+  const std::filesystem::path folder = test::testdata_dir() / "cornell-box";
   if (!std::filesystem::is_directory(folder))
     GTEST_SKIP() << "no test data: " << folder << " is not there";
   const auto scene = load_and_prepare_scene(folder / "scene_v3.xml", 2);

@@ -11,6 +11,7 @@
 #include <valijson/validator.hpp>
 
 #include "proto/openapi.h"
+#include "tests/support/places.h"
 
 namespace qray::test {
 namespace {
@@ -123,7 +124,7 @@ struct Contract::Impl {
 
 Contract::Contract() {
   std::stringstream yaml;
-  yaml << std::ifstream(QRAY_SOURCE_DIR "/proto/openapi.yaml").rdbuf();
+  yaml << std::ifstream(test::source_dir() / "proto/openapi.yaml").rdbuf();
   const Result<std::string> json = proto::openapi_to_json(yaml.str());
   QRAY_CHECK(json.ok());
   Json document = Json::parse(json.value());

@@ -1,4 +1,5 @@
 #include "tests/support/render.h"
+#include "tests/support/places.h"
 
 #include <gtest/gtest.h>
 
@@ -38,8 +39,7 @@ Rendered render(const PreparedScene& scene, const RenderSettings& settings,
 }
 
 std::shared_ptr<const PreparedScene> included_scene(const std::string& name) {
-  auto scene = load_and_prepare_scene(
-      std::filesystem::path(QRAY_SOURCE_DIR) / "scenes" / name / "scene.json", 2);
+  auto scene = load_and_prepare_scene(test::source_dir() / "scenes" / name / "scene.json", 2);
   QRAY_CHECK(scene.ok());
   return std::move(scene).value();
 }

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "core/import/load_scene.h"
+#include "tests/support/places.h"
 
 namespace qray {
 namespace {
@@ -15,7 +16,7 @@ class GltfTestdata : public testing::TestWithParam<RealScene> {};
 
 TEST_P(GltfTestdata, Loads) {
   const RealScene& scene = GetParam();
-  const std::filesystem::path path = std::filesystem::path(QRAY_TESTDATA_DIR) / scene.file;
+  const std::filesystem::path path = test::testdata_dir() / scene.file;
   if (!std::filesystem::exists(path)) GTEST_SKIP() << "no test data: " << path << " is not there";
   const auto loaded = load_scene(path);
   ASSERT_TRUE(loaded.ok()) << loaded.error().text();

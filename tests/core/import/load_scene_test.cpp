@@ -9,11 +9,12 @@
 #include "core/import/primitives.h"
 #include "core/import/resolve_scene.h"
 #include "tests/core/import/scene_text.h"
+#include "tests/support/places.h"
 
 namespace qray {
 namespace {
 
-const std::filesystem::path kScenes = std::filesystem::path(QRAY_SOURCE_DIR) / "scenes";
+const std::filesystem::path kScenes = test::source_dir() / "scenes";
 
 TEST(LoadScene, IncludedScenesLoadCleanly) {
   for (const char* name : {"ajar-door", "cornell-box", "furnace", "glass-caustic", "lamp-room",

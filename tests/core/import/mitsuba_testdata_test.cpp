@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "core/import/load_scene.h"
+#include "tests/support/places.h"
 
 namespace qray {
 namespace {
@@ -14,14 +15,12 @@ struct RealScene {
 class MitsubaTestdata : public testing::TestWithParam<RealScene> {};
 
 LoadedScene load(const char* file) {
-  auto loaded = load_scene(std::filesystem::path(QRAY_TESTDATA_DIR) / file);
+  auto loaded = load_scene(test::testdata_dir() / file);
   EXPECT_TRUE(loaded.ok()) << file << ": " << loaded.error().text();
   return loaded.ok() ? std::move(loaded).value() : LoadedScene{};
 }
 
-bool is_there(const char* file) {
-  return std::filesystem::exists(std::filesystem::path(QRAY_TESTDATA_DIR) / file);
-}
+bool is_there(const char* file) { return std::filesystem::exists(test::testdata_dir() / file); }
 
 TEST_P(MitsubaTestdata, Loads) {
   const RealScene& scene = GetParam();

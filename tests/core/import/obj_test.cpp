@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/core/import/scene_text.h"
+#include "tests/support/places.h"
 
 namespace qray {
 namespace {
@@ -169,7 +170,7 @@ TEST(Obj, FilesOutsideOfItsFolderAreNotRead) {
 }
 
 TEST(Obj, PublicDomainCornellBoxesLoad) {
-  const std::filesystem::path folder = std::filesystem::path(QRAY_TESTDATA_DIR) / "obj-cornell-dev";
+  const std::filesystem::path folder = test::testdata_dir() / "obj-cornell-dev";
   if (!std::filesystem::is_directory(folder))
     GTEST_SKIP() << "no test data: " << folder << " is not there";
   const struct {
