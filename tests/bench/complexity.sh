@@ -30,17 +30,19 @@ Made by \`bash tests/bench/complexity.sh BUILD_DIR\`, which runs
       --methods $methods \\
       --size 256x256 --seconds 3 --seeds 3 --ref-seconds 60 --ref-method adaptive -o DIR
 
-What follows from it is in [../complexity.md](../complexity.md). Each part of the renderer is measured on and off: next
-event estimation (\`nee\`), Russian roulette (\`roulette\`), and picking lights by power (\`light-table\`). Tables are measured
-from coarse to fine: the thesis' (\`grid\`: cells along the scene's longest side; a state has 26 directions) and those of
-\`adaptive\` (\`split\`: a place that more samples of a pass hit is cut in two, 4000 by default; \`levels\`: how often the
-square of directions may be cut in four, 6 by default).
+What follows from it is in [../complexity.md](../complexity.md). Each part of the renderer is
+measured on and off: next event estimation (\`nee\`), Russian roulette (\`roulette\`), and
+picking lights by power (\`light-table\`). Tables are measured from coarse to fine: the thesis'
+(\`grid\`: cells along the scene's longest side; a state has 26 directions) and those of
+\`adaptive\` (\`split\`: a place that more samples of a pass hit is cut in two, 4000 by default;
+\`levels\`: how often the square of directions may be cut in four, 6 by default).
 
-Efficiency is over that of \`none\` with all parts on; [../charts/README.md](../charts/README.md) explains the words. With three
-seeds of three seconds, differences of a tenth are noise.
+Efficiency is over that of \`none\` with all parts on;
+[../charts/README.md](../charts/README.md) explains the words. With three seeds of three
+seconds, differences of a tenth are noise.
 
-A part that cannot matter, or does not pay, is off by itself, and \`stats.json\` says so under \`parts\`. Here of jobs of
-\`adaptive\` with 64 samples a pixel at 128 x 128 pixels:
+A part that cannot matter, or does not pay, is off by itself, and \`stats.json\` says so under
+\`parts\`. Here of jobs of \`adaptive\` with 64 samples a pixel at 128 x 128 pixels:
 
 | scene | $(node -e '
 const p = JSON.parse(require("fs").readFileSync(process.argv[1])).parts;
