@@ -1,4 +1,4 @@
-#include "server/store/history_store.h"
+#include "server/store/moment_store.h"
 
 #include <gtest/gtest.h>
 
@@ -11,7 +11,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-class HistoryStoreTest : public ::testing::Test {
+class MomentStoreTest : public ::testing::Test {
  protected:
   Status add(JobId id, uint32_t number, uint64_t samples, const Bytes& picture = {},
              const Bytes& table = {}) {
@@ -32,18 +32,18 @@ class HistoryStoreTest : public ::testing::Test {
     return samples;
   }
   void open(uint64_t max_bytes = 100'000) {
-    store_ = std::make_unique<HistoryStore>(scratch_.path(), max_bytes);
+    store_ = std::make_unique<MomentStore>(scratch_.path(), max_bytes);
   }
-  fs::path file(JobId id) const { return scratch_ / "history" / id.text(); }
+  fs::path file(JobId id) const { return scratch_ / "moments" / id.text(); }
   void SetUp() override { open(); }
 
   qray::test::ScratchFolder scratch_;
-  std::unique_ptr<HistoryStore> store_;
+  std::unique_ptr<MomentStore> store_;
 };
 
 using Numbers = std::vector<uint64_t>;
 
-TEST_F(HistoryStoreTest, KeepsMomentsWithTheirPicturesAndTables) {
+TEST_F(MomentStoreTest, KeepsMomentsWithTheirPicturesAndTables) {
   EXPECT_TRUE(samples({1}).empty());
   EXPECT_EQ(store_->picture({1}, 1).error().code, ErrorCode::kNotFound);
   ASSERT_TRUE(add({1}, 1, 1, Bytes(50, 7)).ok());
@@ -60,14 +60,14 @@ TEST_F(HistoryStoreTest, KeepsMomentsWithTheirPicturesAndTables) {
   EXPECT_TRUE(samples({1}).empty());
 }
 
-TEST_F(HistoryStoreTest, ARunThatWentBackTakesThePlaceOfWhatWasCutOff) {
+TEST_F(MomentStoreTest, ARunThatWentBackTakesThePlaceOfWhatWasCutOff) {
   for (uint32_t n = 1; n <= 4; ++n) ASSERT_TRUE(add({1}, n, n, Bytes(10, uint8_t(n))).ok());
   ASSERT_TRUE(add({1}, 3, 30, Bytes(10, 33)).ok());
   EXPECT_EQ(samples({1}), (Numbers{1, 2, 30}));
   EXPECT_EQ(store_->picture({1}, 3).value(), Bytes(10, 33));
 }
 
-TEST_F(HistoryStoreTest, GoesOnBehindWhatAKillCutOff) {
+TEST_F(MomentStoreTest, GoesOnBehindWhatAKillCutOff) {
   ASSERT_TRUE(add({1}, 1, 1, Bytes(50, 7)).ok());
   const uint64_t whole = fs::file_size(file({1}));
   ASSERT_TRUE(add({1}, 2, 3, Bytes(500, 8)).ok());
@@ -81,7 +81,7 @@ TEST_F(HistoryStoreTest, GoesOnBehindWhatAKillCutOff) {
   }
 }
 
-TEST_F(HistoryStoreTest, ChangedBytesAreNotGivenOut) {
+TEST_F(MomentStoreTest, ChangedBytesAreNotGivenOut) {
   ASSERT_TRUE(add({1}, 1, 1, Bytes(50, 7)).ok());
   ASSERT_TRUE(add({1}, 2, 2).ok());
   {
@@ -98,7 +98,7 @@ TEST_F(HistoryStoreTest, ChangedBytesAreNotGivenOut) {
   EXPECT_EQ(samples({1}), (Numbers{5}));
 }
 
-TEST_F(HistoryStoreTest, TheOldestJobsMakeRoom) {
+TEST_F(MomentStoreTest, TheOldestJobsMakeRoom) {
   open(3000);
   for (uint64_t id = 1; id <= 4; ++id) ASSERT_TRUE(add({id}, 1, id, Bytes(1000, 1)).ok());
   EXPECT_TRUE(samples({1}).empty());
@@ -112,8 +112,8 @@ TEST_F(HistoryStoreTest, TheOldestJobsMakeRoom) {
   EXPECT_TRUE(samples({5}).empty());
 }
 
-TEST_F(HistoryStoreTest, AFolderThatCannotBeWrittenIsAnError) {
-  std::ofstream(scratch_ / "history") << "in the way";
+TEST_F(MomentStoreTest, AFolderThatCannotBeWrittenIsAnError) {
+  std::ofstream(scratch_ / "moments") << "in the way";
   EXPECT_EQ(add({1}, 1, 1).error().code, ErrorCode::kIo);
 }
 
