@@ -152,7 +152,8 @@ export class ErrorPanel {
 
   #moment_at(line, x) {
     const id = this.#viewer.shown_jobs[line];
-    const found = nearest(with_picture(this.#job_moments.of(id).moments), this.#address.view.axis, x);
+    const { moments } = this.#job_moments.of(id);
+    const found = nearest(with_picture(moments), this.#address.view.axis, x);
     return found && { job: id, number: found.number };
   }
 
