@@ -17,7 +17,7 @@
 #include "core/base/result.h"
 #include "core/base/snapshot.h"
 #include "core/render/checkpoint.h"
-#include "server/jobs/job.h"
+#include "server/store/job.h"
 
 namespace qray::server {
 
