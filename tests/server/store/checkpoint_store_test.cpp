@@ -96,6 +96,7 @@ TEST_F(CheckpointStoreTest, AStateOfAnotherBuildIsSaidOrRefused) {
 
 // As the builds before formats were told apart wrote it: memory behind a version that stayed 1.
 TEST_F(CheckpointStoreTest, AStateOfRawMemoryIsRefused) {
+  fs::create_directories(scratch_ / "checkpoints");
   ByteWriter old;
   old.u64(0x31504b4359415251);
   old.u32(1);
