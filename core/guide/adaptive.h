@@ -62,6 +62,10 @@ class AdaptiveGuide final : public Guide {
     Rgb arriving;       // radiance
     float deviation = 0;
     bool credible = false, guides = false;
+    template <class Self, class Archive>
+    static void exchange(Self& self, Archive& archive) {
+      archive(self.key, self.root, self.arriving, self.deviation, self.credible, self.guides);
+    }
   };
   // What is learned of it: n samples of y = radiance x cos / (pi pdf), in fixed point.
   struct alignas(64) Sums {

@@ -23,6 +23,11 @@ struct PathCounters {
   uint64_t timed_total = 0, timed_tracing = 0, timed_guiding = 0;
 
   PathCounters& operator+=(const PathCounters& o);
+  template <class Self, class Archive>
+  static void exchange(Self& self, Archive& archive) {
+    archive(self.paths, self.rays, self.dropped_samples, self.lookups, self.timed_total,
+            self.timed_tracing, self.timed_guiding);
+  }
 };
 
 class PathTracer {
