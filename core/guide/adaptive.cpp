@@ -137,12 +137,12 @@ void AdaptiveGuide::record(std::span<const GuideVertex> path, GuideDelta& delta)
     const double paid = luminance(v.arriving) * factor;
     if (!(paid < kMaxPaid)) continue;  // NaN too
     const double square = paid * paid * kSquareOne, whole = std::floor(square);
-    const bool second = tree_.in_second_half(tree_.beside(v.p, v.at.frame.z), v.at.state.value);
+    const bool upper = tree_.in_upper_half(tree_.beside(v.p, v.at.frame.z), v.at.state.value);
     const Vec2 u = disk_to_square({w.x, w.y});
     Sums& sums = sums_[v.at.state.value];
     const std::lock_guard guard(sums.lock);
     ++sums.n;
-    sums.second += second;
+    sums.n_upper += upper;
     for (int k = 0; k < 3; ++k) sums.y[k] += to_fixed(v.arriving[k] * factor * kRadianceOne);
     sums.square_hi += to_fixed(whole);
     sums.square_lo += to_fixed((square - whole) * kSquareRest);
@@ -167,8 +167,8 @@ void AdaptiveGuide::summarize(State& state, const Sums& sums) const {
 
 // The halves share what the whole knew as they shared its samples.
 void AdaptiveGuide::cut(uint32_t leaf, std::vector<int64_t>& shares) {
-  const int64_t n = sums_[leaf].n, second = sums_[leaf].second;
-  const int64_t part = n > 0 ? DirectionTrees::scaled(kShareOne, second, n) : 0;
+  const int64_t n = sums_[leaf].n;
+  const int64_t part = n > 0 ? DirectionTrees::scaled(kShareOne, sums_[leaf].n_upper, n) : 0;
   tree_.split(leaf);
   State half = states_[leaf];
   Sums sums = sums_[leaf];
@@ -178,8 +178,8 @@ void AdaptiveGuide::cut(uint32_t leaf, std::vector<int64_t>& shares) {
   for (size_t i = 0; i < left.size(); ++i) *left[i] -= *taken[i];
   shares[leaf] -= share;
   // Where in each half its samples lay is not known: on both sides alike.
-  sums_[leaf].second = sums_[leaf].n / 2;
-  sums.second = sums.n / 2;
+  sums_[leaf].n_upper = sums_[leaf].n / 2;
+  sums.n_upper = sums.n / 2;
   if (part == 0) half.credible = false;
   if (part == kShareOne) states_[leaf].credible = false;
   states_.push_back(half);
@@ -189,9 +189,9 @@ void AdaptiveGuide::cut(uint32_t leaf, std::vector<int64_t>& shares) {
 
 // Gives the state, of which it is known whether it is credible, its directions.
 void AdaptiveGuide::put(State& state, Cells cells, DirectionTrees& to) const {
-  DirectionTrees::add_even(cells, params_.even);
+  DirectionTrees::add_uniform(cells, params_.uniform);
   state.root = to.put(cells);
-  state.guides = state.credible && to.second_moment(state.root) >= params_.least_worth;
+  state.guides = state.credible && to.second_moment(state.root) >= params_.min_gain;
 }
 
 AdaptiveGuide::Growth AdaptiveGuide::whole_trees() const {
@@ -251,7 +251,7 @@ size_t AdaptiveGuide::rebuild(const Growth& growth, int64_t keep) {
     DirectionTrees::estimate(cells, params_.direction.shrinkage);
     if (share != kShareOne)
       for (DirectionTrees::Cell& c : cells)
-        c.even = false;  // the halves may differ where they did not
+        c.joined = false;  // the halves may differ where they did not
     const size_t before = DirectionTrees::bytes_of(cells);
     const bool may_grow = 4 * before <= room;  // each leaf into four: less than 5 times as much
     if (may_grow || share == 0) DirectionTrees::adapt(cells, params_.direction);

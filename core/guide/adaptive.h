@@ -11,6 +11,7 @@
 #include <memory>
 
 #include "core/base/spin_lock.h"
+#include "core/guide/direction_tree.h"
 #include "core/guide/guide.h"
 #include "core/guide/spatial_tree.h"
 
@@ -65,17 +66,17 @@ class AdaptiveGuide final : public Guide {
   };
   // What is learned of it: n samples of y = radiance x cos / (pi pdf), in fixed point.
   struct alignas(64) Sums {
-    int64_t n = 0, second = 0, y[3]{};  // `second`: of n, in the leaf's second half
+    int64_t n = 0, n_upper = 0, y[3]{};  // n_upper: those of n in the leaf's upper half
     // Of luminance squared: whole parts and what is left of them, since squares range widely.
     int64_t square_hi = 0, square_lo = 0;
     SpinLock lock;  // of the state's directions too
     std::array<int64_t*, 7> all() {
-      return {&n, &second, &y[0], &y[1], &y[2], &square_hi, &square_lo};
+      return {&n, &n_upper, &y[0], &y[1], &y[2], &square_hi, &square_lo};
     }
     void scale(int64_t numerator, int64_t denominator);
     template <class Self, class Archive>
     static void exchange(Self& self, Archive& archive) {
-      archive(self.n, self.second, self.y, self.square_hi, self.square_lo);
+      archive(self.n, self.n_upper, self.y, self.square_hi, self.square_lo);
     }
   };
 

@@ -104,7 +104,7 @@ Status AdaptiveGuide::load_state(ByteReader& in, uint32_t leaf) {
     *v = in.i64();
     good = good && *v >= 0 && *v <= DirectionTrees::kMaxSum;
   }
-  good = good && sums.n > 0 && sums.second <= sums.n;
+  good = good && sums.n > 0 && sums.n_upper <= sums.n;
   DirectionTrees::Sums total;
   Cells cells = read_cells(in, kMaxLoadedDepth, [&](Cell& c, const Cell* four) {
     if (four) return true;

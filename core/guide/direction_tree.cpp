@@ -41,7 +41,7 @@ void cut_in_four(DirectionTrees::Cells& cells, uint32_t i) {
     cells.push_back(child);
   }
   cells[i].sums = {};
-  cells[i].even = false;
+  cells[i].joined = false;
 }
 
 // Sums of each cell with all that is below it.
@@ -211,7 +211,7 @@ DirectionTrees::Cells DirectionTrees::take(uint32_t root) const {
       c.depth = cells[cell].depth + 1;
       c.mean = cells[cell].mean * 4 * static_cast<double>(kChance * static_cast<float>(node.p[q]));
       c.sums = {sums_[i].s[q], sums_[i].n[q]};
-      c.even = node.even >> q & 1;
+      c.joined = node.joined >> q & 1;
       cells.push_back(c);
       if (node.has_child(q))
         open.push_back({child + static_cast<uint32_t>(q), root + node.child(q)});
@@ -258,7 +258,7 @@ uint32_t DirectionTrees::put(const Cells& cells) {
       node.p[q] = static_cast<uint8_t>(chance);
       rest -= chance;
       if (four[q].mean > four[largest].mean) largest = q;
-      if (four[q].even) node.even |= static_cast<uint8_t>(1 << q);
+      if (four[q].joined) node.joined |= static_cast<uint8_t>(1 << q);
       quad.s[q] = four[q].sums.s;
       quad.n[q] = four[q].sums.n;
       if (four[q].child != 0) {
@@ -293,7 +293,7 @@ void DirectionTrees::add_cells(Cells& cells, const Cells& other) {
     if (from.child != 0 && cells[pair.to].child == 0) cut_in_four(cells, pair.to);
     if (cells[pair.to].child == 0) {
       cells[pair.to].sums += from.sums;
-      cells[pair.to].even &= from.even;
+      cells[pair.to].joined &= from.joined;
       continue;
     }
     for (uint32_t q = 0; q < 4; ++q) {
@@ -326,7 +326,7 @@ void DirectionTrees::estimate(Cells& cells, float shrinkage) {
   }
 }
 
-void DirectionTrees::add_even(Cells& cells, float part) {
+void DirectionTrees::add_uniform(Cells& cells, float part) {
   double mean = 0, square = 0;  // over the square
   for (const Cell& c : cells) {
     if (c.child != 0) continue;
@@ -334,8 +334,8 @@ void DirectionTrees::add_even(Cells& cells, float part) {
     square += flux(c) * c.mean;
   }
   if (!(square > 0)) return;
-  const double even = static_cast<double>(part) * mean * mean * mean / square;
-  for (Cell& c : cells) c.mean += even;
+  const double uniform = static_cast<double>(part) * mean * mean * mean / square;
+  for (Cell& c : cells) c.mean += uniform;
 }
 
 namespace {
@@ -370,8 +370,9 @@ void DirectionTrees::adapt(Cells& cells, const DirectionParams& params) {
     const double share = sum > 0 ? flux(cells[old]) / sum : 0;
     const bool was_cut = cells[old].child != 0;
     const bool root = i == 0;
-    const bool even = was_cut && !root && gain_of_cut(cells, all, old, share) < params.least_gain;
-    if (was_cut && (root || (share >= params.split_share / 4 && !even))) {
+    const bool alike =
+        was_cut && !root && gain_of_cut(cells, all, old, share) < params.min_split_gain;
+    if (was_cut && (root || (share >= params.split_share / 4 && !alike))) {
       out[i].child = static_cast<uint32_t>(out.size());
       for (uint32_t q = 0; q < 4; ++q) {
         out.push_back(cells[cells[old].child + q]);
@@ -380,8 +381,8 @@ void DirectionTrees::adapt(Cells& cells, const DirectionParams& params) {
     } else if (was_cut) {
       out[i].child = 0;
       out[i].sums = all[old];
-      out[i].even = even;
-    } else if (root || (!cells[old].even && share > params.split_share &&
+      out[i].joined = alike;
+    } else if (root || (!cells[old].joined && share > params.split_share &&
                         cells[old].sums.n >= kMinSplitSamples &&
                         static_cast<int>(cells[old].depth) < params.max_depth)) {
       cut_in_four(out, static_cast<uint32_t>(i));

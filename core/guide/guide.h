@@ -17,7 +17,8 @@
 #include "core/base/ids.h"
 #include "core/base/result.h"
 #include "core/base/snapshot.h"
-#include "core/guide/direction_tree.h"
+#include "core/guide/adaptive_params.h"
+#include "core/guide/huang_params.h"
 #include "core/guide/table_file.h"
 #include "core/math/frame.h"
 #include "core/math/ray.h"
@@ -151,26 +152,6 @@ class Guide {
   virtual void doubt() {}
   // Up to `most` of the states that sampling knows, spread over the table: for checks and views.
   virtual std::vector<GuidePoint> known_points(size_t /*most*/) const { return {}; }
-};
-
-// Parameters of the thesis' method (section 4.2). The thesis prints no values: these made the least
-// noise of those tried in docs/guiding.md.
-struct HuangParams {
-  float alpha = 0.02f;  // learning rate, [0, 1]
-  float gamma = 0.2f;   // discount, [0, 1]
-  int grid = 24;  // cells along the scene's longest side, about: rounded to a power-of-two size
-  bool operator==(const HuangParams&) const = default;
-};
-
-// Parameters of `adaptive`; docs/guiding.md has what each is worth.
-struct AdaptiveParams {
-  DirectionParams direction;
-  float split_samples = 4000;  // a place that was hit more often in a pass is cut in two
-  float glossy = 0.5f;         // the chance to draw from the guide on a surface that is not diffuse
-  float keep = 0.7f;           // of what earlier passes learned, each pass
-  float even = 0.15f;          // DirectionTrees::add_even
-  float least_worth = 1.15f;   // a place whose directions gain less draws from the BSDF alone
-  bool operator==(const AdaptiveParams&) const = default;
 };
 
 // What a guide is made for.

@@ -17,7 +17,7 @@ constexpr double kRadianceOne = 0x1p32;  // of radiance_unit_, in fixed point
 constexpr double kMaxPaid = 1024;        // radiance units
 constexpr float kSplitSamples = 4000;    // c, of the spatial tree's c sqrt(2^k)
 constexpr DirectionParams kDirection{
-    .shrinkage = 0, .split_share = 0.01f, .least_gain = -1, .max_depth = 12};
+    .shrinkage = 0, .split_share = 0.01f, .min_split_gain = -1, .max_depth = 12};
 // Adam (Kingma and Ba 2015), with the course notes' rate and regularisation.
 constexpr float kRate = 0.01f, kBeta1 = 0.9f, kBeta2 = 0.999f, kRegular = 0.01f;
 constexpr float kMaxTheta = 20;
@@ -279,7 +279,7 @@ Status PpgGuide::load_leaf(ByteReader& in, uint32_t place) {
   good = good && std::abs(leaf.theta) <= kMaxTheta && leaf.second_moment >= 0;
   leaf.fraction = 1 / (1 + std::exp(-leaf.theta));
   const auto chances = [&](const Cell& c, Cell* four) {
-    if (!four) return !c.even;  // which this method does not know
+    if (!four) return !c.joined;  // which this method does not know
     int sum = 0;
     for (int q = 0; q < 4; ++q) {
       const int chance = in.u8();

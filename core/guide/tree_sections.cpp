@@ -7,7 +7,7 @@ namespace qray {
 namespace {
 
 constexpr size_t kMaxCells = 1 << 17;  // of a tree
-enum : uint8_t { kLeaf, kCut, kEven };
+enum : uint8_t { kLeaf, kCut, kJoined };
 
 }  // namespace
 
@@ -84,7 +84,7 @@ void write_cells(
   while (!open.empty()) {
     const DirectionTrees::Cell& c = cells[open.back()];
     open.pop_back();
-    out.u8(c.child != 0 ? kCut : c.even ? kEven : kLeaf);
+    out.u8(c.child != 0 ? kCut : c.joined ? kJoined : kLeaf);
     rest(c, c.child != 0 ? &cells[c.child] : nullptr);
     for (uint32_t q = 4; c.child != 0 && q-- > 0;) open.push_back(c.child + q);
   }
@@ -100,7 +100,7 @@ DirectionTrees::Cells read_cells(
     open.pop_back();
     const uint8_t mark = in.u8();
     const bool cut = mark == kCut;
-    if (mark > kEven || (cut ? cells[c].depth >= max_depth || child > kMaxCells : c == 0))
+    if (mark > kJoined || (cut ? cells[c].depth >= max_depth || child > kMaxCells : c == 0))
       return {};
     if (cut) {
       cells[c].child = child;
@@ -109,7 +109,7 @@ DirectionTrees::Cells read_cells(
       cells.resize(child + 4, quarter);
       for (uint32_t q = 4; q-- > 0;) open.push_back(child + q);
     }
-    cells[c].even = mark == kEven;
+    cells[c].joined = mark == kJoined;
     if (!rest(cells[c], cut ? &cells[child] : nullptr) || !in.ok()) return {};
   }
   return cells;

@@ -127,7 +127,7 @@ class GuideChi2 : public ::testing::TestWithParam<const char*> {
     GuideSetup setup;
     setup.bounds = {{0, 0, 0}, {1, 1, 1}};
     setup.brightest_light = 100;
-    setup.adaptive.least_worth = 0;  // so that even tables are drawn from too
+    setup.adaptive.min_gain = 0;  // so that uniform tables are drawn from too
     std::unique_ptr<Guide> guide = make_guide(GetParam(), setup).value();
     test::Random random(11);
     for (int pass = 0; pass < 8; ++pass) {
