@@ -1,5 +1,5 @@
 // Which way, for one state: a quadtree over the unit square, which the concentric map lays over the
-// projected hemisphere (design, section 4), so that a tree without data samples by the cosine and
+// projected hemisphere, so that a tree without data samples by the cosine and
 // no cell lies below the horizon. What is learned are integer sums, exactly associative: the same
 // bits whatever the threads and the order.
 //

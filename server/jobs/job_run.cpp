@@ -171,8 +171,9 @@ Result<JobRun::Rendered> JobRun::render_job(std::optional<TableFile> table,
   if (!resume_from) context_.stores.histories.remove(id_);
   std::optional<TableHeader> parent;
   if (table) parent = table->header;
-  JobHistory history(context_.stores.histories, id_, live_->film(),
-                     [&](const Guide& guide) { return table_of(guide, scene_->hash, parent); });
+  JobHistory history(context_.stores.histories, id_, live_->film(), [&](const GuideTable& guide) {
+    return table_of(guide, scene_->hash, parent);
+  });
   live_->on_pass([&](const RenderProgress& progress, const RenderStats& stats, const Guide* guide) {
     last_pass_ = stats;
     history.add(progress, stats, guide);
