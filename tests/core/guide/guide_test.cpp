@@ -25,13 +25,17 @@ TEST_P(EveryGuide, DensitiesAreAboutThePointsDomain) {
   ASSERT_GE(points.size(), 3u);
   for (const GuidePoint& point : points) {
     // A density that is only pretended is not the one that is drawn with.
-    if (guide->unbiased()) EXPECT_NEAR(density_integral(*guide, point), 1, 5e-3) << point.key;
+    if (guide->unbiased()) {
+      EXPECT_NEAR(density_integral(*guide, point), 1, 5e-3) << point.key;
+    }
     test::Random random(point.key);
     for (int i = 0; i < 1000; ++i) {
       const Vec3 drawn = guide->sample(point, random.next_2d()).wi;
       EXPECT_TRUE(point.covers(drawn + point.frame.z * kRounding)) << point.key;
       const Vec3 anywhere = square_to_uniform_sphere(random.next_2d());
-      if (!point.covers(anywhere)) EXPECT_EQ(guide->pdf_w(point, anywhere), 0) << point.key;
+      if (!point.covers(anywhere)) {
+        EXPECT_EQ(guide->pdf_w(point, anywhere), 0) << point.key;
+      }
     }
   }
 }
