@@ -82,7 +82,7 @@ class PathTracer {
   const bool connects_;  // surfaces to lights
   const bool textured_;
   const float pixel_angle_;  // radians across a pixel
-  const Guide* guide_;
+  const GuideSampler* guide_;
   const bool guide_expects_;
   Guiding guiding_ = Guiding::kOn;
   bool hides_lights_ = false;  // from the camera

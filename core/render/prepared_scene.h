@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/accel/embree_scene.h"
+#include "core/guide/guide_setup.h"
 #include "core/render/bent_normal.h"
 #include "core/render/light_pick.h"
 #include "core/render/material_shading.h"

@@ -185,8 +185,9 @@ Result<JobRun::Rendered> JobRun::render_job(std::optional<TableFile> table,
   if (!resume_from) context_.stores.moments.remove(id_);
   std::optional<TableHeader> parent;
   if (table) parent = table->header;
-  JobMoments moments(context_.stores.moments, id_, live_->film(),
-                     [&](const Guide& guide) { return table_of(guide, scene_->hash, parent); });
+  JobMoments moments(context_.stores.moments, id_, live_->film(), [&](const GuideTable& guide) {
+    return table_of(guide, scene_->hash, parent);
+  });
   live_->on_pass([&](const RenderProgress& progress, const RenderStats& stats, const Guide* guide) {
     last_pass_ = stats;
     moments.add(progress, stats, guide);
