@@ -5,7 +5,7 @@
 #include "core/cmd/files.h"
 #include "core/image/difference_map.h"
 #include "core/image/image_io.h"
-#include "core/render/variant.h"
+#include "core/settings/variant.h"
 
 namespace qray::cmd {
 namespace {
