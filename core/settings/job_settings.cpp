@@ -11,12 +11,6 @@ Vec3 vec3_of(const Vector3& v) {
 
 }  // namespace
 
-const FieldValue* JobRequest::default_of(std::string_view path) {
-  const Field* field = find_field(job_fields(), path);
-  if (!field) field = find_field(live_fields(), path);
-  return field && field->fallback ? &*field->fallback : nullptr;
-}
-
 std::optional<CameraRequest> camera_request(const JobRequest& request) {
   CameraRequest camera;
   const auto put = [&](const char* path, auto& member) {
