@@ -9,8 +9,8 @@
 #include "core/math/sampler.h"
 #include "core/render/path_learner.h"
 #include "core/render/prepared_scene.h"
-#include "core/render/settings.h"
 #include "core/scene/surface.h"
+#include "core/settings/render_settings.h"
 
 namespace qray {
 

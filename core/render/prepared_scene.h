@@ -13,8 +13,8 @@
 #include "core/render/light_pick.h"
 #include "core/render/material_shading.h"
 #include "core/render/material_textures.h"
-#include "core/render/settings.h"
 #include "core/scene/surface.h"
+#include "core/settings/render_settings.h"
 
 namespace qray {
 

@@ -31,7 +31,7 @@ Result<PictureSource::Which> PictureSource::which(const httplib::Request& req, c
   if (wanted.empty()) return Which{best && there ? kRecovered : kSampled, 0};
   if (wanted == "sampled") return Which{};
   if (there) return Which{kRecovered, 0};
-  if (job.request.recover == "none")
+  if (job.request.get(field::kRecover) == "none")
     return Error{ErrorCode::kNotFound, "this job's picture is not recovered", ""};
   return Error{ErrorCode::kConflict, "this job's picture has not been recovered yet", ""};
 }

@@ -4,9 +4,9 @@
 
 #include "core/job/stats_json.h"
 #include "core/recover/included_networks.h"
+#include "core/settings/job_settings.h"
 #include "proto/events.h"
 #include "server/jobs/job_moments.h"
-#include "server/jobs/job_settings.h"
 #include "server/jobs/load_ticker.h"
 #include "server/jobs/progress_ticker.h"
 #include "server/operation/metrics.h"
@@ -67,7 +67,7 @@ void JobRun::run(const std::function<bool()>& stopping) {
 Status JobRun::prepare() {
   LoadTicker ticker(context_.stores.jobs, id_, context_.clock, context_.stop);
   Result<std::shared_ptr<const PreparedScene>> scene =
-      context_.stores.scenes.prepare(job_.request.scene, ticker.watch());
+      context_.stores.scenes.prepare(job_.request.get(field::kScene), ticker.watch());
   if (!scene.ok()) return context_.stores.scenes.without_folder(scene.error());
   scene_ = std::move(scene).value();
   for (const std::string& warning : scene_->warnings) warn(warning);
@@ -75,16 +75,16 @@ Status JobRun::prepare() {
   settings_.max_table_bytes = context_.stores.tables.max_bytes();
   settings_.estimates_noise = true;  // for who looks at it
   if (Status s = check_settings(settings_, kMaxPicturePixels); !s.ok()) return s;
-  memory_ =
-      context_.memory.take(memory_needed(settings_, job_.request.recover != "none"), context_.stop);
+  memory_ = context_.memory.take(
+      memory_needed(settings_, job_.request.get(field::kRecover) != "none"), context_.stop);
   if (context_.stop.stop_requested()) return Error{ErrorCode::kCanceled, "canceled", ""};
 
   show_film();
   JobStore::Change resolved;
   resolved.edit = [&](JobRecord& job) {
-    job.request.width = settings_.width;
-    job.request.height = settings_.height;
-    job.request.max_depth = settings_.max_depth;
+    job.request.set(field::kWidth, settings_.width);
+    job.request.set(field::kHeight, settings_.height);
+    job.request.set(field::kMaxDepth, settings_.max_depth);
   };
   return move(learns(settings_) ? JobState::kLearning : JobState::kRendering, resolved);
 }
@@ -156,7 +156,7 @@ Result<JobRun::Rendered> JobRun::go_on(const Checkpoint& checkpoint) {
 }
 
 Result<JobRun::Rendered> JobRun::render_from_start() {
-  const std::string& wanted = job_.request.table;
+  const std::string wanted = job_.request.get(field::kTable);
   if (settings_.method == "none" || wanted == "none") return render_with(std::nullopt);
   if (wanted == "auto") return render_from_fitting();
   Result<TableFile> table = context_.stores.tables.load(wanted);
@@ -172,7 +172,7 @@ Result<JobRun::Rendered> JobRun::render_from_start() {
 }
 
 Result<JobRun::Rendered> JobRun::render_with(std::optional<TableFile> table) {
-  return render_job(std::move(table), job_.request.recover, nullptr);
+  return render_job(std::move(table), job_.request.get(field::kRecover), nullptr);
 }
 
 Result<JobRun::Rendered> JobRun::render_job(std::optional<TableFile> table,
@@ -268,7 +268,7 @@ Status JobRun::finish(Rendered rendered) {
   }
   context_.show(nullptr);  // who sees the job ended finds the finished picture, not the forming one
   const std::optional<TableFile>& table = rendered.result.table;
-  const bool keep_table = table && job_.request.table != "none";
+  const bool keep_table = table && job_.request.get(field::kTable) != "none";
   JobStore::Change change;
   if (keep_table) {
     Result<uint64_t> bytes = context_.stores.tables.write(*table);
@@ -279,8 +279,8 @@ Status JobRun::finish(Rendered rendered) {
     change.also = [&, bytes = bytes.value()](Database::Session& session) {
       return TableStore::record(
           session, *table,
-          {header.id, job_.request.scene, header.method, header.parents, context_.now_ms(), bytes,
-           stats.states, header.samples_seen, id_.text()});
+          {header.id, job_.request.get(field::kScene), header.method, header.parents,
+           context_.now_ms(), bytes, stats.states, header.samples_seen, id_.text()});
     };
   }
   change.edit = [&](JobRecord& job) {
@@ -301,7 +301,7 @@ Status JobRun::finish(Rendered rendered) {
 
 void JobRun::keep_partial_picture() {
   if (!live_ || live_->film().version() == 0) return;
-  const ImageMetadata metadata = {{"scene", job_.request.scene},
+  const ImageMetadata metadata = {{"scene", job_.request.get(field::kScene)},
                                   {"method", settings_.method},
                                   {"seed", std::to_string(settings_.seed)},
                                   {"unfinished", "true"}};

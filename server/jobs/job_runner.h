@@ -57,7 +57,7 @@ class JobRunner {
 
   // Durable when it returns. kBusy: the queue is full; kConflict: the key was used for another
   // request. A job of the same key and request, of the last day, is the answer itself.
-  Result<JobRecord> submit(const proto::JobRequest& request,
+  Result<JobRecord> submit(const JobRequest& request,
                            const std::optional<JobStore::IdempotencyKey>& key = {});
   // kConflict: it has ended. A running job ends soon after.
   Result<JobRecord> cancel(JobId id);
