@@ -67,6 +67,10 @@ class AdaptiveGuide final : public Guide {
     Rgb arriving;       // radiance
     float deviation = 0;
     bool credible = false, guides = false;
+    template <class Self, class Archive>
+    static void exchange(Self& self, Archive& archive) {
+      archive(self.key, self.root, self.arriving, self.deviation, self.credible, self.guides);
+    }
   };
   // What is learned of it.
   struct alignas(64) Sums : ArrivalSums {

@@ -58,10 +58,18 @@ class DahmKellerGuide final : public Guide {
     std::array<uint32_t, kCells> visits{};
     float scattered = 0;  // mean over the projected hemisphere of q
     bool dirty = false;
+    template <class Self, class Archive>
+    static void exchange(Self& self, Archive& archive) {
+      archive(self.q, self.visits, self.scattered, self.dirty);
+    }
   };
   struct Frozen {
     std::array<float, kCells> cdf;  // of the cells up to and with this one; the last is 1
     float gain = 1;
+    template <class Self, class Archive>
+    static void exchange(Self& self, Archive& archive) {
+      archive(self.cdf, self.gain);
+    }
   };
   struct Delta;
 

@@ -117,10 +117,18 @@ class DirectionTrees {
     uint32_t child(int q) const {
       return first + static_cast<uint32_t>(__builtin_popcount(inner & ((1u << q) - 1)));
     }
+    template <class Self, class Archive>
+    static void exchange(Self& self, Archive& archive) {
+      archive(self.p, self.first, self.inner, self.even);
+    }
   };
   struct Quad {
     int64_t s[4]{};
     uint32_t n[4]{};
+    template <class Self, class Archive>
+    static void exchange(Self& self, Archive& archive) {
+      archive(self.s, self.n);
+    }
   };
 
   std::vector<Node> nodes_;

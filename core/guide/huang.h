@@ -63,11 +63,19 @@ class HuangGuide final : public Guide {
   struct Learned {
     Values q{};
     std::array<uint32_t, kDirections26> count{};
+    template <class Self, class Archive>
+    static void exchange(Self& self, Archive& archive) {
+      archive(self.q, self.count);
+    }
   };
   struct Frozen {
     Values weight;  // w_a
     float gain = 1;
     std::array<uint8_t, kDirections26> level{};  // how many of M/8..7M/8 lie below Q_a
+    template <class Self, class Archive>
+    static void exchange(Self& self, Archive& archive) {
+      archive(self.weight, self.gain, self.level);
+    }
   };
   struct Delta;
 

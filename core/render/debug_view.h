@@ -10,7 +10,7 @@
 #include "core/guide/guide.h"
 #include "core/image/image.h"
 #include "core/render/prepared_scene.h"
-#include "core/render/settings.h"
+#include "core/settings/render_settings.h"
 
 namespace qray {
 

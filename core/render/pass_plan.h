@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "core/render/settings.h"
+#include "core/settings/render_settings.h"
 
 namespace qray {
 

@@ -9,8 +9,8 @@
 #include "core/math/sampler.h"
 #include "core/render/path_learner.h"
 #include "core/render/prepared_scene.h"
-#include "core/render/settings.h"
 #include "core/scene/surface.h"
+#include "core/settings/render_settings.h"
 
 namespace qray {
 
@@ -23,6 +23,11 @@ struct PathCounters {
   uint64_t timed_total = 0, timed_tracing = 0, timed_guiding = 0;
 
   PathCounters& operator+=(const PathCounters& o);
+  template <class Self, class Archive>
+  static void exchange(Self& self, Archive& archive) {
+    archive(self.paths, self.rays, self.dropped_samples, self.lookups, self.timed_total,
+            self.timed_tracing, self.timed_guiding);
+  }
 };
 
 class PathTracer {

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "core/render/noise_estimate.h"
-#include "core/render/settings.h"
+#include "core/settings/render_settings.h"
 
 namespace qray {
 

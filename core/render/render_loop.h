@@ -9,8 +9,8 @@
 #include "core/film/film.h"
 #include "core/render/checkpoint.h"
 #include "core/render/prepared_scene.h"
-#include "core/render/settings.h"
 #include "core/render/stats.h"
+#include "core/settings/render_settings.h"
 
 namespace qray {
 

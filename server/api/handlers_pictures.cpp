@@ -34,12 +34,12 @@ void PictureHandlers::tiles(const Request& req, Response& res, const std::string
   const auto which = pictures_.which(req, job.value(), /*best=*/false);
   if (!which.ok()) return reply_error(res, which.error());
   if (which.value().kind == Which::Kind::kMoment) {
-    const Result<Bytes> answer = stores_.histories.picture(job.value().id, which.value().moment);
+    const Result<Bytes> answer = stores_.moments.picture(job.value().id, which.value().moment);
     if (!answer.ok()) return reply_error(res, answer.error());
     return reply_tagged(req, res, answer.value(), "application/octet-stream");
   }
-  int width = job.value().request.width.value_or(0);
-  int height = job.value().request.height.value_or(0);
+  int width = job.value().request.get(field::kWidth);
+  int height = job.value().request.get(field::kHeight);
   Film::Changes changes;
   if (const auto live = runner_.live(job.value().id)) {
     width = live->film().width();
@@ -82,11 +82,12 @@ void PictureHandlers::exr(const Request& req, Response& res, const std::string& 
   }
   const Result<Image> image = pictures_.image(record, which.value());
   if (!image.ok()) return reply_error(res, image.error());
-  const Result<Bytes> bytes = encode_image(ImageFormat::kExr, image.value(),
-                                           {{"scene", record.request.scene},
-                                            {"method", record.request.method},
-                                            {"seed", std::to_string(record.request.seed)},
-                                            {"unfinished", "true"}});
+  const Result<Bytes> bytes =
+      encode_image(ImageFormat::kExr, image.value(),
+                   {{"scene", record.request.scene},
+                    {"method", record.request.get(field::kMethod)},
+                    {"seed", std::to_string(record.request.get(field::kSeed))},
+                    {"unfinished", "true"}});
   if (!bytes.ok()) return reply_error(res, bytes.error());
   reply_tagged(req, res, bytes.value(), "image/x-exr");
 }

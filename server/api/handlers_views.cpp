@@ -9,9 +9,9 @@
 #include "core/image/tonemap.h"
 #include "core/render/lobe_view.h"
 #include "core/render/pixel_probe.h"
+#include "core/settings/job_settings.h"
 #include "server/http/query.h"
 #include "server/http/reply.h"
-#include "server/jobs/job_settings.h"
 
 namespace qray::server {
 namespace {
@@ -111,7 +111,7 @@ Result<ViewHandlers::FoundTable> ViewHandlers::find_table(const Wanted& wanted) 
     if (!info.ok()) return conflict("the job's table cannot be read any more");
     return FoundTable{job.table_out, 0};
   }
-  const std::vector<proto::Moment> all = stores_.histories.moments(job.id);
+  const std::vector<proto::Moment> all = stores_.moments.moments(job.id);
   const auto newest = std::find_if(all.rbegin(), all.rend(), [&](const proto::Moment& m) {
     return m.table && (wanted.moment == 0 || m.number <= wanted.moment);
   });
@@ -131,7 +131,7 @@ Result<std::optional<TableFile>> ViewHandlers::read_table(const JobRecord& job,
     spdlog::error("job={} {}", job.id.text(), table.error().text());
     return conflict("the job's table cannot be read any more");
   }
-  const Result<Bytes> bytes = stores_.histories.table(job.id, found.moment);
+  const Result<Bytes> bytes = stores_.moments.table(job.id, found.moment);
   if (!bytes.ok()) return none;
   Result<TableFile> table = decode_table(bytes.value());
   if (!table.ok()) return none;
@@ -173,9 +173,9 @@ void ViewHandlers::pixel(const Request& req, Response& res, const std::string& i
   const Result<Wanted> wanted = this->wanted(req, id);
   if (!wanted.ok()) return reply_error(res, wanted.error());
   const JobRecord& job = wanted.value().job;
-  const Result<int> x = coordinate(req, "x", job.request.width.value_or(1));
+  const Result<int> x = coordinate(req, "x", job.request.given(field::kWidth).value_or(1));
   if (!x.ok()) return reply_error(res, x.error());
-  const Result<int> y = coordinate(req, "y", job.request.height.value_or(1));
+  const Result<int> y = coordinate(req, "y", job.request.given(field::kHeight).value_or(1));
   if (!y.ok()) return reply_error(res, y.error());
   const auto which = pictures_.which(req, job, /*best=*/true);
   if (!which.ok()) return reply_error(res, which.error());
@@ -271,10 +271,10 @@ void ViewHandlers::guide_view(const Request& req, Response& res, const std::stri
 void ViewHandlers::lobe(const Request& req, Response& res, const std::string& id) {
   const Result<Wanted> wanted = this->wanted(req, id);
   if (!wanted.ok()) return reply_error(res, wanted.error());
-  const proto::JobRequest& request = wanted.value().job.request;
-  const Result<int> x = coordinate(req, "x", request.width.value_or(1));
+  const JobRequest& request = wanted.value().job.request;
+  const Result<int> x = coordinate(req, "x", request.given(field::kWidth).value_or(1));
   if (!x.ok()) return reply_error(res, x.error());
-  const Result<int> y = coordinate(req, "y", request.height.value_or(1));
+  const Result<int> y = coordinate(req, "y", request.given(field::kHeight).value_or(1));
   if (!y.ok()) return reply_error(res, y.error());
   const Turn turn(turns_);
   if (!turn.mine()) return reply_problem(res, kBusy);

@@ -31,7 +31,7 @@ Result<PictureSource::Which> PictureSource::which(const httplib::Request& req, c
   if (wanted.empty()) return Which{best && there ? kRecovered : kSampled, 0};
   if (wanted == "sampled") return Which{};
   if (there) return Which{kRecovered, 0};
-  if (job.request.recover == "none")
+  if (job.request.get(field::kRecover) == "none")
     return Error{ErrorCode::kNotFound, "this job's picture is not recovered", ""};
   return Error{ErrorCode::kConflict, "this job's picture has not been recovered yet", ""};
 }
@@ -45,7 +45,7 @@ Result<std::shared_ptr<const Picture>> PictureSource::sampled(const JobRecord& j
 }
 
 Result<Picture> PictureSource::moment(const JobRecord& job, uint32_t number) const {
-  const Result<Bytes> answer = stores_.histories.picture(job.id, number);
+  const Result<Bytes> answer = stores_.moments.picture(job.id, number);
   if (!answer.ok()) return answer.error();
   return decode_tiles(answer.value());
 }

@@ -4,9 +4,9 @@
 
 #include "core/job/stats_json.h"
 #include "core/recover/included_networks.h"
+#include "core/settings/job_settings.h"
 #include "proto/events.h"
-#include "server/jobs/job_history.h"
-#include "server/jobs/job_settings.h"
+#include "server/jobs/job_moments.h"
 #include "server/jobs/load_ticker.h"
 #include "server/jobs/progress_ticker.h"
 #include "server/operation/metrics.h"
@@ -15,6 +15,9 @@ namespace qray::server {
 namespace {
 
 constexpr size_t kMaxTablesTried = 8;
+constexpr const char* kOtherBuild =
+    "this job goes on from what another build of qray rendered; its bits may differ from an "
+    "undisturbed run";
 
 bool learns(const RenderSettings& settings) {
   return settings.method != "none" && settings.learning_samples > 0;
@@ -64,7 +67,7 @@ void JobRun::run(const std::function<bool()>& stopping) {
 Status JobRun::prepare() {
   LoadTicker ticker(context_.stores.jobs, id_, context_.clock, context_.stop);
   Result<std::shared_ptr<const PreparedScene>> scene =
-      context_.stores.scenes.prepare(job_.request.scene, ticker.watch());
+      context_.stores.scenes.prepare(job_.request.get(field::kScene), ticker.watch());
   if (!scene.ok()) return context_.stores.scenes.without_folder(scene.error());
   scene_ = std::move(scene).value();
   for (const std::string& warning : scene_->warnings) warn(warning);
@@ -72,16 +75,16 @@ Status JobRun::prepare() {
   settings_.max_table_bytes = context_.stores.tables.max_bytes();
   settings_.estimates_noise = true;  // for who looks at it
   if (Status s = check_settings(settings_, kMaxPicturePixels); !s.ok()) return s;
-  memory_ =
-      context_.memory.take(memory_needed(settings_, job_.request.recover != "none"), context_.stop);
+  memory_ = context_.memory.take(
+      memory_needed(settings_, job_.request.get(field::kRecover) != "none"), context_.stop);
   if (context_.stop.stop_requested()) return Error{ErrorCode::kCanceled, "canceled", ""};
 
   show_film();
   JobStore::Change resolved;
   resolved.edit = [&](JobRecord& job) {
-    job.request.width = settings_.width;
-    job.request.height = settings_.height;
-    job.request.max_depth = settings_.max_depth;
+    job.request.set(field::kWidth, settings_.width);
+    job.request.set(field::kHeight, settings_.height);
+    job.request.set(field::kMaxDepth, settings_.max_depth);
   };
   return move(learns(settings_) ? JobState::kLearning : JobState::kRendering, resolved);
 }
@@ -118,8 +121,11 @@ std::optional<Checkpoint> JobRun::checkpoint() {
 Result<JobRun::Rendered> JobRun::render() {
   context_.keeper.on_first_save([this] { (void)context_.stores.jobs.reset_attempts(id_); });
   if (const std::optional<Checkpoint> found = checkpoint()) {
+    std::vector<std::string> warnings = warnings_;
     Result<Rendered> rendered = go_on(*found);
     if (rendered.ok() || rendered.error().code != ErrorCode::kCorrupt) return rendered;
+    warnings_ = std::move(warnings);
+    mixed_builds_ = false;
     warn("the job starts anew, as what it had rendered cannot be read");
     context_.stores.checkpoints.remove(id_);
     show_film();
@@ -131,6 +137,14 @@ Result<JobRun::Rendered> JobRun::go_on(const Checkpoint& checkpoint) {
   log("going on from a checkpoint");
   const CheckpointHeader& header = checkpoint.header;
   warnings_ = header.warnings;
+  mixed_builds_ = header.mixed_builds || checkpoint.other_build;
+  if (checkpoint.other_build) {
+    if (header.mixed_builds) {
+      log(kOtherBuild);  // among the warnings already
+    } else {
+      warn(kOtherBuild);
+    }
+  }
   std::optional<TableFile> table;
   if (!header.table_in.empty()) {  // what it held is in the checkpoint
     table.emplace();
@@ -142,7 +156,7 @@ Result<JobRun::Rendered> JobRun::go_on(const Checkpoint& checkpoint) {
 }
 
 Result<JobRun::Rendered> JobRun::render_from_start() {
-  const std::string& wanted = job_.request.table;
+  const std::string wanted = job_.request.get(field::kTable);
   if (settings_.method == "none" || wanted == "none") return render_with(std::nullopt);
   if (wanted == "auto") return render_from_fitting();
   Result<TableFile> table = context_.stores.tables.load(wanted);
@@ -158,7 +172,7 @@ Result<JobRun::Rendered> JobRun::render_from_start() {
 }
 
 Result<JobRun::Rendered> JobRun::render_with(std::optional<TableFile> table) {
-  return render_job(std::move(table), job_.request.recover, nullptr);
+  return render_job(std::move(table), job_.request.get(field::kRecover), nullptr);
 }
 
 Result<JobRun::Rendered> JobRun::render_job(std::optional<TableFile> table,
@@ -168,25 +182,26 @@ Result<JobRun::Rendered> JobRun::render_job(std::optional<TableFile> table,
   const std::string id = table ? table->header.id : std::string();
   warm_ = !id.empty();
   if (warm_) log("from table " + id);
-  if (!resume_from) context_.stores.histories.remove(id_);
+  if (!resume_from) context_.stores.moments.remove(id_);
   std::optional<TableHeader> parent;
   if (table) parent = table->header;
-  JobHistory history(context_.stores.histories, id_, live_->film(), [&](const GuideTable& guide) {
+  JobMoments moments(context_.stores.moments, id_, live_->film(), [&](const GuideTable& guide) {
     return table_of(guide, scene_->hash, parent);
   });
   live_->on_pass([&](const RenderProgress& progress, const RenderStats& stats, const Guide* guide) {
     last_pass_ = stats;
-    history.add(progress, stats, guide);
+    moments.add(progress, stats, guide);
   });
   const std::optional<Recovery> recovery = this->recovery(wanted);
-  context_.keeper.start(
-      {scene_->hash.whole().hex(), id, recovery ? recovery->name : std::string(), warnings_});
+  context_.keeper.start({scene_->hash.whole().hex(), id, recovery ? recovery->name : std::string(),
+                         warnings_, mixed_builds_});
   Result<JobResult> result = run_job(
       *scene_, settings_, std::move(table), live_->film(), context_.pool, *live_, context_.stop,
       context_.clock, recovery ? &*recovery : nullptr, {&context_.keeper, resume_from});
   live_->on_pass(nullptr);
-  if (!history.failure().empty()) warn(history.failure());
+  if (!moments.failure().empty()) warn(moments.failure());
   if (!result.ok()) return result.error();
+  result.value().stats.mixed_builds = mixed_builds_;
   return Rendered{std::move(result).value(), id};
 }
 
@@ -253,7 +268,7 @@ Status JobRun::finish(Rendered rendered) {
   }
   context_.show(nullptr);  // who sees the job ended finds the finished picture, not the forming one
   const std::optional<TableFile>& table = rendered.result.table;
-  const bool keep_table = table && job_.request.table != "none";
+  const bool keep_table = table && job_.request.get(field::kTable) != "none";
   JobStore::Change change;
   if (keep_table) {
     Result<uint64_t> bytes = context_.stores.tables.write(*table);
@@ -264,8 +279,8 @@ Status JobRun::finish(Rendered rendered) {
     change.also = [&, bytes = bytes.value()](Database::Session& session) {
       return TableStore::record(
           session, *table,
-          {header.id, job_.request.scene, header.method, header.parents, context_.now_ms(), bytes,
-           stats.states, header.samples_seen, id_.text()});
+          {header.id, job_.request.get(field::kScene), header.method, header.parents,
+           context_.now_ms(), bytes, stats.states, header.samples_seen, id_.text()});
     };
   }
   change.edit = [&](JobRecord& job) {
@@ -286,7 +301,7 @@ Status JobRun::finish(Rendered rendered) {
 
 void JobRun::keep_partial_picture() {
   if (!live_ || live_->film().version() == 0) return;
-  const ImageMetadata metadata = {{"scene", job_.request.scene},
+  const ImageMetadata metadata = {{"scene", job_.request.get(field::kScene)},
                                   {"method", settings_.method},
                                   {"seed", std::to_string(settings_.seed)},
                                   {"unfinished", "true"}};

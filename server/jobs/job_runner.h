@@ -15,8 +15,8 @@
 #include "server/jobs/job_queue.h"
 #include "server/jobs/live_job.h"
 #include "server/jobs/memory_budget.h"
-#include "server/store/history_store.h"
 #include "server/store/job_store.h"
+#include "server/store/moment_store.h"
 #include "server/store/result_store.h"
 #include "server/store/scene_store.h"
 #include "server/store/table_store.h"
@@ -33,7 +33,7 @@ struct Stores {
   ResultStore& results;
   SceneStore& scenes;
   CheckpointStore& checkpoints;
-  HistoryStore& histories;
+  MomentStore& moments;
   Metrics* metrics = nullptr;  // may be
 };
 
@@ -57,7 +57,7 @@ class JobRunner {
 
   // Durable when it returns. kBusy: the queue is full; kConflict: the key was used for another
   // request. A job of the same key and request, of the last day, is the answer itself.
-  Result<JobRecord> submit(const proto::JobRequest& request,
+  Result<JobRecord> submit(const JobRequest& request,
                            const std::optional<JobStore::IdempotencyKey>& key = {});
   // kConflict: it has ended. A running job ends soon after.
   Result<JobRecord> cancel(JobId id);

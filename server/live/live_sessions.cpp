@@ -3,7 +3,7 @@
 #include <spdlog/spdlog.h>
 
 #include "core/recover/included_networks.h"
-#include "server/jobs/job_settings.h"
+#include "core/settings/job_settings.h"
 #include "server/operation/metrics.h"
 
 namespace qray::server {
@@ -67,7 +67,7 @@ Result<LiveSession::Start> LiveSessions::prepare(const proto::LiveRequest& reque
   s.pixels = pixels_named(request.pixels).value_or(Pixels::kAdaptive);
   s.seed = request.seed;
   s.max_table_bytes = stores_.tables.max_bytes();
-  s.camera = camera_of(request.camera.value_or(proto::CameraRequest{}), data.camera);
+  s.camera = camera_of(request.camera.value_or(CameraRequest{}), data.camera);
   if (Status status = check_settings(s, kMaxPixels); !status.ok()) return status.error();
   std::optional<MemoryBudget::Part> memory = memory_.take_now(memory_needed(s));
   if (!memory)

@@ -28,9 +28,9 @@ struct RenderSettings {
   bool gate = true;  // a guide that does not pay is left (guide_gate.h); else it rules regardless
   int width = 512, height = 512;  // pixels
   Pixels pixels = Pixels::kAll;   // others than kAll: width and height must be even
-  std::string recover = "none";  // the network that makes the picture whole; by charts (run_job has
-                                 // its own), an included one
-  bool estimates_noise = false;  // for Film::noise(); some methods and pixels do anyway
+  std::string recover = "none";   // what makes the picture whole: a name, that only charts look up
+                                  // (run_job is given its network)
+  bool estimates_noise = false;   // for Film::noise(); some methods and pixels do anyway
   int samples =
       64;  // a sampled pixel, counting learning samples; with `seconds`: at most, 0 = no limit
   double seconds = 0;  // > 0: stop when no further pass fits. The first pass always completes
@@ -46,7 +46,8 @@ struct RenderSettings {
   std::vector<int> passes;  // replay: samples of each pass; overrides samples and seconds
 };
 
-// Errors name the field as a pointer: "/samples".
+// Against the ranges of the table of fields (job_fields.h). Errors name the field as a pointer:
+// "/samples", "/guide/alpha".
 Status check_settings(const RenderSettings& settings, int64_t max_pixels);
 
 }  // namespace qray

@@ -1,4 +1,4 @@
-#include "core/render/variant.h"
+#include "core/settings/variant.h"
 
 #include <gtest/gtest.h>
 
@@ -51,10 +51,16 @@ TEST(Variant, ErrorsNameWhatWasExpected) {
                         {"huang:speed=9", "unknown key 'speed', expected one of nee, roulette"},
                         {"huang:nee=yes", "nee: expected on or off, got 'yes'"},
                         {"huang:nee", "nee: expected on or off, got ''"},
-                        {"huang:grid=2x", "grid: expected a whole number, got '2x'"},
-                        {"huang:grid=0", "/grid: expected 1.."},
-                        {"huang:gamma=2", "/gamma: expected 0..1, got 2"},
-                        {"huang:gamma=nan", "/gamma"},
+                        {"huang:grid=2x", "grid: expected a whole number, 1..512, got '2x'"},
+                        {"huang:grid=0", "/guide/grid: expected 1..512, got 0"},
+                        {"huang:gamma=2", "/guide/gamma: expected 0..1, got 2"},
+                        {"huang:gamma=nan", "/guide/gamma"},
+                        {"adaptive:grid=3",
+                         "grid: the method adaptive has no such setting: it belongs to huang, "
+                         "huang-published, dahm-keller"},
+                        {"none:recover=auto",
+                         "recover: expected one of none, bilinear, untrained, "
+                         "default, got 'auto'"},
                         {"none,huang,none", "twice"}};
   for (const Case& c : cases) {
     const auto variants = parse_variants(c.list);

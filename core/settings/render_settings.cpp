@@ -1,29 +1,41 @@
-#include "core/render/settings.h"
+#include "core/settings/render_settings.h"
 
-#include <cmath>
 #include <string>
 
-#include "core/guide/surface_grid.h"
 #include "core/scene/validate.h"
+#include "core/settings/job_fields.h"
 
 namespace qray {
 namespace {
 
-constexpr int kMaxDepth = 128;
-constexpr int kMaxSidePx = 8192;
-constexpr double kMaxSeconds = 24 * 3600;
 constexpr double kMaxTableBytes = 1e12;
 
-Status check_range(double value, double lo, double hi, const char* pointer) {
-  if (value >= lo && value <= hi) return {};  // false for NaN
-  const auto text = [](double v) {
-    std::string s = std::to_string(v);
-    s.erase(s.find_last_not_of('0') + 1);
-    if (s.back() == '.') s.pop_back();
-    return s;
-  };
-  return Error{ErrorCode::kInvalid,
-               "expected " + text(lo) + ".." + text(hi) + ", got " + text(value), pointer};
+// As many digits as the value needs.
+std::string plain_text(double v) {
+  std::string s = std::to_string(v);
+  s.erase(s.find_last_not_of('0') + 1);
+  if (s.back() == '.') s.pop_back();
+  return s;
+}
+
+Status check_range(double value, double least, double most, const std::string& pointer) {
+  if (value >= least && value <= most) return {};  // false for NaN
+  return Error{
+      ErrorCode::kInvalid,
+      "expected " + plain_text(least) + ".." + plain_text(most) + ", got " + plain_text(value),
+      pointer};
+}
+
+Status check_range(const Field& field, const RenderSettings& settings) {
+  if (!field.setting.read) return {};
+  const std::optional<FieldValue> value = field.setting.read(settings);
+  if (!value) return {};
+  const std::string pointer = "/" + field.path;
+  if (const auto* whole = std::get_if<int64_t>(&*value))
+    return check_range(static_cast<double>(*whole), field.least, field.most, pointer);
+  if (const auto* number = std::get_if<double>(&*value))
+    return check_range(*number, field.least, field.most, pointer);
+  return {};
 }
 
 constexpr std::pair<Pixels, std::string_view> kPixels[] = {
@@ -42,25 +54,12 @@ std::optional<Pixels> pixels_named(std::string_view wanted) {
 }
 
 Status check_settings(const RenderSettings& s, int64_t max_pixels) {
-  struct Check {
-    double value, lo, hi;
-    const char* pointer;
-  };
-  const Check checks[] = {
-      {static_cast<double>(s.width), 1, kMaxSidePx, "/width"},
-      {static_cast<double>(s.height), 1, kMaxSidePx, "/height"},
-      {static_cast<double>(s.samples), s.seconds > 0 ? 0.0 : 1.0, kMaxSamples, "/samples"},
-      {s.seconds, 0, kMaxSeconds, "/seconds"},
-      {s.noise, 0, 1, "/noise"},
-      {static_cast<double>(s.max_depth), 1, kMaxDepth, "/max_depth"},
-      {static_cast<double>(s.learning_samples), 0, kMaxSamples, "/learning_samples"},
-      {static_cast<double>(s.max_table_bytes), 1, kMaxTableBytes, "/max_table_bytes"},
-      {s.huang.alpha, 0, 1, "/alpha"},
-      {s.huang.gamma, 0, 1, "/gamma"},
-      {static_cast<double>(s.huang.grid), 1, SurfaceGrid::kMaxGrid, "/grid"},
-  };
-  for (const Check& c : checks)
-    if (Status status = check_range(c.value, c.lo, c.hi, c.pointer); !status.ok()) return status;
+  for (const Field& field : job_fields())
+    if (Status status = check_range(field, s); !status.ok()) return status;
+  if (Status status = check_range(static_cast<double>(s.max_table_bytes), 1, kMaxTableBytes,
+                                  "/max_table_bytes");
+      !status.ok())
+    return status;
   for (const auto& [side, pointer] : {std::pair{s.width, "/width"}, {s.height, "/height"}})
     if (s.pixels != Pixels::kAll && side % 2 != 0)
       return Error{ErrorCode::kInvalid,
