@@ -22,7 +22,7 @@ class EveryGuide : public ::testing::TestWithParam<std::string_view> {};
 TEST_P(EveryGuide, DensitiesAreAboutThePointsDomain) {
   const std::unique_ptr<Guide> guide = taught(GetParam(), 1, setup_of());
   const std::vector<GuidePoint> points = guide->known_points(kPoints);
-  ASSERT_GE(points.size(), 3u);
+  ASSERT_FALSE(points.empty());
   for (const GuidePoint& point : points) {
     // A density that is only pretended is not the one that is drawn with.
     if (guide->unbiased()) {
