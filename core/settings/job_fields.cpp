@@ -37,9 +37,10 @@ Field recover_field() {
   return with_default(
       {.path = "recover",
        .type = FieldType::kChoice,
-       .help = "What makes the picture whole from the sampled pixels: nothing (none), bilinear "
-               "interpolation, an included network (default, untrained), the scene's own network "
-               "or else the default one (auto), or a network by its id.",
+       .help =
+           "What makes the picture whole from the sampled pixels: nothing (none), bilinear "
+           "interpolation, an included network (default, untrained), the scene's own network or "
+           "else the default one (auto), or weights: an id on a server, a file for qray render.",
        .label = "Recover",
        .choices = {{"none", "no", kEverywhere & ~kLive},
                    {"auto", "automatic", kEverywhere & ~kVariant},

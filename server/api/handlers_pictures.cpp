@@ -84,7 +84,7 @@ void PictureHandlers::exr(const Request& req, Response& res, const std::string& 
   if (!image.ok()) return reply_error(res, image.error());
   const Result<Bytes> bytes =
       encode_image(ImageFormat::kExr, image.value(),
-                   {{"scene", record.request.scene},
+                   {{"scene", record.request.get(field::kScene)},
                     {"method", record.request.get(field::kMethod)},
                     {"seed", std::to_string(record.request.get(field::kSeed))},
                     {"unfinished", "true"}});

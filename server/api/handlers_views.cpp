@@ -143,7 +143,8 @@ Result<std::shared_ptr<const ViewHandlers::Shown>> ViewHandlers::load(const Want
                                                                       bool needs_guide) {
   const JobRecord& job = wanted.job;
   auto shown = std::make_shared<Shown>();
-  Result<std::shared_ptr<const PreparedScene>> scene = stores_.scenes.prepare(job.request.scene);
+  Result<std::shared_ptr<const PreparedScene>> scene =
+      stores_.scenes.prepare(job.request.get(field::kScene));
   if (!scene.ok()) return conflict("the job's scene cannot be loaded any more");
   shown->scene = std::move(scene).value();
   const Result<FoundTable> found = find_table(wanted);

@@ -15,7 +15,9 @@ TEST(JobFields, EachIsThereOnceAndExplained) {
     for (const Field& field : *fields) {
       EXPECT_TRUE(paths.insert(field.path).second) << field.path;
       EXPECT_TRUE(options.insert(field.option_name()).second) << field.path;
-      if (field.callers & kVariant) EXPECT_TRUE(keys.insert(field.variant_key()).second);
+      const bool key_is_new =
+          !(field.callers & kVariant) || keys.insert(field.variant_key()).second;
+      EXPECT_TRUE(key_is_new) << field.path;
       EXPECT_TRUE(field.help.ends_with('.')) << field.path;
       EXPECT_NE(field.callers, 0u) << field.path;
     }
