@@ -84,17 +84,19 @@ Rgb PathTracer::walk(const Ray& ray, Sampler& sampler, float pixel_deviation, Rg
     }
     if (textured_) path.width += path.spread * hit.t;
     SurfacePoint surface = scene_.surface_at(path.ray, hit, path.width);
+    const Vec3 wo = -path.ray.d;
+    const float cos_geometric = dot(wo, surface.ng);
     absorb(path, hit.t);
 
     // 2. Light that the surface emits.
-    add_emission(path, hit, surface);
+    add_emission(path, hit, surface, cos_geometric);
     if (path.depth >= settings_.max_depth) break;
 
     // 3. What the surface is made of, and what the guide knows about it.
-    const MaterialShading* material = material_at(path, hit, surface, u.u_blend);
-    if (!material) break;
-    PathVertex v = vertex_at(path, *material, surface, hit.t);
-    ask_guide(path, v);
+    const MaterialShading& material = material_at(hit, wo, surface, u.u_blend);
+    if (material.one_sided && cos_geometric < 0) break;
+    PathVertex v = vertex_at(path, material, surface, wo, cos_geometric, hit.t);
+    ask_guide(v, cos_geometric > 0);
 
     // 4. Light straight from a light.
     if (!add_direct_light(path, v, u.u_light, u.u_light_point, pixel)) break;
@@ -170,10 +172,10 @@ inline void PathTracer::absorb(PathState& path, float distance) {
 }
 
 // Light that the surface emits, weighted against nee having drawn this point.
-inline void PathTracer::add_emission(PathState& path, const Hit& hit, const SurfacePoint& surface) {
+inline void PathTracer::add_emission(PathState& path, const Hit& hit, const SurfacePoint& surface,
+                                     float cos_light) {
   const MeshShading& mesh = scene_.meshes[hit.mesh.value];
   if (!mesh.emits || (hides_lights_ && path.depth == 1)) return;
-  const float cos_light = -dot(path.ray.d, surface.ng);
   if (!(cos_light > 0 || mesh.material->emission_two_sided)) return;
   const Rgb emitted = mesh.emission_textured()
                           ? scene_.textures->color(mesh.material->emission, surface.uv)
@@ -187,22 +189,20 @@ inline void PathTracer::add_emission(PathState& path, const Hit& hit, const Surf
   learner_.emitted(emitted, mis);
 }
 
-// Of a blend, the part that is drawn. Null: its back, where it is nothing.
-inline const MaterialShading* PathTracer::material_at(const PathState& path, const Hit& hit,
+// Of a blend, the part that is drawn.
+inline const MaterialShading& PathTracer::material_at(const Hit& hit, Vec3 wo,
                                                       SurfacePoint& surface, float u_blend) const {
   const MeshShading& mesh = scene_.meshes[hit.mesh.value];
-  const MaterialShading* material = &mesh;
-  if (mesh.blends) {
-    material = &scene_.resolve(mesh, surface.uv, u_blend);
-    if (material->bends) scene_.bend(*material, hit, -path.ray.d, surface);
-  }
-  return material->one_sided && dot(-path.ray.d, surface.ng) < 0 ? nullptr : material;
+  if (!mesh.blends) return mesh;
+  const MaterialShading& part = scene_.resolve(mesh, surface.uv, u_blend);
+  if (part.bends) scene_.bend(part, hit, wo, surface);
+  return part;
 }
 
 inline PathVertex PathTracer::vertex_at(const PathState& path, const MaterialShading& material,
-                                        const SurfacePoint& surface, float distance) const {
-  const Vec3 wo = -path.ray.d;
-  const bool shading_normal_usable = dot(wo, surface.ns) * dot(wo, surface.ng) > 0;
+                                        const SurfacePoint& surface, Vec3 wo, float cos_geometric,
+                                        float distance) const {
+  const bool shading_normal_usable = dot(wo, surface.ns) * cos_geometric > 0;
   const Frame frame(shading_normal_usable ? surface.ns : surface.ng);
   return {.surface = surface,
           .frame = frame,
@@ -215,11 +215,10 @@ inline PathVertex PathTracer::vertex_at(const PathState& path, const MaterialSha
           .inside = path.inside};
 }
 
-inline void PathTracer::ask_guide(const PathState& path, PathVertex& v) {
+inline void PathTracer::ask_guide(PathVertex& v, bool from_front) {
   if (!guide_ || guiding_ == Guiding::kOff || v.kind == BsdfKind::kDelta) return;
   ++counters_.lookups;
   const CycleScope guiding(timed_, counters_.timed_guiding);
-  const bool from_front = dot(path.ray.d, v.surface.ng) < 0;
   v.at = guide_->find(v.surface.p, from_front ? v.surface.ng : -v.surface.ng);
   if (guiding_ == Guiding::kOn)
     v.guide_fraction = guide_->guide_fraction(v.at, v.kind == BsdfKind::kDiffuse);

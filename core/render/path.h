@@ -68,12 +68,13 @@ class PathTracer {
   bool intersect(const Ray& ray, Hit& hit);
   void add_environment(PathState& path);
   void absorb(PathState& path, float distance);
-  void add_emission(PathState& path, const Hit& hit, const SurfacePoint& surface);
-  const MaterialShading* material_at(const PathState& path, const Hit& hit, SurfacePoint& surface,
+  void add_emission(PathState& path, const Hit& hit, const SurfacePoint& surface, float cos_light);
+  const MaterialShading& material_at(const Hit& hit, Vec3 wo, SurfacePoint& surface,
                                      float u_blend) const;
   PathVertex vertex_at(const PathState& path, const MaterialShading& material,
-                       const SurfacePoint& surface, float distance) const;
-  void ask_guide(const PathState& path, PathVertex& v);
+                       const SurfacePoint& surface, Vec3 wo, float cos_geometric,
+                       float distance) const;
+  void ask_guide(PathVertex& v, bool from_front);
   bool add_direct_light(PathState& path, const PathVertex& v, float u_light, Vec2 u_light_point,
                         Rgb& pixel);
   bool survive(PathState& path, const PathVertex& v, float pixel_deviation, float u_roulette);
