@@ -329,8 +329,8 @@ inline bool PathTracer::go_on(PathState& path, const PathVertex& v, float u_lobe
 
 // Draws from the mixture of guide and BSDF. None: the BSDF absorbs the path, whatever direction it
 // might have taken.
-inline std::optional<ScatterSample> PathTracer::scatter(const PathVertex& v, float u_lobe,
-                                                        Vec2 u_direction) {
+std::optional<ScatterSample> PathTracer::scatter(const PathVertex& v, float u_lobe,
+                                                 Vec2 u_direction) {
   if (u_lobe < v.guide_fraction) return scatter_by_guide(v, u_direction);
   if (v.guide_fraction > 0) u_lobe = (u_lobe - v.guide_fraction) / (1 - v.guide_fraction);
   const std::optional<BsdfSample> s = v.sample(u_lobe, u_direction);

@@ -55,7 +55,9 @@ TEST(Renderer, RoundsOfAPassTakeEachPixelOnce) {
   const auto scene = test::prepare(test::room());
   const RenderSettings settings = passes_of_one("none", 3);
   uint64_t units = 0;
-  const Image in_rounds = rendered(*scene, settings, 5, {.in_rounds = true}, &units);
+  RenderMode mode;
+  mode.in_rounds = true;
+  const Image in_rounds = rendered(*scene, settings, 5, mode, &units);
   EXPECT_TRUE(same_bits(test::render(*scene, settings).image, in_rounds));
   EXPECT_EQ(units, 3u * 4 * 4) << "3 passes of 4 rounds of 4 tiles";
 }
