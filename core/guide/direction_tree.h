@@ -119,7 +119,7 @@ class DirectionTrees {
     }
     template <class Self, class Archive>
     static void exchange(Self& self, Archive& archive) {
-      archive(self.p, self.first, self.inner, self.even);
+      archive(self.p, self.first, self.inner, self.joined);
     }
   };
   struct Quad {

@@ -33,6 +33,12 @@ struct Recovery {
   Network network;
 };
 
+// What a job begins with: its guide, and the table that this was loaded from.
+struct StartingGuide {
+  std::unique_ptr<Guide> guide;      // null: method none
+  std::optional<TableHeader> table;  // none: the guide knows nothing yet
+};
+
 // `table_in` must be of the settings' method (else kInvalid). It is moved into the guide.
 // `recovery`: null, the picture stays as it was sampled. With `checkpoints.resume_from` the job
 // goes on (render_loop.h), and `table_in` must be what it was begun with; its header is enough.
@@ -40,6 +46,13 @@ Result<JobResult> run_job(const PreparedScene& scene, RenderSettings settings,
                           std::optional<TableFile> table_in, Film& film, TaskPool& pool,
                           RenderObserver& observer, std::stop_token stop, const Clock& clock,
                           const Recovery* recovery = nullptr, const Checkpoints& checkpoints = {});
+
+// The same, of a guide that is loaded already; with `checkpoints.resume_from`, of a fresh one.
+Result<JobResult> run_guided_job(const PreparedScene& scene, RenderSettings settings,
+                                 StartingGuide start, Film& film, TaskPool& pool,
+                                 RenderObserver& observer, std::stop_token stop, const Clock& clock,
+                                 const Recovery* recovery = nullptr,
+                                 const Checkpoints& checkpoints = {});
 
 // Fit of a table to a scene by exact hashes; kConflict names what differs.
 Status table_fits(const TableHeader& header, const SceneHash& hash);

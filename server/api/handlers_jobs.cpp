@@ -52,7 +52,7 @@ void JobHandlers::reply_job(Response& res, int status, const Result<JobRecord>& 
 proto::JobInfo JobHandlers::info(const JobRecord& job) const {
   proto::JobInfo info = job.info();
   if (is_running(job.state)) {
-    if (const auto live = runner_.live(job.id)) info.progress = live->progress();
+    if (const auto running = runner_.running(job.id)) info.progress = running->progress();
   }
   info.extendable = job.state == JobState::kSucceeded && stores_.checkpoints.has(job.id);
   return info;

@@ -41,10 +41,10 @@ void PictureHandlers::tiles(const Request& req, Response& res, const std::string
   int width = job.value().request.get(field::kWidth);
   int height = job.value().request.get(field::kHeight);
   Film::Changes changes;
-  if (const auto live = runner_.live(job.value().id)) {
-    width = live->film().width();
-    height = live->film().height();
-    changes = live->film().tiles_since(since.value(), kTilesAtOnce);
+  if (const auto running = runner_.running(job.value().id)) {
+    width = running->film().width();
+    height = running->film().height();
+    changes = running->film().tiles_since(since.value(), kTilesAtOnce);
   } else if (const auto picture = stores_.results.load(job.value().id); picture.ok()) {
     width = picture.value()->image.width();
     height = picture.value()->image.height();
@@ -73,7 +73,7 @@ void PictureHandlers::exr(const Request& req, Response& res, const std::string& 
   if (!which.ok()) return reply_error(res, which.error());
   const bool recovered = which.value().kind == Which::Kind::kRecovered;
   const bool moment = which.value().kind == Which::Kind::kMoment;
-  if (recovered || (!moment && !runner_.live(record.id))) {
+  if (recovered || (!moment && !runner_.running(record.id))) {
     const Result<Bytes> file = read_file(recovered ? stores_.results.recovered_file(record.id)
                                                    : stores_.results.image_file(record.id),
                                          kMaxImageBytes);

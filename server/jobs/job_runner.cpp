@@ -69,9 +69,9 @@ void JobRunner::run(const JobRecord& record, std::stop_token stop) {
     if (stop.stop_requested()) return;  // it stays queued, for the next start
     running_[id] = std::move(running);
   }
-  const auto show = [this, id](std::shared_ptr<LiveJob> live) {
+  const auto show = [this, id](std::shared_ptr<RunningJob> shown) {
     std::lock_guard lock(mutex_);
-    running_[id].live = std::move(live);
+    running_[id].shown = std::move(shown);
   };
   const auto start = clock_.seconds();
   JobRun({stores_, share, memory_, clock_, now_ms_, show, *keeper, cancel}, id).run([&] {
@@ -172,7 +172,7 @@ Result<JobRecord> JobRunner::pause(JobId id) {
   };
   return move_running(id, to_when, [](Running& running) {
     running.keeper->hold();
-    if (!running.live) running.cancel.request_stop();  // while its scene is loaded
+    if (!running.shown) running.cancel.request_stop();  // while its scene is loaded
   });
 }
 
@@ -235,10 +235,10 @@ Status JobRunner::remove(JobId id) {
   return {};
 }
 
-std::shared_ptr<const LiveJob> JobRunner::live(JobId id) const {
+std::shared_ptr<const RunningJob> JobRunner::running(JobId id) const {
   std::lock_guard lock(mutex_);
   const auto found = running_.find(id);
-  return found == running_.end() ? nullptr : found->second.live;
+  return found == running_.end() ? nullptr : found->second.shown;
 }
 
 }  // namespace qray::server

@@ -11,9 +11,9 @@
 
 namespace qray::server {
 
-class LiveJob final : public RenderObserver {
+class RunningJob final : public RenderObserver {
  public:
-  LiveJob(JobId id, std::shared_ptr<Film> film) : id_(id), film_(std::move(film)) {}
+  RunningJob(JobId id, std::shared_ptr<Film> film) : id_(id), film_(std::move(film)) {}
   // Is told of each pass on the thread that renders; from before the render until it has ended.
   void on_pass(std::function<void(const RenderProgress&, const RenderStats&, const Guide*)> call) {
     on_pass_ = std::move(call);
