@@ -1,5 +1,5 @@
 // Which way, for one state: a quadtree over the unit square, which the concentric map lays over the
-// projected hemisphere (design, section 4), so that a tree without data samples by the cosine and
+// projected hemisphere, so that a tree without data samples by the cosine and
 // no cell lies below the horizon. What is learned are integer sums, exactly associative: the same
 // bits whatever the threads and the order.
 //
@@ -117,10 +117,18 @@ class DirectionTrees {
     uint32_t child(int q) const {
       return first + static_cast<uint32_t>(__builtin_popcount(inner & ((1u << q) - 1)));
     }
+    template <class Self, class Archive>
+    static void exchange(Self& self, Archive& archive) {
+      archive(self.p, self.first, self.inner, self.even);
+    }
   };
   struct Quad {
     int64_t s[4]{};
     uint32_t n[4]{};
+    template <class Self, class Archive>
+    static void exchange(Self& self, Archive& archive) {
+      archive(self.s, self.n);
+    }
   };
 
   std::vector<Node> nodes_;

@@ -88,6 +88,10 @@ class SpatialTree {
     uint64_t prefix = 0;  // the halves taken, the first in the highest bit
     uint32_t link = 0;    // whose it is
     uint8_t depth = 0, tree = 0;
+    template <class Self, class Archive>
+    static void exchange(Self& self, Archive& archive) {
+      archive(self.prefix, self.link, self.depth, self.tree);
+    }
   };
   uint64_t code_of(Vec3 p) const;
 
