@@ -49,8 +49,10 @@ TEST(JobSettings, AJobWithItsDefaultsIsTheJobWithoutThem) {
     JobRequest filled = request;
     fill_defaults(filled);
     const RenderSettings a = settings_of(request, Scene()), b = settings_of(filled, Scene());
-    for (const Field& field : job_fields())
-      if (field.setting.read) EXPECT_EQ(field.setting.read(a), field.setting.read(b)) << field.path;
+    for (const Field& field : job_fields()) {
+      if (!field.setting.read) continue;
+      EXPECT_EQ(field.setting.read(a), field.setting.read(b)) << field.path;
+    }
     EXPECT_EQ(a.huang, b.huang);
     EXPECT_EQ(a.adaptive, b.adaptive);
   }

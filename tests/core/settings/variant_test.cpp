@@ -48,7 +48,7 @@ TEST(Variant, ErrorsNameWhatWasExpected) {
                         {"", "expected one of none"},
                         {"none,,huang", "expected one of none"},
                         {"huang:", "key=value after the colon"},
-                        {"huang:speed=9", "unknown key 'speed', expected one of nee, roulette"},
+                        {"huang:speed=9", "unknown key 'speed', expected one of nee, pixels"},
                         {"huang:nee=yes", "nee: expected on or off, got 'yes'"},
                         {"huang:nee", "nee: expected on or off, got ''"},
                         {"huang:grid=2x", "grid: expected a whole number, 1..512, got '2x'"},
