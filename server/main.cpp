@@ -6,10 +6,10 @@
 #include <csignal>
 #include <cstdio>
 
-#include "server/check_scene.h"
-#include "server/log_format.h"
+#include "server/http/tokens.h"
+#include "server/imports/check_scene.h"
+#include "server/operation/log_format.h"
 #include "server/service.h"
-#include "server/tokens.h"
 
 int main(int argc, char** argv) {
   using namespace qray;
