@@ -10,7 +10,7 @@ jobs="$(nproc)"
 bash "$root/docker/install.sh" build test
 cd "$root"
 
-options=(-DQRAY_WERROR=ON)
+options=(-DQRAY_WERROR=ON -DQRAY_UNITY=ON)
 grep -q avx2 /proc/cpuinfo || options+=(-DQRAY_ARCH=)
 
 cmake --preset asan "${options[@]}"
