@@ -5,9 +5,9 @@
 #include <cstdio>
 
 #include "core/base/file.h"
+#include "core/image/difference_map.h"
 #include "core/laboratory/chart/html_template.h"
 #include "core/laboratory/chart/names.h"
-#include "core/image/difference_map.h"
 
 // page.html, as it stands, in the program.
 asm(".pushsection .rodata\n"
