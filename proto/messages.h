@@ -181,13 +181,6 @@ struct Moment {
   uint64_t states = 0, direction_nodes = 0, table_bytes = 0;
   std::string gate;                     // "on", or "off: " and why; empty: no guide
   bool picture = false, table = false;  // that of the moment is kept
-
-  template <class Self, class Archive>
-  static void exchange(Self& self, Archive& archive) {
-    archive(self.number, self.samples, self.seconds, self.noise, self.learning, self.guided,
-            self.gain, self.states, self.direction_nodes, self.table_bytes, self.gate, self.picture,
-            self.table);
-  }
 };
 
 struct JobMetrics {

@@ -146,8 +146,8 @@ struct Service::Parts {
         db(std::move(database)),
         jobs(*db, events, now_ms),
         results(config.data),
-        checkpoints(config.data, config.checkpoint_mib << 20),
-        histories(config.data, config.history_mib << 20),
+        checkpoints(config.data, config.checkpoint_mib << 20, this_build()),
+        moments(config.data, config.moments_mib << 20),
         upload_quota(config.assets_gib << 30),
         scenes(config.scenes, render_threads(config.threads), config.scene_mib << 20,
                scene_limits(config)),
@@ -164,7 +164,7 @@ struct Service::Parts {
   std::unique_ptr<WeightsStore> weights;
   ResultStore results;
   CheckpointStore checkpoints;
-  HistoryStore histories;
+  MomentStore moments;
   DiskQuota upload_quota;
   std::unique_ptr<AssetStore> assets;
   std::unique_ptr<UploadedScenes> uploads;
@@ -228,6 +228,10 @@ Result<std::unique_ptr<Service>> Service::start(const Config& config) {
   parts->scenes.add_uploads(*parts->uploads);
   Result<std::vector<JobRecord>> queued = parts->jobs.recover();
   if (!queued.ok()) return queued.error();
+  for (JobId id : parts->moments.remove_others())
+    if (parts->jobs.get(id).ok())
+      parts->jobs.log(id, "info",
+                      "the moments kept so far are left out: another version of qray wrote them");
   parts->checkpoints.tidy([&](JobId id) {
     using enum CheckpointStore::Keep;
     const Result<JobRecord> job = parts->jobs.get(id);
@@ -237,8 +241,8 @@ Result<std::unique_ptr<Service>> Service::start(const Config& config) {
   });
 
   // Step 2: the routes, and the port: when it is taken, no job may start.
-  const Stores stores{parts->jobs,   *parts->tables,     *parts->weights,  parts->results,
-                      parts->scenes, parts->checkpoints, parts->histories, &parts->metrics};
+  const Stores stores{parts->jobs,   *parts->tables,     *parts->weights, parts->results,
+                      parts->scenes, parts->checkpoints, parts->moments,  &parts->metrics};
   const proto::RequestLimits requests = request_limits(config);
   const JobRunner::Limits runner_limits{render_threads(config.threads), config.jobs_at_once,
                                         config.max_queued, config.jobs_mib << 20};

@@ -11,7 +11,7 @@ import { has_ended, state_words } from './format.js';
 import { Hover } from './hover.js';
 import { Inspector } from './inspector.js';
 import { JobForm } from './job_form.js';
-import { JobHistory } from './job_history.js';
+import { JobMoments } from './job_moments.js';
 import { fits, JobList } from './job_list.js';
 import { JobStore } from './job_store.js';
 import { Keys } from './keys.js';
@@ -28,17 +28,17 @@ const sign_in = new SignIn(by_id('sign-in'));
 on_unauthorized(() => sign_in.ask());
 export const address = new Address();
 export const store = new JobStore();
-const history = new JobHistory(() => viewer.update());
+const job_moments = new JobMoments(() => viewer.update());
 let announced = '';
 
 const list = new JobList(by_id('jobs'), by_id('row-template'), (id) => address.link(id));
 export const viewer = new Viewer(by_id('viewer'),
-  { pane: by_id('pane-template'), panel: by_id('panel-template') }, store, history, address,
+  { pane: by_id('pane-template'), panel: by_id('panel-template') }, store, job_moments, address,
   (job) => {
     by_id('new-job').open = true;
     form.fill(job.request);
   });
-const errors = new ErrorPanel(by_id('errors'), viewer, store, history, address);
+const errors = new ErrorPanel(by_id('errors'), viewer, store, job_moments, address);
 new Inspector(by_id('pixel'), viewer, address, announce);
 new Hover(by_id('readout'), viewer, address);
 const filters = new ViewControls(document.querySelector('.filters'), address);
@@ -169,7 +169,7 @@ async function sync() {
   try {
     ask_for_selected();
     viewer.restart();
-    for (const id of viewer.shown_jobs) history.refresh(id);
+    for (const id of viewer.shown_jobs) job_moments.refresh(id);
     await Promise.all([store.load(), list_scenes().then((scenes) => form.show_scenes(scenes)),
       list_weights().then((weights) => form.show_weights(weights))]);
   } catch (error) {
@@ -193,13 +193,13 @@ const stream = new EventStream({
     if (name === 'progress') {
       store.apply_progress(data);
       viewer.pull(data.job, data.cursor);
-      history.refresh(data.job);
+      job_moments.refresh(data.job);
       return;
     }
     store.refresh(data.job);
     if (name === 'table') store.load_tables().catch(() => {});
     viewer.pull(data.job);
-    history.refresh(data.job);
+    job_moments.refresh(data.job);
   },
 });
 

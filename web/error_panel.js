@@ -10,15 +10,15 @@ export class ErrorPanel {
   #root;
   #viewer;
   #store;
-  #history;
+  #job_moments;
   #address;
   #chart;
 
-  constructor(root, viewer, store, history, address) {
+  constructor(root, viewer, store, job_moments, address) {
     this.#root = root;
     this.#viewer = viewer;
     this.#store = store;
-    this.#history = history;
+    this.#job_moments = job_moments;
     this.#address = address;
     this.#chart = new ErrorChart(this.#part('chart'),
       (line, x) => viewer.hover_moment(x === null ? null : this.#moment_at(line, x)),
@@ -48,12 +48,12 @@ export class ErrorPanel {
   async update() {
     const { view } = this.#address;
     const jobs = this.#viewer.shown_jobs;
-    this.#history.follow(jobs, view.ref);
+    this.#job_moments.follow(jobs, view.ref);
     if (!jobs.length) return;
     this.#list_references(jobs);
     this.#show_moments();
     const lines = jobs.map((id) => this.#line(id));
-    const problem = jobs.map((id) => this.#history.of(id).problem).find(Boolean) ?? '';
+    const problem = jobs.map((id) => this.#job_moments.of(id).problem).find(Boolean) ?? '';
     this.#part('problem').hidden = !problem;
     this.#part('problem').textContent = problem;
     this.#part('words').replaceChildren(...jobs.map((id) => this.#words(id)));
@@ -70,7 +70,7 @@ export class ErrorPanel {
 
   #line(id) {
     const { axis } = this.#address.view;
-    const { moments } = this.#history.of(id);
+    const { moments } = this.#job_moments.of(id);
     const points = moments.map((moment) => [moment[axis], this.#measure(moment)])
       .filter(([x, y]) => x > 0 && y > 0);
     const marks = this.#marks(id, moments).map(({ moment, text }) => ({ x: moment[axis], text }));
@@ -88,13 +88,13 @@ export class ErrorPanel {
       const words = gain ? `guided, gain ${significant(gain.gain, 2)}` : 'guided';
       marks.push({ moment: guided, text: words });
     }
-    const { gate } = this.#history.of(id);
+    const { gate } = this.#job_moments.of(id);
     if (gate && gate !== 'on' && gain) marks.push({ moment: gain, text: 'gate: off' });
     return marks;
   }
 
   #words(id) {
-    const { moments, gate } = this.#history.of(id);
+    const { moments, gate } = this.#job_moments.of(id);
     const line = document.createElement('li');
     const measured = moments.filter((moment) => this.#measure(moment) > 0);
     const say = [];
@@ -131,7 +131,7 @@ export class ErrorPanel {
   }
 
   #pictured() {
-    return with_picture(this.#history.of(this.#address.view.job).moments);
+    return with_picture(this.#job_moments.of(this.#address.view.job).moments);
   }
 
   #show_moments() {
@@ -152,7 +152,8 @@ export class ErrorPanel {
 
   #moment_at(line, x) {
     const id = this.#viewer.shown_jobs[line];
-    const found = nearest(with_picture(this.#history.of(id).moments), this.#address.view.axis, x);
+    const { moments } = this.#job_moments.of(id);
+    const found = nearest(with_picture(moments), this.#address.view.axis, x);
     return found && { job: id, number: found.number };
   }
 
@@ -161,7 +162,7 @@ export class ErrorPanel {
     if (!picked) return;
     const { job, axis, equal } = this.#address.view;
     const by = equal || axis;
-    const moment = this.#history.of(picked.job).moments.find((m) => m.number === picked.number);
+    const moment = this.#job_moments.of(picked.job).moments.find((m) => m.number === picked.number);
     const own = picked.job === job ? moment : nearest(this.#pictured(), by, moment[by]);
     if (own) this.#address.set({ moment: own.number });
   }

@@ -1,4 +1,4 @@
-// Which moments of two jobs belong together. Pure functions over the moments of JobHistory.
+// Which moments of two jobs belong together. Pure functions over the moments of JobMoments.
 
 const kAlike = Math.log(1.1); // amounts that count as equal; passes do not end together
 

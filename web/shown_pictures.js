@@ -20,11 +20,11 @@ export function pictures_of([first, second]) {
 }
 
 // Job id -> the number of its moment; absent: its newest. `hovered`: {job, number}, or null.
-export function moments_of([first, second], view, history, hovered) {
+export function moments_of([first, second], view, job_moments, hovered) {
   const pinned = new Map();
   if (view.moment !== null) pinned.set(first.id, view.moment);
   if (second && view.equal) {
-    const [a, b] = matching(history.of(first.id).moments, history.of(second.id).moments,
+    const [a, b] = matching(job_moments.of(first.id).moments, job_moments.of(second.id).moments,
       view.equal, view.moment);
     if (a) pinned.set(first.id, a.number);
     if (b) pinned.set(second.id, b.number);

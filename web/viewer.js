@@ -19,7 +19,7 @@ const kMaps = { signed: 'signed', 'flip-map': 'flip' };
 export class Viewer extends EventTarget {
   #root;
   #store;
-  #history;
+  #job_moments;
   #address;
   #tools;
   #pictures; // left, right, third
@@ -29,11 +29,11 @@ export class Viewer extends EventTarget {
   #hovered = null; // {job, number}: a moment that the pointer is on in the chart
   #bias = new Bias(() => this.update());
 
-  constructor(root, templates, store, history, address, on_duplicate) {
+  constructor(root, templates, store, job_moments, address, on_duplicate) {
     super();
     this.#root = root;
     this.#store = store;
-    this.#history = history;
+    this.#job_moments = job_moments;
     this.#address = address;
     this.#pictures = kSides.map((side) => this.#new_picture(templates.pane, side));
     this.#panels = [0, 1].map(() => new JobPanel(templates.panel, store,
@@ -165,7 +165,7 @@ export class Viewer extends EventTarget {
     const ordered = in_order(jobs);
     const views = pictures_of(ordered);
     const mode = views.length === 2 ? view.mode : views.length === 3 ? 'row' : 'split';
-    const moments = moments_of(jobs, view, this.#history, this.#hovered);
+    const moments = moments_of(jobs, view, this.#job_moments, this.#hovered);
     this.#bias.follow(ordered, moments);
     this.#pictures.forEach((picture, index) => {
       const shown = views[index] ?? null;
@@ -239,7 +239,7 @@ export class Viewer extends EventTarget {
     if (is_recovered(job)) words.push(which === 'recovered' ? 'recovered' : 'its samples');
     const picture = this.#pictures[index];
     if (!picture.has_picture) words.push(state_words(job.state));
-    const moment = this.#history.of(job.id).moments.find((m) => m.number === picture.moment);
+    const moment = this.#job_moments.of(job.id).moments.find((m) => m.number === picture.moment);
     if (moment) words.push(samples_words(moment.samples), seconds(moment.seconds));
     if (bias) words.push(`biased: ${bias}`);
     const text = words.join(' · ');

@@ -1,6 +1,7 @@
 // Explicit little-endian encoding of integers, floats and strings, with CRC-32C (Castagnoli,
-// RFC 3720 section 12.1). Every binary file and message of qray is written through this, never as
-// a raw struct. A reader past the end turns `ok()` false and returns zeros.
+// RFC 3720 section 12.1). Every binary file and message of qray is written through this or, where
+// it is the state of a job, through snapshot.h, never as a raw struct. A reader past the end turns
+// `ok()` false and returns zeros.
 #pragma once
 
 #include <cstdint>

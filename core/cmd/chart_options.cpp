@@ -73,7 +73,7 @@ void add_chart_options(CLI::App& app, ChartOptions& o) {
       "--methods", o.methods,
       "method[:key=value[;key=value]...], by commas; default: every method. Keys: nee, "
       "roulette, light-table, gate (on, off), depth, learning, grid, alpha, gamma; adaptive's "
-      "split, keep, glossy, shrinkage, share, least-gain, even, least-worth, levels");
+      "split, keep, glossy, shrinkage, share, split-gain, uniform, min-gain, levels");
   app.add_option("--seconds", o.seconds, "of rendering, each run; default 60")
       ->check(CLI::Range(0.01, 86400.0));
   app.add_option("--seeds", o.seeds, "runs of each method; default 5")->check(CLI::Range(2, 1000));

@@ -34,7 +34,9 @@ class DahmKellerGuide final : public Guide {
   float gain(const GuidePoint& point) const override;
   std::vector<DirectionCell> directions(const GuidePoint& point) const override;
   StateSummary summary(const GuidePoint& point) const override;
+  std::vector<GuidePoint> known_points(size_t most) const override;
 
+  GuideNeeds needs() const override { return {.transition = true}; }
   std::unique_ptr<GuideDelta> make_delta() const override;
   void record(std::span<const GuideVertex> path, GuideDelta& delta) const override;
   void update(GuideDelta& delta) override;
@@ -46,8 +48,7 @@ class DahmKellerGuide final : public Guide {
   void save_state(SnapshotWriter& out) const override;
   void load_state(SnapshotReader& in) override;
   // Values become means over all visits.
-  Status merge(const Guide& other) override;
-  std::vector<GuidePoint> known_points(size_t most) const override;
+  Status merge(const GuideTable& other) override;
 
   const Values* values(uint64_t key) const;  // learned; for tests
 
@@ -57,10 +58,18 @@ class DahmKellerGuide final : public Guide {
     std::array<uint32_t, kCells> visits{};
     float scattered = 0;  // mean over the projected hemisphere of q
     bool dirty = false;
+    template <class Self, class Archive>
+    static void exchange(Self& self, Archive& archive) {
+      archive(self.q, self.visits, self.scattered, self.dirty);
+    }
   };
   struct Frozen {
     std::array<float, kCells> cdf;  // of the cells up to and with this one; the last is 1
     float gain = 1;
+    template <class Self, class Archive>
+    static void exchange(Self& self, Archive& archive) {
+      archive(self.cdf, self.gain);
+    }
   };
   struct Delta;
 

@@ -50,6 +50,10 @@ class KeyIndex {
   struct Slot {
     uint64_t key = 0;
     uint32_t index = StateId::kNoneValue;
+    template <class Self, class Archive>
+    static void exchange(Self& self, Archive& archive) {
+      archive(self.key, self.index);
+    }
   };
   static_assert(sizeof(Slot) == kSlotBytes);
   size_t mask() const { return slots_.size() - 1; }

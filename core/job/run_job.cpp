@@ -29,7 +29,7 @@ ImageMetadata metadata_of(const RenderStats& stats, const PreparedScene& scene,
 
 }  // namespace
 
-TableFile table_of(const Guide& guide, const SceneHash& scene,
+TableFile table_of(const GuideTable& guide, const SceneHash& scene,
                    const std::optional<TableHeader>& parent) {
   TableFile table;
   if (parent) table.header.parents.push_back(parent->id);

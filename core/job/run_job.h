@@ -24,7 +24,7 @@ Result<std::unique_ptr<Guide>> load_guide(const PreparedScene& scene,
                                           const std::optional<TableFile>& table);
 
 // What a guide knows, as a file. `parent`: the table that it began with.
-TableFile table_of(const Guide& guide, const SceneHash& scene,
+TableFile table_of(const GuideTable& guide, const SceneHash& scene,
                    const std::optional<TableHeader>& parent);
 
 // How the picture is made whole.

@@ -53,6 +53,7 @@ std::string stats_json(const RenderStats& stats, bool indent) {
       {"table_samples_seen", stats.table_samples_seen},
       {"table_refused", stats.table_refused},
       {"guide_passes", passes},
+      {"mixed_builds", stats.mixed_builds},
       {"share_tracing", stats.share_tracing},
       {"share_guiding", stats.share_guiding},
       {"share_rest", stats.share_rest},

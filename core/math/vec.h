@@ -1,4 +1,5 @@
-// Small vectors: Vec2, Vec3 (metres or unit directions), Rgb (linear Rec.709). Plain data.
+// Small vectors: Vec2, Vec3 (metres or unit directions), Rgb (linear Rec.709). Plain data;
+// exchange() is for core/base/snapshot.h.
 #pragma once
 
 #include <algorithm>
@@ -24,6 +25,10 @@ struct Vec3 {
   constexpr float operator[](int i) const { return i == 0 ? x : i == 1 ? y : z; }
   constexpr float& operator[](int i) { return i == 0 ? x : i == 1 ? y : z; }
   bool operator==(const Vec3&) const = default;
+  template <class Self, class Archive>
+  static constexpr void exchange(Self& self, Archive& archive) {
+    archive(self.x, self.y, self.z);
+  }
 };
 constexpr Vec3 operator+(Vec3 a, Vec3 b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
 constexpr Vec3 operator-(Vec3 a, Vec3 b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
@@ -56,6 +61,10 @@ struct Rgb {
   constexpr float operator[](int i) const { return i == 0 ? r : i == 1 ? g : b; }
   constexpr float& operator[](int i) { return i == 0 ? r : i == 1 ? g : b; }
   bool operator==(const Rgb&) const = default;
+  template <class Self, class Archive>
+  static constexpr void exchange(Self& self, Archive& archive) {
+    archive(self.r, self.g, self.b);
+  }
   constexpr bool is_black() const { return r == 0 && g == 0 && b == 0; }
 };
 constexpr Rgb operator+(Rgb a, Rgb b) { return {a.r + b.r, a.g + b.g, a.b + b.b}; }

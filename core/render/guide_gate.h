@@ -13,6 +13,10 @@ namespace qray {
 // What passes cost, in rays.
 struct PassCost {
   double paths = 0, rays = 0, lookups = 0;  // lookups: surfaces where the guide was asked
+  template <class Self, class Archive>
+  static void exchange(Self& self, Archive& archive) {
+    archive(self.paths, self.rays, self.lookups);
+  }
   double per_path(double lookup_rays) const {
     return paths > 0 ? (rays + lookup_rays * lookups) / paths : 0;
   }
@@ -52,6 +56,10 @@ class GuideGate {
   struct Check {
     uint64_t samples = 0;
     double gain = 0;
+    template <class Self, class Archive>
+    static void exchange(Self& self, Archive& archive) {
+      archive(self.samples, self.gain);
+    }
   };
 
   double lookup_rays_;

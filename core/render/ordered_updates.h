@@ -6,13 +6,13 @@
 #include <mutex>
 #include <vector>
 
-#include "core/guide/guide.h"
+#include "core/guide/guide_learner.h"
 
 namespace qray {
 
 class OrderedUpdates {
  public:
-  explicit OrderedUpdates(Guide* guide) : guide_(guide) {}
+  explicit OrderedUpdates(GuideLearner* guide) : guide_(guide) {}
 
   std::unique_ptr<GuideDelta> empty_delta() {
     std::lock_guard lock(mutex_);
@@ -34,7 +34,7 @@ class OrderedUpdates {
   void start_pass(size_t first_tile) { next_ = first_tile; }
 
  private:
-  Guide* guide_;
+  GuideLearner* guide_;
   std::mutex mutex_;
   size_t next_ = 0;
   std::map<size_t, std::unique_ptr<GuideDelta>> waiting_;

@@ -332,9 +332,9 @@ Rgb PathTracer::walk(Ray ray, Sampler& sampler, float pixel_deviation, Rgb& pixe
       v.at = guide_->find(surface.p, cos_geometric > 0 ? surface.ng : -surface.ng);
       if (guiding_ == Guiding::kOn)
         v.guide_fraction = guide_->guide_fraction(v.at, v.kind == BsdfKind::kDiffuse);
-      if (learner_.on())
-        learner_.vertex(
-            v.at, surface.p,
+      if (learner_.on()) learner_.vertex(v.at, surface.p);
+      if (learner_.on() && learner_.wants_albedo())
+        learner_.albedo(
             luminance(v.kind == BsdfKind::kDiffuse ? v.sp.reflectance : v.bsdf.albedo(v.sp, v.wo)));
     }
 

@@ -23,6 +23,11 @@ struct PathCounters {
   uint64_t timed_total = 0, timed_tracing = 0, timed_guiding = 0;
 
   PathCounters& operator+=(const PathCounters& o);
+  template <class Self, class Archive>
+  static void exchange(Self& self, Archive& archive) {
+    archive(self.paths, self.rays, self.dropped_samples, self.lookups, self.timed_total,
+            self.timed_tracing, self.timed_guiding);
+  }
 };
 
 class PathTracer {
@@ -77,7 +82,7 @@ class PathTracer {
   const bool connects_;  // surfaces to lights
   const bool textured_;
   const float pixel_angle_;  // radians across a pixel
-  const Guide* guide_;
+  const GuideSampler* guide_;
   const bool guide_expects_;
   Guiding guiding_ = Guiding::kOn;
   bool hides_lights_ = false;  // from the camera

@@ -16,6 +16,11 @@ struct GuidePass {
   double variance = 0;  // of a sample over (mean^2 + 0.01); 0: not known
   double gain = 0;      // variance x cost without the guide over that with it; 0: not known
   size_t states = 0, direction_nodes = 0, table_bytes = 0;
+  template <class Self, class Archive>
+  static void exchange(Self& self, Archive& archive) {
+    archive(self.samples, self.guided, self.learned, self.variance, self.gain, self.states,
+            self.direction_nodes, self.table_bytes);
+  }
 };
 
 struct RenderStats {
@@ -45,6 +50,8 @@ struct RenderStats {
   size_t table_bytes = 0;  // in memory
   uint64_t table_samples_seen = 0;
   std::vector<GuidePass> guide_passes;
+  // Another build of qray rendered a part: not surely the bits of a run that was let alone.
+  bool mixed_builds = false;
   uint64_t table_refused = 0;  // events not learned from: no room for their state
 
   // Shares of the threads' time, by timing one path in 64; they sum to 1 (0 when nothing ran).

@@ -159,7 +159,7 @@ void CompareHandlers::metrics(const Request& req, Response& res, const std::stri
   if (const proto::Problem wrong = judge(req, {}, {"ref"}); !wrong.errors.empty())
     return reply_problem(res, wrong);
   proto::JobMetrics metrics{id, req.get_param_value("ref"), {}, {}};
-  metrics.moments = stores_.histories.moments(job.value().id);
+  metrics.moments = stores_.moments.moments(job.value().id);
   if (req.has_param("ref")) {
     const Turn turn(encoders_);
     if (!turn.mine()) return reply_problem(res, kBusy);

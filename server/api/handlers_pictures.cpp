@@ -34,7 +34,7 @@ void PictureHandlers::tiles(const Request& req, Response& res, const std::string
   const auto which = pictures_.which(req, job.value(), /*best=*/false);
   if (!which.ok()) return reply_error(res, which.error());
   if (which.value().kind == Which::Kind::kMoment) {
-    const Result<Bytes> answer = stores_.histories.picture(job.value().id, which.value().moment);
+    const Result<Bytes> answer = stores_.moments.picture(job.value().id, which.value().moment);
     if (!answer.ok()) return reply_error(res, answer.error());
     return reply_tagged(req, res, answer.value(), "application/octet-stream");
   }

@@ -111,7 +111,7 @@ Result<ViewHandlers::FoundTable> ViewHandlers::find_table(const Wanted& wanted) 
     if (!info.ok()) return conflict("the job's table cannot be read any more");
     return FoundTable{job.table_out, 0};
   }
-  const std::vector<proto::Moment> all = stores_.histories.moments(job.id);
+  const std::vector<proto::Moment> all = stores_.moments.moments(job.id);
   const auto newest = std::find_if(all.rbegin(), all.rend(), [&](const proto::Moment& m) {
     return m.table && (wanted.moment == 0 || m.number <= wanted.moment);
   });
@@ -131,7 +131,7 @@ Result<std::optional<TableFile>> ViewHandlers::read_table(const JobRecord& job,
     spdlog::error("job={} {}", job.id.text(), table.error().text());
     return conflict("the job's table cannot be read any more");
   }
-  const Result<Bytes> bytes = stores_.histories.table(job.id, found.moment);
+  const Result<Bytes> bytes = stores_.moments.table(job.id, found.moment);
   if (!bytes.ok()) return none;
   Result<TableFile> table = decode_table(bytes.value());
   if (!table.ok()) return none;

@@ -1,5 +1,5 @@
 // GET /v1/jobs/{id}/pixel, view.png and lobe.png: what is known at a pixel, and what a job's table
-// knows, as pictures; of an ended job, of a moment of its history, or of the newest moment while it
+// knows, as pictures; of an ended job, of a moment that was kept, or of the newest moment while it
 // runs. Unlike the other handlers these work: they load the table and trace first hits, on one
 // thread, one answer at a time, and hold no lock meanwhile. Any thread.
 #pragma once

@@ -45,7 +45,7 @@ Result<std::shared_ptr<const Picture>> PictureSource::sampled(const JobRecord& j
 }
 
 Result<Picture> PictureSource::moment(const JobRecord& job, uint32_t number) const {
-  const Result<Bytes> answer = stores_.histories.picture(job.id, number);
+  const Result<Bytes> answer = stores_.moments.picture(job.id, number);
   if (!answer.ok()) return answer.error();
   return decode_tiles(answer.value());
 }

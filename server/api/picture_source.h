@@ -1,5 +1,5 @@
 // Which of a job's pictures a request asks for, and that picture: while it forms, ended, recovered,
-// or of a moment that its history keeps. Any thread.
+// or of a moment that is kept of it. Any thread.
 #pragma once
 
 #include <httplib.h>

@@ -5,7 +5,7 @@
 #include "core/job/stats_json.h"
 #include "core/recover/included_networks.h"
 #include "proto/events.h"
-#include "server/jobs/job_history.h"
+#include "server/jobs/job_moments.h"
 #include "server/jobs/job_settings.h"
 #include "server/jobs/load_ticker.h"
 #include "server/jobs/progress_ticker.h"
@@ -15,6 +15,9 @@ namespace qray::server {
 namespace {
 
 constexpr size_t kMaxTablesTried = 8;
+constexpr const char* kOtherBuild =
+    "this job goes on from what another build of qray rendered; its bits may differ from an "
+    "undisturbed run";
 
 bool learns(const RenderSettings& settings) {
   return settings.method != "none" && settings.learning_samples > 0;
@@ -118,8 +121,11 @@ std::optional<Checkpoint> JobRun::checkpoint() {
 Result<JobRun::Rendered> JobRun::render() {
   context_.keeper.on_first_save([this] { (void)context_.stores.jobs.reset_attempts(id_); });
   if (const std::optional<Checkpoint> found = checkpoint()) {
+    std::vector<std::string> warnings = warnings_;
     Result<Rendered> rendered = go_on(*found);
     if (rendered.ok() || rendered.error().code != ErrorCode::kCorrupt) return rendered;
+    warnings_ = std::move(warnings);
+    mixed_builds_ = false;
     warn("the job starts anew, as what it had rendered cannot be read");
     context_.stores.checkpoints.remove(id_);
     show_film();
@@ -131,6 +137,14 @@ Result<JobRun::Rendered> JobRun::go_on(const Checkpoint& checkpoint) {
   log("going on from a checkpoint");
   const CheckpointHeader& header = checkpoint.header;
   warnings_ = header.warnings;
+  mixed_builds_ = header.mixed_builds || checkpoint.other_build;
+  if (checkpoint.other_build) {
+    if (header.mixed_builds) {
+      log(kOtherBuild);  // among the warnings already
+    } else {
+      warn(kOtherBuild);
+    }
+  }
   std::optional<TableFile> table;
   if (!header.table_in.empty()) {  // what it held is in the checkpoint
     table.emplace();
@@ -168,24 +182,26 @@ Result<JobRun::Rendered> JobRun::render_job(std::optional<TableFile> table,
   const std::string id = table ? table->header.id : std::string();
   warm_ = !id.empty();
   if (warm_) log("from table " + id);
-  if (!resume_from) context_.stores.histories.remove(id_);
+  if (!resume_from) context_.stores.moments.remove(id_);
   std::optional<TableHeader> parent;
   if (table) parent = table->header;
-  JobHistory history(context_.stores.histories, id_, live_->film(),
-                     [&](const Guide& guide) { return table_of(guide, scene_->hash, parent); });
+  JobMoments moments(context_.stores.moments, id_, live_->film(), [&](const GuideTable& guide) {
+    return table_of(guide, scene_->hash, parent);
+  });
   live_->on_pass([&](const RenderProgress& progress, const RenderStats& stats, const Guide* guide) {
     last_pass_ = stats;
-    history.add(progress, stats, guide);
+    moments.add(progress, stats, guide);
   });
   const std::optional<Recovery> recovery = this->recovery(wanted);
-  context_.keeper.start(
-      {scene_->hash.whole().hex(), id, recovery ? recovery->name : std::string(), warnings_});
+  context_.keeper.start({scene_->hash.whole().hex(), id, recovery ? recovery->name : std::string(),
+                         warnings_, mixed_builds_});
   Result<JobResult> result = run_job(
       *scene_, settings_, std::move(table), live_->film(), context_.pool, *live_, context_.stop,
       context_.clock, recovery ? &*recovery : nullptr, {&context_.keeper, resume_from});
   live_->on_pass(nullptr);
-  if (!history.failure().empty()) warn(history.failure());
+  if (!moments.failure().empty()) warn(moments.failure());
   if (!result.ok()) return result.error();
+  result.value().stats.mixed_builds = mixed_builds_;
   return Rendered{std::move(result).value(), id};
 }
 

@@ -55,7 +55,8 @@ class JobRun {
   std::shared_ptr<const PreparedScene> scene_;
   RenderSettings settings_;
   std::optional<RenderStats> last_pass_;
-  bool warm_ = false;  // started from a table
+  bool warm_ = false;          // started from a table
+  bool mixed_builds_ = false;  // another build of qray has rendered a part
   std::shared_ptr<LiveJob> live_;
   std::vector<std::string> warnings_;
 };

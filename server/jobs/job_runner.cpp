@@ -228,7 +228,7 @@ Status JobRunner::remove(JobId id) {
   std::lock_guard lock(submit_mutex_);
   if (Status s = stores_.jobs.remove(id); !s.ok()) return s;
   stores_.checkpoints.remove(id);
-  stores_.histories.remove(id);
+  stores_.moments.remove(id);
   stores_.results.remove(id);
   return {};
 }

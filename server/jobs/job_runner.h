@@ -15,8 +15,8 @@
 #include "server/jobs/job_queue.h"
 #include "server/jobs/live_job.h"
 #include "server/jobs/memory_budget.h"
-#include "server/store/history_store.h"
 #include "server/store/job_store.h"
+#include "server/store/moment_store.h"
 #include "server/store/result_store.h"
 #include "server/store/scene_store.h"
 #include "server/store/table_store.h"
@@ -33,7 +33,7 @@ struct Stores {
   ResultStore& results;
   SceneStore& scenes;
   CheckpointStore& checkpoints;
-  HistoryStore& histories;
+  MomentStore& moments;
   Metrics* metrics = nullptr;  // may be
 };
 

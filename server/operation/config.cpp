@@ -83,7 +83,7 @@ void add_options(CLI::App& app, Config& c) {
   add(app, "checkpoint-mib", c.checkpoint_mib,
       "disk for rendering more onto jobs that have succeeded")
       ->check(CLI::Range(0, 1 << 24));
-  add(app, "history-mib", c.history_mib, "disk for the moments of jobs: pictures and tables")
+  add(app, "moments-mib", c.moments_mib, "disk for the moments of jobs: pictures and tables")
       ->check(CLI::Range(0, 1 << 24));
   add(app, "import-mib", c.import_mib,
       "address space for reading an uploaded scene; 600 MiB of it are libraries")

@@ -40,7 +40,7 @@ struct Config {
   size_t max_triangles = 5'000'000;
   size_t asset_mib = 64;         // of one uploaded file
   size_t assets_gib = 4;         // of the disk, that uploads may take together
-  size_t history_mib = 2048;     // of disk, for how jobs came to be
+  size_t moments_mib = 2048;     // of disk, for how jobs came to be
   size_t checkpoint_mib = 2048;  // of disk, for going on with jobs that have succeeded
   // Of the process that reads an uploaded scene, and of what a zip unpacks to.
   size_t import_mib = 2048, import_seconds = 60, unpacked_mib = 1024;

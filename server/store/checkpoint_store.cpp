@@ -2,16 +2,22 @@
 
 #include <algorithm>
 
+#include "core/base/build_identity.h"
+#include "core/base/byte_io.h"
+
 namespace qray::server {
 namespace fs = std::filesystem;
 namespace {
 
+// A file: the magic, format and revision (u32), the build (a string of byte_io.h), the header and
+// the state as snapshot.h has them, CRC-32C of all that (u32). Format 1 was memory as it lay.
 constexpr uint64_t kMagic = 0x31504b4359415251;  // "QRAYCKP1"
-constexpr uint32_t kVersion = 1;                 // of what exchange() functions list
 constexpr uint64_t kMaxBytes = uint64_t{1} << 36;
-constexpr size_t kCrcBytes = 4;
+constexpr size_t kCrcBytes = 4, kMaxBuildBytes = 256;
 
 }  // namespace
+
+StateOrigin this_build() { return {kStateFormat, kStateRevision, build_identity()}; }
 
 Status CheckpointStore::save(JobId id, const CheckpointHeader& header,
                              const std::function<void(SnapshotWriter&)>& write_state) {
@@ -20,11 +26,18 @@ Status CheckpointStore::save(JobId id, const CheckpointHeader& header,
   if (ec) return Error{ErrorCode::kIo, ec.message(), folder_.string()};
   AtomicFile out(file(id));
   uint32_t crc = 0;
-  SnapshotWriter writer([&](std::span<const uint8_t> bytes) {
+  const auto write = [&](std::span<const uint8_t> bytes) {
     crc = crc32c(bytes, crc);
     out.write(bytes);
-  });
-  writer(kMagic, kVersion, std::string(QRAY_VERSION), header);
+  };
+  ByteWriter begin;
+  begin.u64(kMagic);
+  begin.u32(here_.format);
+  begin.u32(here_.revision);
+  begin.string(here_.build);
+  write(begin.data());
+  SnapshotWriter writer(write);
+  writer(header);
   write_state(writer);
   ByteWriter end;
   end.u32(crc);
@@ -35,23 +48,29 @@ Status CheckpointStore::save(JobId id, const CheckpointHeader& header,
 Result<Checkpoint> CheckpointStore::load(JobId id) const {
   Result<MappedFile> file = MappedFile::open(this->file(id), kMaxBytes);
   if (!file.ok()) return file.error();
-  Checkpoint checkpoint{{}, std::move(file).value()};
-  const auto wrong = [](ErrorCode code, const char* what) {
-    return Error{code, what, "checkpoint"};
+  Checkpoint checkpoint{{}, false, std::move(file).value()};
+  const auto wrong = [](ErrorCode code, std::string what) {
+    return Error{code, std::move(what), "checkpoint"};
   };
   const std::span<const uint8_t> all = checkpoint.file.bytes();
   if (all.size() < kCrcBytes) return wrong(ErrorCode::kCorrupt, "is cut off");
   const auto content = all.first(all.size() - kCrcBytes);
   ByteReader end(all.last(kCrcBytes));
   if (crc32c(content) != end.u32()) return wrong(ErrorCode::kCorrupt, "has a wrong checksum");
-  SnapshotReader in(content);
-  uint64_t magic = 0;
-  uint32_t version = 0;
-  std::string program;
-  in(magic, version, program);
-  if (!in.ok() || magic != kMagic) return wrong(ErrorCode::kCorrupt, "is none");
-  if (version != kVersion || program != QRAY_VERSION)
-    return wrong(ErrorCode::kUnsupported, "was written by another version of the program");
+  ByteReader begin(content);
+  if (begin.u64() != kMagic) return wrong(ErrorCode::kCorrupt, "is none");
+  if (const uint32_t format = begin.u32(); format != here_.format)
+    return wrong(ErrorCode::kUnsupported, "is of format " + std::to_string(format) +
+                                              ", this build of qray reads format " +
+                                              std::to_string(here_.format));
+  if (const uint32_t revision = begin.u32(); revision != here_.revision)
+    return wrong(ErrorCode::kUnsupported,
+                 "is what another build of qray rendered, whose samples do not go with this one's "
+                 "(revision " +
+                     std::to_string(revision) + ", here " + std::to_string(here_.revision) + ")");
+  checkpoint.other_build = begin.string(kMaxBuildBytes) != here_.build;
+  if (!begin.ok()) return wrong(ErrorCode::kCorrupt, "has a wrong header");
+  SnapshotReader in(content.subspan(begin.offset()));
   in(checkpoint.header);
   if (!in.ok()) return wrong(ErrorCode::kCorrupt, "has a wrong header");
   checkpoint.state_begin = content.size() - in.remaining();

@@ -1,6 +1,10 @@
 // What interrupted jobs go on from: <data>/checkpoints/<job>, one file each, replaced whole. Those
 // of finished jobs stay, so that more can be rendered onto them, as long as there is room. Any
 // thread; one job's by one at a time.
+//
+// Who may go on from a state that another build of qray wrote: one of the same format and revision
+// (core/render/checkpoint.h), which is told so (Checkpoint::other_build). From that of the same
+// build (core/base/build_identity.h) a job ends with the bits of one that was let alone.
 #pragma once
 
 #include <filesystem>
@@ -12,6 +16,7 @@
 #include "core/base/file.h"
 #include "core/base/result.h"
 #include "core/base/snapshot.h"
+#include "core/render/checkpoint.h"
 #include "server/store/job.h"
 
 namespace qray::server {
@@ -22,15 +27,24 @@ struct CheckpointHeader {
   std::string table_in;  // a table's id; empty: none
   std::string recovery;  // the network's name; empty: none
   std::vector<std::string> warnings;
+  bool mixed_builds = false;  // another build than the one that writes this has rendered a part
 
   template <class Self, class Archive>
   static void exchange(Self& self, Archive& archive) {
-    archive(self.scene_hash, self.table_in, self.recovery, self.warnings);
+    archive(self.scene_hash, self.table_in, self.recovery, self.warnings, self.mixed_builds);
   }
 };
 
+// Who wrote a state.
+struct StateOrigin {
+  uint32_t format = kStateFormat, revision = kStateRevision;
+  std::string build;
+};
+StateOrigin this_build();
+
 struct Checkpoint {
   CheckpointHeader header;
+  bool other_build = false;  // wrote it
   MappedFile file;
   size_t state_begin = 0, state_end = 0;
   SnapshotReader state() const {
@@ -40,13 +54,16 @@ struct Checkpoint {
 
 class CheckpointStore {
  public:
-  // `max_finished_bytes`: of finished jobs' together.
-  CheckpointStore(std::filesystem::path data, uint64_t max_finished_bytes)
-      : folder_(std::move(data) / "checkpoints"), max_finished_bytes_(max_finished_bytes) {}
+  // `max_finished_bytes`: of finished jobs' together. `here`: who writes and reads.
+  CheckpointStore(std::filesystem::path data, uint64_t max_finished_bytes, StateOrigin here)
+      : folder_(std::move(data) / "checkpoints"),
+        max_finished_bytes_(max_finished_bytes),
+        here_(std::move(here)) {}
 
   Status save(JobId id, const CheckpointHeader& header,
               const std::function<void(SnapshotWriter&)>& write_state);
-  // kNotFound: there is none. kCorrupt, kUnsupported: not one of this program.
+  // kNotFound: there is none. kCorrupt: torn or changed. kUnsupported: of another format or
+  // revision.
   Result<Checkpoint> load(JobId id) const;
   bool has(JobId id) const;
   void remove(JobId id);
@@ -61,6 +78,7 @@ class CheckpointStore {
 
   std::filesystem::path folder_;
   uint64_t max_finished_bytes_;
+  const StateOrigin here_;
   std::mutex mutex_;
   std::vector<JobId> finished_;  // the oldest first
 };

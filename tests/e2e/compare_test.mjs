@@ -25,7 +25,7 @@ afterEach(() => all.browser.expect_no_errors());
 
 const seen = (name) => page.locator(`.pane.${name}`)
   .evaluate((pane) => getComputedStyle(pane).visibility === 'visible');
-const history = async (id, ref = '') =>
+const metrics = async (id, ref = '') =>
   (await all.server.get(`/v1/jobs/${id}/metrics${ref && `?ref=${ref}`}`)).json();
 const wait_for_moments = (left, right) => wait_for(page, async ([a, b]) => {
   const { viewer } = await import('/app.js');
@@ -72,7 +72,7 @@ test('at equal samples each shows its moment of as many', async () => {
   await page.locator('#mode').selectOption('split');
   await page.locator('#equal').selectOption('samples');
   const [a, b] = await Promise.all([published, plain].map(async (id) =>
-    (await history(id)).moments.filter(({ picture }) => picture)));
+    (await metrics(id)).moments.filter(({ picture }) => picture)));
   const budget = Math.min(a.at(-1).samples, b.at(-1).samples);
   const within = (moments) => moments.filter(({ samples }) => samples <= budget).at(-1);
   assert.ok(within(b).samples < b.at(-1).samples); // or nothing would be matched
@@ -85,7 +85,7 @@ test('at equal samples each shows its moment of as many', async () => {
 test('at equal time each shows what it had by then', async () => {
   await page.locator('#equal').selectOption('seconds');
   const [left, right] = await Promise.all([plain, published].map(async (id) =>
-    (await history(id)).moments.filter(({ picture }) => picture)));
+    (await metrics(id)).moments.filter(({ picture }) => picture)));
   const apart = (a, b) => Math.max(a.seconds / b.seconds, b.seconds / a.seconds);
   const least = Math.min(...left.flatMap((a) => right.map((b) => apart(a, b))));
   await page.waitForFunction(() => location.hash.includes('equal=seconds'));

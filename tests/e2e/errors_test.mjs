@@ -23,7 +23,7 @@ before(async () => {
 after(() => all?.close());
 afterEach(() => all.browser.expect_no_errors());
 
-const history = async (id, ref = '') =>
+const metrics = async (id, ref = '') =>
   (await all.server.get(`/v1/jobs/${id}/metrics${ref && `?ref=${ref}`}`)).json();
 const words = (id) => page.locator('.error-words li').filter({ hasText: new RegExp(`^${id},`) });
 const moment_shown = () => page.evaluate(async () =>
@@ -31,7 +31,7 @@ const moment_shown = () => page.evaluate(async () =>
 const significant = (v) => (v >= 1e5 || v < 1e-4 ? v.toExponential(2) : String(+v.toPrecision(3)));
 
 test('the words under the chart are what the server tells', async () => {
-  const { moments, gate } = await history(guided);
+  const { moments, gate } = await metrics(guided);
   const measured = moments.filter(({ noise }) => noise > 0);
   assert.ok(measured.length >= 3);
   const last = measured.at(-1);
@@ -51,7 +51,7 @@ test('the words under the chart are what the server tells', async () => {
 
 test('against a reference the error is the relMSE', async () => {
   await page.locator('#error-ref').selectOption(reference);
-  const { moments } = await history(guided, reference);
+  const { moments } = await metrics(guided, reference);
   const last = moments.filter(({ relmse }) => relmse > 0).at(-1);
   await words(guided).filter({ hasText: `${significant(last.relmse)} after` }).waitFor();
   await page.locator('.error-chart').filter({ hasText: guided }).waitFor();
@@ -61,7 +61,7 @@ test('against a reference the error is the relMSE', async () => {
 
 // Those that the chart has and whose picture is kept; of a first pass no noise is known.
 const charted = async () =>
-  (await history(guided)).moments.filter(({ picture, noise }) => picture && noise > 0);
+  (await metrics(guided)).moments.filter(({ picture, noise }) => picture && noise > 0);
 
 test('the pointer over the chart shows that moment, and leaving it the newest', async () => {
   const pictured = await charted();
@@ -95,7 +95,7 @@ test('a kept moment is the picture of then, also after a reload', async () => {
 });
 
 test('the slider and the keys go through the moments', async () => {
-  const pictured = (await history(guided)).moments.filter(({ picture }) => picture);
+  const pictured = (await metrics(guided)).moments.filter(({ picture }) => picture);
   const slider = page.locator('#moment');
   await slider.focus();
   await page.keyboard.press('ArrowRight');

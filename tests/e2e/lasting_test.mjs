@@ -54,7 +54,7 @@ test('updates leave no memory behind', { timeout: 3_600_000 }, async (context) =
     await session.send('HeapProfiler.collectGarbage');
     return (await session.send('Runtime.getHeapUsage')).usedSize;
   };
-  // What an event of a running job sets off: the list, the panel, tiles, history, pixel.
+  // What an event of a running job sets off: the list, the panel, tiles, moments, pixel.
   const update = (count) => page.evaluate(async ([id, times]) => {
     const { store, viewer } = await import('/app.js');
     const done = store.get(id);

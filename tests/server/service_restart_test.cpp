@@ -2,6 +2,8 @@
 #include <gtest/gtest.h>
 
 #include "core/base/byte_io.h"
+#include "core/base/file.h"
+#include "core/render/checkpoint.h"
 #include "tests/server/test_service.h"
 
 namespace qray::server {
@@ -77,6 +79,90 @@ TEST(ServiceRestart, AStateThatIsOfNoUseIsSaidAndTheJobStartsAnew) {
   ASSERT_EQ(job["warnings"].size(), 1u) << job.dump();
   EXPECT_NE(job["warnings"][0].get<std::string>().find("starts anew"), std::string::npos);
   EXPECT_FALSE(std::filesystem::exists(s.config.data / "checkpoints" / id));
+}
+
+// Makes a job's state one of another origin, as StateOrigin has it.
+void rewrite_origin(const std::filesystem::path& file, uint32_t format, uint32_t revision,
+                    const std::string& build) {
+  const Bytes all = read_file(file, 1 << 26).value();
+  ByteReader in(all);
+  ByteWriter out;
+  out.u64(in.u64());
+  in.u32();
+  out.u32(format);
+  in.u32();
+  out.u32(revision);
+  in.string(1000);
+  out.string(build);
+  out.bytes(in.bytes(in.remaining() - 4));
+  out.u32(crc32c(out.data()));
+  ASSERT_TRUE(write_file_atomic(file, out.data()).ok());
+}
+
+Json extended(TestService& s, const std::string& id, int samples) {
+  s.post("/v1/jobs/" + id + "/extend", Json{{"samples", samples}}.dump(), 202);
+  return s.wait_end(id);
+}
+
+TEST(ServiceRestart, AfterAnUpgradeAJobGoesOnAndSaysSo) {
+  TestService s;
+  s.start();
+  const std::string id = s.submit(tiny(8));
+  EXPECT_FALSE(s.wait_end(id)["stats"]["mixed_builds"]);
+  Json job;
+  for (const char* build : {"oldest", "older", ""}) {
+    s.stop();
+    if (*build)
+      rewrite_origin(s.config.data / "checkpoints" / id, kStateFormat, kStateRevision, build);
+    s.start();
+    job = extended(s, id, 4);
+    ASSERT_EQ(job["state"], "succeeded") << job.dump();
+    ASSERT_EQ(job["warnings"].size(), 1u) << job.dump();  // once, and for good
+    EXPECT_NE(job["warnings"][0].get<std::string>().find("another build of qray rendered"),
+              std::string::npos);
+    EXPECT_TRUE(job["stats"]["mixed_builds"]);
+  }
+  EXPECT_EQ(job["stats"]["samples"], 20);
+  EXPECT_NE(body_of(s, "/v1/jobs/" + id + "/log").find("another build of qray rendered"),
+            std::string::npos);
+}
+
+TEST(ServiceRestart, AStateOfAnotherFormatOrRevisionIsNotGoneOnFrom) {
+  for (const bool format : {true, false}) {
+    TestService s;
+    s.start();
+    const std::string id = s.submit(tiny(8));
+    s.wait_end(id);
+    s.stop();
+    rewrite_origin(s.config.data / "checkpoints" / id, kStateFormat - format,
+                   kStateRevision + !format, "older");
+    s.start();
+    const Json job = extended(s, id, 4);
+    ASSERT_EQ(job["state"], "succeeded") << job.dump();
+    ASSERT_EQ(job["warnings"].size(), 1u) << job.dump();
+    const std::string why = job["warnings"][0];
+    EXPECT_NE(why.find("starts anew"), std::string::npos) << why;
+    EXPECT_NE(why.find(format ? "is of format " : "(revision "), std::string::npos) << why;
+    EXPECT_FALSE(job["stats"]["mixed_builds"]);
+    EXPECT_EQ(job["stats"]["samples"], 12);
+  }
+}
+
+TEST(ServiceRestart, MomentsOfAnOlderQrayAreLeftOutAndTheLogSaysSo) {
+  TestService s;
+  s.start();
+  const std::string id = s.submit(tiny(2)), other = s.submit(tiny(2));
+  s.wait_end(other);
+  s.stop();
+  std::filesystem::remove(s.config.data / "moments" / id);
+  test::write_text(s.config.data / "history" / id, "memory of a build long ago");
+  s.start();
+  EXPECT_FALSE(std::filesystem::exists(s.config.data / "history"));
+  EXPECT_TRUE(s.get("/v1/jobs/" + id + "/metrics")["moments"].empty());
+  EXPECT_FALSE(s.get("/v1/jobs/" + other + "/metrics")["moments"].empty());
+  const std::string said = "the moments kept so far are left out";
+  EXPECT_NE(body_of(s, "/v1/jobs/" + id + "/log").find(said), std::string::npos);
+  EXPECT_EQ(body_of(s, "/v1/jobs/" + other + "/log").find(said), std::string::npos);
 }
 
 TEST(ServiceRestart, EndedJobsAreKeptAsLongAsTheyShould) {

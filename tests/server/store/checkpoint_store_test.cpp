@@ -10,17 +10,24 @@ namespace {
 
 namespace fs = std::filesystem;
 
+const StateOrigin kHere{2, 5, "here"};
+
 class CheckpointStoreTest : public ::testing::Test {
  protected:
   Status save(JobId id, int number, size_t bytes = 100) {
-    return store_.save(id, {"hash", "table", "net", {"a", "b"}},
-                       [&](SnapshotWriter& out) { out(number, std::vector<uint8_t>(bytes)); });
+    return save_by(store_, id, number, bytes);
+  }
+  static Status save_by(CheckpointStore& store, JobId id, int number, size_t bytes = 100) {
+    return store.save(id, {"hash", "table", "net", {"a", "b"}, true},
+                      [&](SnapshotWriter& out) { out(number, std::vector<uint8_t>(bytes)); });
   }
   int load(JobId id) {
     const Result<Checkpoint> checkpoint = store_.load(id);
     if (!checkpoint.ok()) return -1;
     EXPECT_EQ(checkpoint.value().header.scene_hash, "hash");
     EXPECT_EQ(checkpoint.value().header.warnings.size(), 2u);
+    EXPECT_TRUE(checkpoint.value().header.mixed_builds);
+    EXPECT_FALSE(checkpoint.value().other_build);
     SnapshotReader in = checkpoint.value().state();
     int number = 0;
     std::vector<uint8_t> bytes;
@@ -31,7 +38,7 @@ class CheckpointStoreTest : public ::testing::Test {
   fs::path file(JobId id) const { return scratch_ / "checkpoints" / id.text(); }
 
   qray::test::ScratchFolder scratch_;
-  CheckpointStore store_{scratch_.path(), 10'000};
+  CheckpointStore store_{scratch_.path(), 10'000, kHere};
 };
 
 TEST_F(CheckpointStoreTest, KeepsTheLast) {
@@ -59,6 +66,64 @@ TEST_F(CheckpointStoreTest, WhatIsTornOrChangedIsRefused) {
     ASSERT_TRUE(write_file_atomic(file({1}), bad).ok());
     EXPECT_EQ(load({1}), -1) << at;
   }
+}
+
+// Whose state a build may go on from: one of its own format and revision.
+TEST_F(CheckpointStoreTest, AStateOfAnotherBuildIsSaidOrRefused) {
+  const auto written_by = [&](const StateOrigin& origin) {
+    CheckpointStore store(scratch_.path(), 10'000, origin);
+    EXPECT_TRUE(save_by(store, {1}, 10).ok());
+    return store_.load({1});
+  };
+  const Result<Checkpoint> same = written_by(kHere);
+  ASSERT_TRUE(same.ok());
+  EXPECT_FALSE(same.value().other_build);
+
+  const Result<Checkpoint> other = written_by({2, 5, "there"});
+  ASSERT_TRUE(other.ok()) << other.error().text();
+  EXPECT_TRUE(other.value().other_build);
+  EXPECT_EQ(other.value().header.scene_hash, "hash");
+
+  for (const auto& [origin, why] : {std::pair{StateOrigin{2, 6, "here"}, "revision 6, here 5"},
+                                    {StateOrigin{1, 5, "here"}, "is of format 1"},
+                                    {StateOrigin{3, 5, "here"}, "is of format 3"}}) {
+    const Result<Checkpoint> refused = written_by(origin);
+    ASSERT_FALSE(refused.ok()) << why;
+    EXPECT_EQ(refused.error().code, ErrorCode::kUnsupported);
+    EXPECT_NE(refused.error().text().find(why), std::string::npos) << refused.error().text();
+  }
+}
+
+// As the builds before formats were told apart wrote it: memory behind a version that stayed 1.
+TEST_F(CheckpointStoreTest, AStateOfRawMemoryIsRefused) {
+  fs::create_directories(scratch_ / "checkpoints");
+  ByteWriter old;
+  old.u64(0x31504b4359415251);
+  old.u32(1);
+  old.u64(5);
+  old.bytes(Bytes{'0', '.', '1', '.', '0'});
+  old.bytes(Bytes(300, 1));
+  old.u32(crc32c(old.data()));
+  ASSERT_TRUE(write_file_atomic(file({1}), old.data()).ok());
+  EXPECT_EQ(store_.load({1}).error().code, ErrorCode::kUnsupported);
+}
+
+TEST_F(CheckpointStoreTest, BytesOnPaper) {
+  ASSERT_TRUE(
+      store_.save({1}, {"h", "", "", {}, false}, [](SnapshotWriter& out) { out(uint8_t{7}); })
+          .ok());
+  ByteWriter expected;
+  expected.u64(0x31504b4359415251);  // "QRAYCKP1"
+  expected.u32(2);
+  expected.u32(5);
+  expected.string("here");
+  expected.bytes(Bytes{4, 1, 0, 0, 0, 0, 0, 0, 0, 'h'});  // texts
+  for (int text = 0; text < 2; ++text) expected.bytes(Bytes{4, 0, 0, 0, 0, 0, 0, 0, 0});
+  expected.bytes(Bytes{3, 0, 0, 0, 0, 0, 0, 0, 0});  // a list
+  expected.bytes(Bytes{0x11, 0});
+  expected.bytes(Bytes{0x41, 7});
+  expected.u32(crc32c(expected.data()));
+  EXPECT_EQ(read_file(file({1}), 1 << 20).value(), expected.data());
 }
 
 TEST_F(CheckpointStoreTest, TheOldestFinishedMakeRoom) {

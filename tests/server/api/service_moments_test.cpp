@@ -17,7 +17,7 @@ Json box(const Json& changes = Json::object()) {
   return request;
 }
 
-class ServiceHistoryTest : public ::testing::Test {
+class ServiceMomentsTest : public ::testing::Test {
  protected:
   void SetUp() override { s_.start(); }
   std::string ended(const Json& request) const {
@@ -35,7 +35,7 @@ class ServiceHistoryTest : public ::testing::Test {
   TestService s_;
 };
 
-TEST_F(ServiceHistoryTest, MomentsComeNearerToAReference) {
+TEST_F(ServiceMomentsTest, MomentsComeNearerToAReference) {
   const std::string reference = ended(box({{"samples", 3000}, {"method", "none"}, {"seed", 9}}));
   const std::string id = ended(box({{"samples", 256}}));
   const Json metrics = s_.get("/v1/jobs/" + id + "/metrics?ref=" + reference);
@@ -68,7 +68,7 @@ TEST_F(ServiceHistoryTest, MomentsComeNearerToAReference) {
   s_.get("/v1/jobs/j000099/metrics", 404);
 }
 
-TEST_F(ServiceHistoryTest, AMomentsPictureIsThatOfAJobWithItsSamples) {
+TEST_F(ServiceMomentsTest, AMomentsPictureIsThatOfAJobWithItsSamples) {
   const std::string id = ended(box({{"samples", 12}, {"method", "none"}}));
   const Json moments = s_.get("/v1/jobs/" + id + "/metrics")["moments"];
   const Json& early = moments[2];
@@ -93,7 +93,7 @@ TEST_F(ServiceHistoryTest, AMomentsPictureIsThatOfAJobWithItsSamples) {
   s_.get(base + "/image.png?moment=1&picture=recovered", 422);
 }
 
-TEST_F(ServiceHistoryTest, MapsShowWherePicturesDiffer) {
+TEST_F(ServiceMomentsTest, MapsShowWherePicturesDiffer) {
   const std::string few = ended(box({{"samples", 2}})), more = ended(box());
   const std::string small = ended(box({{"width", 16}}));
   for (const char* map : {"signed", "flip", "relative"}) {
@@ -108,7 +108,7 @@ TEST_F(ServiceHistoryTest, MapsShowWherePicturesDiffer) {
   EXPECT_EQ(s_.get("/v1/compare.png?a=" + few + "&map=flip", 422)["errors"][0]["pointer"], "/b");
 }
 
-TEST_F(ServiceHistoryTest, APixelSaysWhatIsKnownThere) {
+TEST_F(ServiceMomentsTest, APixelSaysWhatIsKnownThere) {
   for (const char* method : {"huang", "adaptive", "ppg", "dahm-keller", "none"}) {
     const std::string id = ended(box({{"method", method}, {"samples", 128}}));
     const Json pixel = s_.get("/v1/jobs/" + id + "/pixel?x=16&y=18");
@@ -136,7 +136,7 @@ TEST_F(ServiceHistoryTest, APixelSaysWhatIsKnownThere) {
   s_.get(base + "1&y=1&moment=99", 404);
 }
 
-TEST_F(ServiceHistoryTest, WhatWasLearnedIsShownWhileAJobRuns) {
+TEST_F(ServiceMomentsTest, WhatWasLearnedIsShownWhileAJobRuns) {
   const std::string id = s_.submit(box({{"samples", 1'000'000}}));
   const std::string base = "/v1/jobs/" + id;
   Json moments;
@@ -157,7 +157,7 @@ TEST_F(ServiceHistoryTest, WhatWasLearnedIsShownWhileAJobRuns) {
   EXPECT_EQ(png(base + "/view.png?view=noise").height(), 24);
 }
 
-TEST_F(ServiceHistoryTest, IsThatOfTheWholeJobWhateverHappenedToIt) {
+TEST_F(ServiceMomentsTest, IsThatOfTheWholeJobWhateverHappenedToIt) {
   const std::string id = ended(box({{"samples", 16}}));
   const std::string base = "/v1/jobs/" + id;
   const Json before = s_.get(base + "/metrics")["moments"];
@@ -171,10 +171,10 @@ TEST_F(ServiceHistoryTest, IsThatOfTheWholeJobWhateverHappenedToIt) {
   s_.start();
   EXPECT_EQ(s_.get(base + "/metrics")["moments"], after);
   EXPECT_EQ(s_.client().Delete(base)->status, 204);
-  EXPECT_FALSE(std::filesystem::exists(s_.config.data / "history" / id));
+  EXPECT_FALSE(std::filesystem::exists(s_.config.data / "moments" / id));
 }
 
-TEST_F(ServiceHistoryTest, JobsOfATableAreListed) {
+TEST_F(ServiceMomentsTest, JobsOfATableAreListed) {
   const std::string first = ended(box({{"method", "huang"}}));
   const std::string second = ended(box({{"method", "huang"}}));
   const std::string other = ended(box({{"method", "huang"}, {"table", "none"}}));

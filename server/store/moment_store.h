@@ -1,6 +1,7 @@
 // How jobs came to be: a moment for each finished pass, of some the picture, of some the table too.
-// <data>/history/<job>, one file each, only ever appended to; the oldest jobs' make room. Lost
-// without harm: nothing else rests on it. Any thread; one job's is written by one at a time.
+// <data>/moments/<job>, one file each, only ever appended to; the oldest jobs' make room. Lost
+// without harm: nothing else rests on it. A file of another version is not read. Any thread; one
+// job's is written by one at a time.
 #pragma once
 
 #include <filesystem>
@@ -16,10 +17,13 @@
 
 namespace qray::server {
 
-class HistoryStore {
+class MomentStore {
  public:
   // `max_bytes`: of all jobs' together.
-  HistoryStore(const std::filesystem::path& data, uint64_t max_bytes);
+  MomentStore(const std::filesystem::path& data, uint64_t max_bytes);
+
+  // At a start: removes what was kept in another format than this one's. Of which jobs it was.
+  std::vector<JobId> remove_others();
 
   // `picture`: as encode_tiles() makes it; `table`: as encode_table() does. Either may be empty. A
   // moment of a number that is there takes its place: the job went on from before it.
@@ -52,6 +56,7 @@ class HistoryStore {
   void make_room(JobId for_job, uint64_t bytes);
 
   std::filesystem::path folder_;
+  std::filesystem::path old_folder_;  // of qray before moments had a format of their own
   uint64_t max_bytes_;
   mutable std::mutex mutex_;
   std::map<JobId, uint64_t> bytes_;  // of the files, about

@@ -1,4 +1,4 @@
-#include "server/jobs/job_history.h"
+#include "server/jobs/job_moments.h"
 
 #include "server/jobs/tile_stream.h"
 
@@ -11,8 +11,8 @@ constexpr size_t kMostTableBytes = 8u << 20;              // of memory
 
 }  // namespace
 
-JobHistory::JobHistory(HistoryStore& store, JobId id, const Film& film,
-                       std::function<TableFile(const Guide&)> table_of)
+JobMoments::JobMoments(MomentStore& store, JobId id, const Film& film,
+                       std::function<TableFile(const GuideTable&)> table_of)
     : store_(store), id_(id), film_(film), table_of_(std::move(table_of)) {
   for (const proto::Moment& moment : store.moments(id)) {
     if (moment.picture) picture_at_ = moment.samples;
@@ -20,7 +20,7 @@ JobHistory::JobHistory(HistoryStore& store, JobId id, const Film& film,
   }
 }
 
-void JobHistory::add(const RenderProgress& progress, const RenderStats& stats, const Guide* guide) {
+void JobMoments::add(const RenderProgress& progress, const RenderStats& stats, const Guide* guide) {
   proto::Moment moment;
   moment.number = static_cast<uint32_t>(stats.passes.size());
   moment.samples = stats.samples_per_pixel;

@@ -1,30 +1,32 @@
-// What the guides whose states are a SpatialTree's and DirectionTrees' have alike in a table file:
-// the cube, records by rising keys, trees of directions. proto/table_file.md has the bytes (`ACUB`
-// with `AQTD`, `PCUB` with `PDTR`); what stands in them beside is the method's. Pure functions.
+// What the layouts of tables over a SpatialTree and DirectionTrees have alike: the cube, records by
+// rising keys, trees of directions. The layouts themselves, with the bytes between these, are in
+// adaptive_layout.h and ppg_layout.h; proto/table_file.md describes them. Pure functions.
 #pragma once
 
 #include <functional>
 #include <span>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "core/base/result.h"
 #include "core/guide/direction_tree.h"
+#include "core/guide/guide_setup.h"
 #include "core/guide/spatial_tree.h"
 #include "core/guide/table_file.h"
 
 namespace qray {
 
+// Of a table's first section.
+struct TableCube {
+  int64_t exponent = 0;  // the cube is 2^exponent metres wide
+  Vec3 origin;           // metres
+};
 void write_cube(ByteWriter& out, const SpatialTree& tree);
-// Checks that the sections are these two, that the first has the tree's cube, and that nothing is
-// left of it behind what `rest` reads. kCorrupt; kConflict: another cube.
-Status read_cube(std::span<const TableSection> sections, std::string_view cube_tag,
-                 std::string_view records_tag, const SpatialTree& tree,
-                 const std::function<void(ByteReader&)>& rest);
-
-// kTooLarge. `what`: "the table needs".
-Error over_memory(const std::string& what, size_t max_bytes, const std::string& where);
+TableCube read_cube(ByteReader& in);
+// kConflict: the tree's cube is another.
+Status check_cube(const TableCube& cube, const SpatialTree& tree, const std::string& where);
+// Bounds that give the same cube. kCorrupt: no scene has such a cube.
+Result<GuideSetup> setup_of_cube(const TableCube& cube, const std::string& where);
 
 std::vector<uint32_t> leaves_by_key(const SpatialTree& tree);
 // A number of records, each a key, with which the leaf is cut out, and what `record` reads; nothing

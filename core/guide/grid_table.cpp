@@ -1,8 +1,10 @@
-#include "core/guide/cell_records.h"
+#include "core/guide/grid_table.h"
 
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+
+#include "core/guide/guide_inspector.h"
 
 namespace qray {
 namespace {
@@ -33,25 +35,36 @@ Error no_room(uint64_t states, size_t max_states, size_t max_bytes, std::string 
           std::move(where)};
 }
 
-Result<uint64_t> read_grid(const TableSection& section, const SurfaceGrid& grid) {
-  ByteReader in(section.bytes);
-  const int64_t exponent = in.i64();
-  Vec3 origin;
-  for (int axis = 0; axis < 3; ++axis) origin[axis] = in.f32();
-  const uint64_t samples_seen = in.u64();
+struct Head {
+  int64_t exponent = 0;  // cells are 2^exponent metres wide
+  Vec3 origin;           // in cells
+  uint64_t samples_seen = 0;
+};
+
+Result<Head> read_head(std::span<const TableSection> sections, const GridLayout& layout) {
+  if (Status s = expect_sections(sections, layout.grid_tag, layout.states_tag); !s.ok())
+    return s.error();
+  Head head;
+  ByteReader in(sections[0].bytes);
+  head.exponent = in.i64();
+  for (int axis = 0; axis < 3; ++axis) head.origin[axis] = in.f32();
+  head.samples_seen = in.u64();
   if (!in.ok() || in.remaining() != 0)
-    return Error{ErrorCode::kCorrupt, "wrong size", "table:" + section.tag};
-  if (exponent != grid.cell_exponent() || !(origin == grid.origin_cells()))
-    return Error{ErrorCode::kConflict,
-                 "the table's grid (cells of 2^" + std::to_string(exponent) +
-                     " m) is not this job's (2^" + std::to_string(grid.cell_exponent()) + " m)",
-                 "table:" + section.tag};
-  return samples_seen;
+    return Error{ErrorCode::kCorrupt, "wrong size", place_of(layout.grid_tag)};
+  return head;
+}
+
+Status check_grid(const Head& head, const SurfaceGrid& grid, const GridLayout& layout) {
+  if (head.exponent == grid.cell_exponent() && head.origin == grid.origin_cells()) return {};
+  return Error{ErrorCode::kConflict,
+               "the table's grid (cells of 2^" + std::to_string(head.exponent) +
+                   " m) is not this job's (2^" + std::to_string(grid.cell_exponent()) + " m)",
+               place_of(layout.grid_tag)};
 }
 
 }  // namespace
 
-std::vector<TableSection> save_cells(const CellFormat& format, const SurfaceGrid& grid,
+std::vector<TableSection> save_cells(const GridLayout& layout, const SurfaceGrid& grid,
                                      uint64_t samples_seen, std::span<const uint64_t> keys,
                                      const std::function<CellRecord(size_t)>& record) {
   std::vector<size_t> order(keys.size());
@@ -66,38 +79,48 @@ std::vector<TableSection> save_cells(const CellFormat& format, const SurfaceGrid
   for (size_t i : order) {
     const CellRecord r = record(i);
     states.u64(keys[i]);
-    for (size_t k = 0; k < format.cells; ++k) {
+    for (size_t k = 0; k < layout.cells; ++k) {
       states.f32(r.values[k]);
       states.u32(r.counts[k]);
     }
   }
-  return {{std::string(format.grid_tag), head.take()},
-          {std::string(format.states_tag), states.take()}};
+  return {{std::string(layout.grid_tag), head.take()},
+          {std::string(layout.states_tag), states.take()}};
 }
 
-Result<uint64_t> load_cells(std::span<const TableSection> sections, const CellFormat& format,
+Result<GuideSetup> setup_of_grid(std::span<const TableSection> sections, const GridLayout& layout) {
+  const Result<Head> read = read_head(sections, layout);
+  if (!read.ok()) return read.error();
+  const Head& head = read.value();
+  if (head.exponent < -kMaxTableExponent || head.exponent > kMaxTableExponent ||
+      !is_finite(head.origin))
+    return Error{ErrorCode::kCorrupt, "no scene has such a grid", place_of(layout.grid_tag)};
+  const float side = std::ldexp(1.0f, static_cast<int>(head.exponent));
+  GuideSetup setup;
+  setup.bounds.lo = SurfaceGrid::inside_first_cell(head.origin, side);
+  const float cells = static_cast<float>(setup.huang.grid);
+  setup.bounds.hi = setup.bounds.lo + Vec3{side, side, side} * cells;
+  return setup;
+}
+
+Result<uint64_t> load_cells(std::span<const TableSection> sections, const GridLayout& layout,
                             const SurfaceGrid& grid, size_t max_states, size_t max_bytes,
                             const std::function<void(uint64_t, const CellRecord&)>& add) {
-  if (sections.size() != 2 || sections[0].tag != format.grid_tag ||
-      sections[1].tag != format.states_tag)
-    return Error{ErrorCode::kCorrupt,
-                 "expected the sections " + std::string(format.grid_tag) + " and " +
-                     std::string(format.states_tag),
-                 "table"};
-  const Result<uint64_t> samples_seen = read_grid(sections[0], grid);
-  if (!samples_seen.ok()) return samples_seen;
+  const Result<Head> head = read_head(sections, layout);
+  if (!head.ok()) return head.error();
+  if (Status s = check_grid(head.value(), grid, layout); !s.ok()) return s.error();
 
   // 1. Sizes, before anything is allocated.
-  const std::string where = "table:" + sections[1].tag;
+  const std::string where = layout.states_place();
   ByteReader in(sections[1].bytes);
   const uint64_t count = in.u64();
-  const size_t record_bytes = 8 + format.cells * 8;
+  const size_t record_bytes = 8 + layout.cells * 8;
   if (!in.ok() || count != in.remaining() / record_bytes || in.remaining() % record_bytes != 0)
     return Error{ErrorCode::kCorrupt, "wrong size for " + std::to_string(count) + " states", where};
   if (count > max_states) return no_room(count, max_states, max_bytes, where);
 
   // 2. Order and values, before anything is taken.
-  Record r{0, std::vector<float>(format.cells), std::vector<uint32_t>(format.cells)};
+  Record r{0, std::vector<float>(layout.cells), std::vector<uint32_t>(layout.cells)};
   ByteReader check = in;
   uint64_t last_key = 0;
   for (uint64_t i = 0; i < count; ++i) {
@@ -110,7 +133,7 @@ Result<uint64_t> load_cells(std::span<const TableSection> sections, const CellFo
     read_record(in, r);
     add(r.key, {r.values, r.counts});
   }
-  return samples_seen;
+  return head.value().samples_seen;
 }
 
 Status check_mergeable(const SurfaceGrid& grid, const SurfaceGrid& other_grid,

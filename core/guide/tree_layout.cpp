@@ -1,13 +1,14 @@
-#include "core/guide/tree_sections.h"
+#include "core/guide/tree_layout.h"
 
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 
 namespace qray {
 namespace {
 
 constexpr size_t kMaxCells = 1 << 17;  // of a tree
-enum : uint8_t { kLeaf, kCut, kEven };
+enum : uint8_t { kLeaf, kCut, kJoined };
 
 }  // namespace
 
@@ -16,29 +17,28 @@ void write_cube(ByteWriter& out, const SpatialTree& tree) {
   for (int axis = 0; axis < 3; ++axis) out.f32(tree.origin()[axis]);
 }
 
-Status read_cube(std::span<const TableSection> sections, std::string_view cube_tag,
-                 std::string_view records_tag, const SpatialTree& tree,
-                 const std::function<void(ByteReader&)>& rest) {
-  if (sections.size() != 2 || sections[0].tag != cube_tag || sections[1].tag != records_tag)
-    return Error{
-        ErrorCode::kCorrupt,
-        "expected the sections " + std::string(cube_tag) + " and " + std::string(records_tag),
-        "table"};
-  const std::string where = "table:" + sections[0].tag;
-  ByteReader in(sections[0].bytes);
-  const int64_t exponent = in.i64();
-  Vec3 origin;
-  for (int axis = 0; axis < 3; ++axis) origin[axis] = in.f32();
-  rest(in);
-  if (!in.ok() || in.remaining() != 0) return Error{ErrorCode::kCorrupt, "wrong size", where};
-  if (exponent != tree.cube_exponent() || !(origin == tree.origin()))
-    return Error{ErrorCode::kConflict, "the table's cube is not this scene's", where};
-  return {};
+TableCube read_cube(ByteReader& in) {
+  TableCube cube;
+  cube.exponent = in.i64();
+  for (int axis = 0; axis < 3; ++axis) cube.origin[axis] = in.f32();
+  return cube;
 }
 
-Error over_memory(const std::string& what, size_t max_bytes, const std::string& where) {
-  return {ErrorCode::kTooLarge,
-          what + " more than the " + std::to_string(max_bytes) + " bytes allowed", where};
+Status check_cube(const TableCube& cube, const SpatialTree& tree, const std::string& where) {
+  if (cube.exponent == tree.cube_exponent() && cube.origin == tree.origin()) return {};
+  return Error{ErrorCode::kConflict, "the table's cube is not this scene's", where};
+}
+
+Result<GuideSetup> setup_of_cube(const TableCube& cube, const std::string& where) {
+  if (cube.exponent < -kMaxTableExponent || cube.exponent > kMaxTableExponent ||
+      !is_finite(cube.origin))
+    return Error{ErrorCode::kCorrupt, "no scene has such a cube", where};
+  const float side = std::ldexp(1.0f, static_cast<int>(cube.exponent));
+  GuideSetup setup;
+  // Well within the cube, so that rounding takes nothing out of it.
+  setup.bounds.lo = cube.origin + Vec3{side, side, side} * 0.0625f;
+  setup.bounds.hi = cube.origin + Vec3{side, side, side} * 0.9375f;
+  return setup;
 }
 
 std::vector<uint32_t> leaves_by_key(const SpatialTree& tree) {
@@ -84,7 +84,7 @@ void write_cells(
   while (!open.empty()) {
     const DirectionTrees::Cell& c = cells[open.back()];
     open.pop_back();
-    out.u8(c.child != 0 ? kCut : c.even ? kEven : kLeaf);
+    out.u8(c.child != 0 ? kCut : c.joined ? kJoined : kLeaf);
     rest(c, c.child != 0 ? &cells[c.child] : nullptr);
     for (uint32_t q = 4; c.child != 0 && q-- > 0;) open.push_back(c.child + q);
   }
@@ -100,7 +100,7 @@ DirectionTrees::Cells read_cells(
     open.pop_back();
     const uint8_t mark = in.u8();
     const bool cut = mark == kCut;
-    if (mark > kEven || (cut ? cells[c].depth >= max_depth || child > kMaxCells : c == 0))
+    if (mark > kJoined || (cut ? cells[c].depth >= max_depth || child > kMaxCells : c == 0))
       return {};
     if (cut) {
       cells[c].child = child;
@@ -109,7 +109,7 @@ DirectionTrees::Cells read_cells(
       cells.resize(child + 4, quarter);
       for (uint32_t q = 4; q-- > 0;) open.push_back(child + q);
     }
-    cells[c].even = mark == kEven;
+    cells[c].joined = mark == kJoined;
     if (!rest(cells[c], cut ? &cells[child] : nullptr) || !in.ok()) return {};
   }
   return cells;

@@ -4,7 +4,7 @@ import { ApiError, get_metrics } from './api.js';
 
 const kNone = { moments: [], gate: null, problem: '' };
 
-export class JobHistory {
+export class JobMoments {
   #on_change;
   #known = new Map(); // job -> {ref, moments, gate, problem, busy, again}
 
