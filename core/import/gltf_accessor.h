@@ -34,7 +34,7 @@ class GltfAccessor {
     const uint8_t* data = nullptr;  // null: zeros
     size_t stride = 0;
   };
-  Elements find_elements(int view, size_t offset, size_t count, size_t element_bytes,
+  Elements find_elements(const GltfModel::Part& part, size_t count, size_t element_bytes,
                          const JsonNode& place) const;
   void read_floats(std::span<const uint32_t> wanted, float* out, size_t floats) const;
   void decode(const uint8_t* element, float* out) const;
@@ -42,7 +42,7 @@ class GltfAccessor {
 
   const GltfDocument& document_;
   int index_;
-  const tinygltf::Accessor& accessor_;
+  const GltfModel::Accessor& accessor_;
   size_t components_;
   Elements base_, sparse_;
   std::vector<uint32_t> sparse_indices_;  // that sparse_ replaces, ascending

@@ -1,11 +1,6 @@
-#include <fstream>  // tinygltf wants it even where it is to use no files
-
-#define TINYGLTF_IMPLEMENTATION
 #include "core/import/gltf_document.h"
 
 #include <algorithm>
-#include <cmath>
-#include <nlohmann/json.hpp>
 
 #include "core/base/file.h"
 #include "core/import/scene_folder.h"
@@ -15,49 +10,8 @@ namespace {
 
 constexpr uint64_t kMaxFileBytes = uint64_t{1} << 31;  // of one file, and of all others together
 constexpr uint64_t kMaxJsonBytes = uint64_t{1} << 28;  // with the data URIs in it
-constexpr size_t kMaxJsonValues = 4'000'000;           // 100 bytes each, and 100 more in tinygltf
+constexpr size_t kMaxJsonValues = 4'000'000;           // 100 bytes each
 constexpr uint32_t kGlbMagic = 0x46546c67, kJsonChunk = 0x4e4f534a, kBinaryChunk = 0x004e4942;
-
-// What tinygltf is to read of a document; integers stay integers.
-nlohmann::json to_json(const JsonValue& value) {
-  if (const auto* array = std::get_if<JsonValue::Array>(&value.value)) {
-    nlohmann::json out = nlohmann::json::array();
-    for (const JsonValue& item : *array) out.push_back(to_json(item));
-    return out;
-  }
-  if (const auto* object = std::get_if<JsonValue::Object>(&value.value)) {
-    nlohmann::json out = nlohmann::json::object();
-    for (const JsonMember& member : *object)
-      if (member.key != "extensions" && member.key != "extras" && member.key != "targets")
-        out[member.key] = to_json(member.value);
-    return out;
-  }
-  if (const double* number = std::get_if<double>(&value.value)) {
-    constexpr double kMaxInteger = 2147483647;
-    if (std::floor(*number) == *number && std::abs(*number) <= kMaxInteger)
-      return static_cast<int64_t>(*number);
-    return *number;
-  }
-  if (const bool* truth = std::get_if<bool>(&value.value)) return *truth;
-  if (const std::string* text = std::get_if<std::string>(&value.value)) return *text;
-  return nullptr;
-}
-
-tinygltf::Model to_model(const JsonNode& root, const JsonValue& tree) {
-  nlohmann::json json = nlohmann::json::object();
-  for (const JsonMember& member : std::get<JsonValue::Object>(tree.value))
-    for (const char* kept : {"asset", "scene", "scenes", "nodes", "meshes", "accessors",
-                             "bufferViews", "textures", "samplers"})
-      if (member.key == kept) json[member.key] = to_json(member.value);
-  const std::string text = json.dump();
-  json.clear();
-  tinygltf::Model model;
-  std::string error, warning;
-  if (!tinygltf::TinyGLTF().LoadASCIIFromString(&model, &error, &warning, text.c_str(),
-                                                static_cast<unsigned>(text.size()), ""))
-    root.fail("not glTF: " + error.substr(0, error.find('\n')));
-  return model;
-}
 
 int hex_digit(char c) {
   if (c >= '0' && c <= '9') return c - '0';
@@ -100,8 +54,7 @@ GltfDocument::GltfDocument(const std::filesystem::path& path)
   if (json.size() > kMaxJsonBytes)
     fail_import(ErrorCode::kTooLarge, "expected at most 256 MiB of JSON", file_);
   tree_ = parse_json(json, file_, kMaxJsonValues);
-  check_gltf(root());
-  model_ = to_model(root(), tree_);
+  model_ = read_gltf_model(root());
   read_buffers();
 }
 
@@ -173,14 +126,14 @@ void GltfDocument::read_buffers() {
 }
 
 std::span<const uint8_t> GltfDocument::view_bytes(int view) const {
-  const tinygltf::BufferView& v = model_.bufferViews[static_cast<size_t>(view)];
+  const GltfModel::View& v = model_.views[static_cast<size_t>(view)];
   const std::span<const uint8_t> buffer = buffers_[static_cast<size_t>(v.buffer)];
-  if (v.byteOffset > buffer.size() || v.byteLength > buffer.size() - v.byteOffset) {
+  if (v.byte_offset > buffer.size() || v.byte_length > buffer.size() - v.byte_offset) {
     at("bufferViews", view)
         .fail("expected byteOffset and byteLength within the buffer's " +
               std::to_string(buffer.size()) + " bytes");
   }
-  return buffer.subspan(v.byteOffset, v.byteLength);
+  return buffer.subspan(v.byte_offset, v.byte_length);
 }
 
 GltfDocument::Picture GltfDocument::read_picture(int image) {

@@ -1,16 +1,12 @@
-// A .gltf or .glb file, checked: its JSON as a tree with places and as tinygltf's model, and the
-// bytes of its buffers. tinygltf is given nothing but JSON whose types and indices are right, so
-// what it leaves unchecked does not matter; files, data URIs and pictures are read here. Throws
-// ImportFailure. One thread.
+// A .gltf or .glb file, checked: its JSON as a tree with places and as a model, and the bytes of
+// its buffers, data URIs and pictures. Throws ImportFailure. One thread.
 #pragma once
-
-#include <tiny_gltf.h>
 
 #include <filesystem>
 #include <memory>
 #include <span>
 
-#include "core/import/json_tree.h"
+#include "core/import/gltf_model.h"
 
 namespace qray {
 
@@ -23,9 +19,7 @@ class GltfDocument {
   const std::string& file() const { return file_; }  // "room.gltf", of messages
   JsonNode root() const { return {tree_, file_ + ":"}; }
   JsonNode at(const char* list, int index) const;  // pre: a checked index
-  // Scenes, nodes, meshes, accessors, buffer views, textures and samplers; indices are in range,
-  // arrays have their lengths, sizes are below 2^31. Without extensions, extras and bytes.
-  const tinygltf::Model& model() const { return model_; }
+  const GltfModel& model() const { return model_; }
   size_t count(const char* list) const;
 
   // pre: a checked index. Fails where the view is not within its buffer, and that within its file.
@@ -50,14 +44,11 @@ class GltfDocument {
   std::span<const uint8_t> binary_;
   bool has_binary_ = false;
   JsonValue tree_;
-  tinygltf::Model model_;
+  GltfModel model_;
   std::vector<Bytes> owned_;
   std::vector<std::span<const uint8_t>> buffers_;
   std::map<int, Picture> pictures_;
   uint64_t bytes_left_;  // that other files and pictures may have
 };
-
-// Types and indices of what tinygltf is given, and the extensions that the file requires.
-void check_gltf(const JsonNode& root);
 
 }  // namespace qray

@@ -8,14 +8,14 @@ namespace qray {
 namespace {
 
 size_t triangles_of(int mode, size_t corners) {
-  if (mode == TINYGLTF_MODE_TRIANGLES) return corners / 3;
+  if (mode == kGltfTriangles) return corners / 3;
   return corners < 3 ? 0 : corners - 2;
 }
 
 // The corners of triangle `i`, as the specification winds them (3.7.2.1).
 std::array<size_t, 3> corners_of(int mode, size_t i) {
-  if (mode == TINYGLTF_MODE_TRIANGLES) return {3 * i, 3 * i + 1, 3 * i + 2};
-  if (mode == TINYGLTF_MODE_TRIANGLE_FAN) return {i + 1, i + 2, 0};
+  if (mode == kGltfTriangles) return {3 * i, 3 * i + 1, 3 * i + 2};
+  if (mode == kGltfTriangleFan) return {i + 1, i + 2, 0};
   return {i, i + 1 + i % 2, i + 2 - i % 2};
 }
 
@@ -47,18 +47,18 @@ bool make_unit(std::vector<Vec3>& normals) {
 
 Mesh GltfMeshes::read(int mesh_index, int primitive_index,
                       const GltfMaterials::Converted& material) {
-  const tinygltf::Model& model = import_.document.model();
-  const tinygltf::Mesh& source = model.meshes[static_cast<size_t>(mesh_index)];
-  const tinygltf::Primitive& primitive = source.primitives[static_cast<size_t>(primitive_index)];
+  const GltfModel& model = import_.document.model();
+  const GltfModel::Mesh& source = model.meshes[static_cast<size_t>(mesh_index)];
+  const GltfModel::Primitive& primitive = source.primitives[static_cast<size_t>(primitive_index)];
   const JsonNode place = import_.document.at("meshes", mesh_index)
                              .get("primitives")
                              .at(static_cast<size_t>(primitive_index));
   Mesh mesh;
   mesh.name = source.name;
   mesh.material = material.id;
-  if (primitive.mode < TINYGLTF_MODE_TRIANGLES) {
-    import_.warn(place, primitive.mode == TINYGLTF_MODE_POINTS ? "points are left out"
-                                                               : "lines are left out");
+  if (primitive.mode < kGltfTriangles) {
+    import_.warn(place,
+                 primitive.mode == kGltfPoints ? "points are left out" : "lines are left out");
     return mesh;
   }
   // What Draco has compressed is there in plain too, unless the file requires the extension.
@@ -124,7 +124,7 @@ Mesh GltfMeshes::read(int mesh_index, int primitive_index,
     for (Vec2& uv : mesh.uvs) uv.y = 1 - uv.y;
   }
   if (const int color = attribute("COLOR_0"); color >= 0) {
-    const bool alpha = model.accessors[static_cast<size_t>(color)].type == TINYGLTF_TYPE_VEC4;
+    const bool alpha = model.accessors[static_cast<size_t>(color)].components == 4;
     read_colors(mesh, *find("COLOR_0", alpha ? 4 : 3), wanted, material);
   }
   return mesh;

@@ -35,7 +35,7 @@ Transform placed(Vec3 translation, const std::array<double, 4>& quaternion, Vec3
       .after(rotation(quaternion).after(Transform::scaling(scale)));
 }
 
-Transform to_parent(const tinygltf::Node& node) {
+Transform to_parent(const GltfModel::Node& node) {
   if (!node.matrix.empty()) return from_columns(node.matrix);
   const auto vec = [](const std::vector<double>& v, float fallback) {
     if (v.empty()) return Vec3{fallback, fallback, fallback};
@@ -98,7 +98,7 @@ class Reader {
       if (visited[index])
         document_.at("nodes", step.node).fail("expected a node below one other at most, no cycles");
       visited[index] = true;
-      const tinygltf::Node& node = document_.model().nodes[index];
+      const GltfModel::Node& node = document_.model().nodes[index];
       const Transform to_world = step.above.after(to_parent(node));
       read_node(step.node, node, to_world);
       for (auto it = node.children.rbegin(); it != node.children.rend(); ++it)
@@ -108,11 +108,10 @@ class Reader {
 
   // Of the scene; all that are below no other where there is none.
   std::vector<int> find_roots() const {
-    const tinygltf::Model& model = document_.model();
-    if (!model.scenes.empty())
-      return model.scenes[static_cast<size_t>(std::max(model.defaultScene, 0))].nodes;
+    const GltfModel& model = document_.model();
+    if (!model.scenes.empty()) return model.scenes[static_cast<size_t>(std::max(model.scene, 0))];
     std::vector<bool> below(model.nodes.size());
-    for (const tinygltf::Node& node : model.nodes)
+    for (const GltfModel::Node& node : model.nodes)
       for (const int child : node.children) below[static_cast<size_t>(child)] = true;
     std::vector<int> roots;
     for (size_t i = 0; i < below.size(); ++i)
@@ -120,7 +119,7 @@ class Reader {
     return roots;
   }
 
-  void read_node(int index, const tinygltf::Node& node, const Transform& to_world) {
+  void read_node(int index, const GltfModel::Node& node, const Transform& to_world) {
     const JsonNode place = document_.at("nodes", index);
     import_.expect_extensions(place, {"KHR_lights_punctual", "EXT_mesh_gpu_instancing"});
     if (const auto light = find_extension(place, "KHR_lights_punctual")) {

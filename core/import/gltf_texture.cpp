@@ -11,8 +11,8 @@ namespace qray {
 namespace {
 
 TextureWrap to_wrap(int gl) {
-  if (gl == TINYGLTF_TEXTURE_WRAP_CLAMP_TO_EDGE) return TextureWrap::kClamp;
-  return gl == TINYGLTF_TEXTURE_WRAP_MIRRORED_REPEAT ? TextureWrap::kMirror : TextureWrap::kRepeat;
+  if (gl == kGltfClamp) return TextureWrap::kClamp;
+  return gl == kGltfMirror ? TextureWrap::kMirror : TextureWrap::kRepeat;
 }
 
 // offset + rotation (scale uv); the rotation runs clockwise where v is down, so that it is counter-
@@ -31,7 +31,7 @@ UvTransform read_transform(const JsonNode& node) {
 
 // The picture that a texture shows: the plain one first, which everyone can read.
 std::optional<int> GltfTextures::find_source(int texture) {
-  const tinygltf::Texture& t = import_.document.model().textures[static_cast<size_t>(texture)];
+  const GltfModel::Texture& t = import_.document.model().textures[static_cast<size_t>(texture)];
   const JsonNode node = import_.document.at("textures", texture);
   if (t.source >= 0) return t.source;
   const size_t images = import_.document.count("images");
@@ -62,13 +62,13 @@ GltfTextures::Found GltfTextures::find(const JsonNode& node, std::string_view ke
   const auto [it, is_new] =
       known_.try_emplace({index, srgb, {u[0], u[1], u[2], v[0], v[1], v[2]}}, TextureId{});
   if (is_new) {
-    const tinygltf::Model& model = import_.document.model();
+    const GltfModel& model = import_.document.model();
     const int sampler = model.textures[static_cast<size_t>(index)].sampler;
     if (sampler >= 0) {
-      const tinygltf::Sampler& s = model.samplers[static_cast<size_t>(sampler)];
-      texture.wrap_u = to_wrap(s.wrapS);
-      texture.wrap_v = to_wrap(s.wrapT);
-      texture.nearest = s.magFilter == TINYGLTF_TEXTURE_FILTER_NEAREST;
+      const GltfModel::Sampler& s = model.samplers[static_cast<size_t>(sampler)];
+      texture.wrap_u = to_wrap(s.wrap_s);
+      texture.wrap_v = to_wrap(s.wrap_t);
+      texture.nearest = s.mag_filter == kGltfNearest;
     }
     if (const std::optional<int> source = find_source(index)) {
       const GltfDocument::Picture picture = import_.document.read_picture(*source);

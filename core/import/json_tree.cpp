@@ -209,14 +209,21 @@ JsonNode JsonNode::at(size_t index) const {
 }
 
 std::vector<float> JsonNode::numbers(size_t count, float limit) const {
+  const std::vector<double> read = doubles(count, limit);
+  std::vector<float> out(count);
+  std::transform(read.begin(), read.end(), out.begin(), to_float);
+  return out;
+}
+
+std::vector<double> JsonNode::doubles(size_t count, float limit) const {
   if (!is_array() || size() != count)
     fail_expected("an array of " + std::to_string(count) + " numbers");
-  std::vector<float> out(count);
+  std::vector<double> out(count);
   const auto& items = std::get<JsonValue::Array>(value_->value);
   for (size_t i = 0; i < count; ++i) {
     const double* v = std::get_if<double>(&items[i].value);
     const bool good = v && std::abs(*v) <= static_cast<double>(limit);
-    out[i] = good ? to_float(*v) : at(i).number(-limit, limit);  // at() names the place
+    out[i] = good ? *v : double{at(i).number(-limit, limit)};  // at() names the place
   }
   return out;
 }

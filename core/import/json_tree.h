@@ -60,6 +60,7 @@ class JsonNode {
   JsonNode at(size_t index) const;
   // Fails unless the array has exactly `count` numbers, none over `limit` in size.
   std::vector<float> numbers(size_t count, float limit = kMaxCoordinate) const;
+  std::vector<double> doubles(size_t count, float limit) const;
   Vec3 vec3() const;
   Rgb number_or_rgb() const;
 

@@ -2,15 +2,17 @@
 
 #include <tiny_obj_loader.h>
 
-#include <algorithm>
+#include <charconv>
+#include <cmath>
 #include <map>
+#include <set>
 #include <sstream>
 #include <unordered_map>
 
 #include "core/base/file.h"
 #include "core/import/import_failure.h"
 #include "core/import/mtl.h"
-#include "core/import/obj_check.h"
+#include "core/import/polygon.h"
 #include "core/import/scene_folder.h"
 #include "core/math/hash.h"
 
@@ -19,90 +21,56 @@ namespace {
 
 constexpr uint64_t kMaxObjBytes = uint64_t{1} << 30;
 constexpr uint64_t kMaxMtlBytes = uint64_t{16} << 20;
+constexpr size_t kMaxCorners = 1024;  // of one polygon: cutting ears off takes quadratic time
+constexpr MaterialId kGrey{std::numeric_limits<uint32_t>::max()};  // until all others are known
 
-// Of the time that reading takes, about.
-constexpr double kChecked = 0.3, kParsed = 0.7;
-
-// The text as a stream that tells how much of it was taken.
-class WatchedText : public std::streambuf {
- public:
-  WatchedText(std::string& text, const LoadWatch& watch) : text_(text), watch_(watch) {}
-
- protected:
-  int_type underflow() override {
-    constexpr size_t kChunk = 1 << 20;
-    if (at_ == text_.size()) return traits_type::eof();
-    told_read(watch_, kChecked + (kParsed - kChecked) * static_cast<double>(at_) /
-                                     static_cast<double>(text_.size()));
-    const size_t end = std::min(at_ + kChunk, text_.size());
-    setg(text_.data() + at_, text_.data() + at_, text_.data() + end);
-    at_ = end;
-    return traits_type::to_int_type(*gptr());
+std::string_view next_token(std::string_view& line) {
+  const size_t begin = line.find_first_not_of(" \t");
+  if (begin == std::string_view::npos) {
+    line = {};
+    return {};
   }
-
- private:
-  std::string& text_;
-  const LoadWatch& watch_;
-  size_t at_ = 0;
-};
-
-// Finds the material libraries beside the OBJ; one that is missing is a warning.
-class MtlReader : public tinyobj::MaterialReader {
- public:
-  MtlReader(std::filesystem::path folder, std::vector<std::string>& warnings)
-      : folder_(std::move(folder)), warnings_(warnings) {}
-
-  bool operator()(const std::string& name, std::vector<tinyobj::material_t>* materials,
-                  std::map<std::string, int>* ids, std::string* warn, std::string* err) override {
-    const Result<std::filesystem::path> path = find_within(folder_, folder_, name);
-    const Result<Bytes> text =
-        path.ok() ? read_file(path.value(), kMaxMtlBytes) : Result<Bytes>(path.error());
-    if (!text.ok()) {
-      warnings_.push_back(name + ": " + text.error().message + "; its materials are grey");
-      return true;
-    }
-    std::istringstream in(std::string(text.value().begin(), text.value().end()));
-    tinyobj::LoadMtl(ids, materials, &in, warn, err);
-    return true;
-  }
-
- private:
-  std::filesystem::path folder_;
-  std::vector<std::string>& warnings_;
-};
-
-void add_lines(const std::string& text, const std::string& file,
-               std::vector<std::string>& warnings) {
-  std::istringstream lines(text);
-  for (std::string line; std::getline(lines, line);)
-    if (!line.empty()) warnings.push_back(file + ": " + line);
+  const size_t end = std::min(line.find_first_of(" \t", begin), line.size());
+  const std::string_view token = line.substr(begin, end - begin);
+  line.remove_prefix(end);
+  return token;
 }
 
-using Corner = tinyobj::index_t;
+template <class T>
+bool parse(std::string_view token, T& value) {
+  if (token.starts_with('+')) token.remove_prefix(1);
+  const auto [end, error] = std::from_chars(token.data(), token.data() + token.size(), value);
+  return error == std::errc{} && end == token.data() + token.size();
+}
+
+// What the lines so far have listed.
+struct Lists {
+  std::vector<Vec3> positions, normals;
+  std::vector<Vec2> uvs;
+};
+
+// Of a face: places in the lists; -1: none.
+struct Corner {
+  int64_t position = -1, uv = -1, normal = -1;
+  bool operator==(const Corner&) const = default;
+};
 struct CornerHash {
   size_t operator()(const Corner& c) const {
-    const auto u = [](int v) { return static_cast<uint64_t>(static_cast<uint32_t>(v)); };
-    return hash_combine(u(c.vertex_index) << 32 | u(c.normal_index), u(c.texcoord_index));
-  }
-};
-struct CornerEqual {
-  bool operator()(const Corner& a, const Corner& b) const {
-    return a.vertex_index == b.vertex_index && a.normal_index == b.normal_index &&
-           a.texcoord_index == b.texcoord_index;
+    const auto u = [](int64_t v) { return static_cast<uint64_t>(v); };
+    return hash_combine(u(c.position) << 32 ^ u(c.normal), u(c.uv));
   }
 };
 
 // One mesh of the corners of one group and material, equal corners shared.
 class MeshBuilder {
  public:
-  MeshBuilder(const tinyobj::attrib_t& attrib, const std::string& name, MaterialId material)
-      : attrib_(attrib) {
+  MeshBuilder(const Lists& lists, const std::string& name, MaterialId material) : lists_(lists) {
     mesh_.name = name;
     mesh_.material = material;
   }
 
-  void add_triangle(const Corner* corners) {
-    mesh_.triangles.push_back({vertex(corners[0]), vertex(corners[1]), vertex(corners[2])});
+  void add_triangle(const Corner& a, const Corner& b, const Corner& c) {
+    mesh_.triangles.push_back({vertex(a), vertex(b), vertex(c)});
   }
 
   Mesh finish() {
@@ -116,88 +84,212 @@ class MeshBuilder {
     const auto [it, is_new] =
         vertices_.try_emplace(c, static_cast<uint32_t>(mesh_.positions.size()));
     if (!is_new) return it->second;
-    const auto vec3 = [](const std::vector<float>& list, int i) {
-      const float* v = &list[3 * static_cast<size_t>(i)];
-      return Vec3{v[0], v[1], v[2]};
-    };
-    mesh_.positions.push_back(vec3(attrib_.vertices, c.vertex_index));
+    mesh_.positions.push_back(lists_.positions[static_cast<size_t>(c.position)]);
     Vec3 normal;
-    if (c.normal_index >= 0) normal = vec3(attrib_.normals, c.normal_index);
+    if (c.normal >= 0) normal = lists_.normals[static_cast<size_t>(c.normal)];
     const float norm = length(normal);
     // A mesh with a normal missing or without length is drawn flat.
     has_normals_ = has_normals_ && norm > 0 && std::isfinite(norm);
     mesh_.normals.push_back(normal / norm);
-    Vec2 uv;
-    if (c.texcoord_index >= 0) {
-      const float* t = &attrib_.texcoords[2 * static_cast<size_t>(c.texcoord_index)];
-      uv = {t[0], t[1]};
-    }
-    has_uvs_ = has_uvs_ || c.texcoord_index >= 0;
-    mesh_.uvs.push_back(uv);
+    mesh_.uvs.push_back(c.uv >= 0 ? lists_.uvs[static_cast<size_t>(c.uv)] : Vec2{});
+    has_uvs_ = has_uvs_ || c.uv >= 0;
     return it->second;
   }
 
-  const tinyobj::attrib_t& attrib_;
+  const Lists& lists_;
   Mesh mesh_;
   bool has_normals_ = true, has_uvs_ = false;
-  std::unordered_map<Corner, uint32_t, CornerHash, CornerEqual> vertices_;
+  std::unordered_map<Corner, uint32_t, CornerHash> vertices_;
 };
 
-void add_meshes(const tinyobj::attrib_t& attrib, const tinyobj::shape_t& shape,
-                uint32_t grey_material, std::vector<Mesh>& meshes) {
-  std::map<uint32_t, MeshBuilder> builders;  // by material, in its order
-  const std::vector<Corner>& corners = shape.mesh.indices;
-  for (size_t i = 0; 3 * i + 2 < corners.size(); ++i) {
-    const int id = shape.mesh.material_ids[i];
-    const uint32_t material = id < 0 ? grey_material : static_cast<uint32_t>(id);
-    auto it = builders.find(material);
-    if (it == builders.end())
-      it = builders.emplace(material, MeshBuilder(attrib, shape.name, MaterialId(material))).first;
-    it->second.add_triangle(&corners[3 * i]);
+class Reader {
+ public:
+  Reader(const std::filesystem::path& path, const SceneLimits& limits)
+      : file_(path.filename()), folder_(scene_folder(path)), limits_(limits) {}
+
+  void read_line(std::string_view line) {
+    ++line_number_;
+    const std::string_view keyword = next_token(line);
+    if (keyword == "v") {
+      const std::array<float, 3> v = numbers(line, 3);
+      lists_.positions.push_back({v[0], v[1], v[2]});
+    } else if (keyword == "vt") {
+      const std::array<float, 3> v = numbers(line, 1);
+      lists_.uvs.push_back({v[0], v[1]});
+    } else if (keyword == "vn") {
+      const std::array<float, 3> v = numbers(line, 3);
+      lists_.normals.push_back({v[0], v[1], v[2]});
+    } else if (keyword == "f") {
+      read_face(line);
+    } else if (keyword == "g" || keyword == "o") {
+      finish_group();
+      name_ = next_token(line);
+      for (std::string_view more; !(more = next_token(line)).empty();)
+        name_ += " " + std::string(more);
+    } else if (keyword == "usemtl") {
+      use_material(std::string(next_token(line)));
+    } else if (keyword == "mtllib") {
+      for (std::string_view name; !(name = next_token(line)).empty();)
+        if (libraries_.emplace(name).second) read_library(std::string(name));
+    }
   }
-  for (auto& [material, builder] : builders) meshes.push_back(builder.finish());
-}
+
+  ObjContents finish() {
+    finish_group();
+    if (out_.meshes.empty()) fail_import(ErrorCode::kInvalid, "expected at least one face", file_);
+    const MaterialId grey(static_cast<uint32_t>(materials_.size()));
+    for (Mesh& mesh : out_.meshes)
+      if (mesh.material == kGrey) mesh.material = grey;
+    convert_materials(materials_, folder_, out_);
+    out_.materials.emplace_back().name = "grey";
+    return std::move(out_);
+  }
+
+ private:
+  [[noreturn]] void fail(const std::string& message, ErrorCode code = ErrorCode::kInvalid) const {
+    fail_import(code, message, file_ + ":" + std::to_string(line_number_));
+  }
+
+  // The first three of the line, of which `least` must be there. Those behind (a weight, a colour)
+  // must be numbers, too.
+  std::array<float, 3> numbers(std::string_view line, size_t least) const {
+    std::array<float, 3> out{};
+    size_t count = 0;
+    for (std::string_view token; !(token = next_token(line)).empty(); ++count) {
+      float value = 0;
+      if (!parse(token, value) || !std::isfinite(value))
+        fail("expected a number, got \"" + std::string(token.substr(0, 40)) + "\"");
+      if (count < out.size()) out[count] = value;
+    }
+    if (count < least)
+      fail("expected " + std::to_string(least) + " numbers, got " + std::to_string(count));
+    return out;
+  }
+
+  void read_face(std::string_view line) {
+    std::vector<Corner> corners;
+    for (std::string_view token; !(token = next_token(line)).empty();)
+      corners.push_back(corner(token));
+    if (corners.size() < 3)
+      fail("expected at least 3 corners, got " + std::to_string(corners.size()));
+    if (corners.size() > kMaxCorners) {
+      fail("expected at most " + std::to_string(kMaxCorners) + " corners, got " +
+           std::to_string(corners.size()));
+    }
+    std::vector<Vec3> positions;
+    for (const Corner& c : corners)
+      positions.push_back(lists_.positions[static_cast<size_t>(c.position)]);
+    auto it = group_.find(material_.value);
+    if (it == group_.end())
+      it = group_.emplace(material_.value, MeshBuilder(lists_, name_, material_)).first;
+    for (const auto& [a, b, c] : cut_polygon(positions)) {
+      it->second.add_triangle(corners[a], corners[b], corners[c]);
+      if (++triangle_count_ > limits_.max_triangles) {
+        fail_import(ErrorCode::kTooLarge,
+                    "expected at most " + std::to_string(limits_.max_triangles) + " triangles",
+                    file_);
+      }
+    }
+  }
+
+  // "v", "v/vt", "v//vn" or "v/vt/vn"; from 1, or from -1 backward.
+  Corner corner(std::string_view token) const {
+    Corner out;
+    const struct {
+      int64_t& place;
+      size_t count;
+      const char* name;
+    } parts[] = {{out.position, lists_.positions.size(), "position"},
+                 {out.uv, lists_.uvs.size(), "texture coordinate"},
+                 {out.normal, lists_.normals.size(), "normal"}};
+    std::string_view rest = token;
+    for (size_t i = 0; i < 3; ++i) {
+      const size_t end = std::min(rest.find('/'), rest.size());
+      const std::string_view part = rest.substr(0, end);
+      const bool may_be_empty = i == 1 && end < rest.size();  // v//vn
+      if (!part.empty() || !may_be_empty)
+        parts[i].place = index(part, static_cast<int64_t>(parts[i].count), parts[i].name, token);
+      if (end == rest.size()) return out;
+      rest.remove_prefix(end + 1);
+    }
+    fail("expected a corner like 1/2/3, got \"" + std::string(token.substr(0, 40)) + "\"");
+  }
+
+  int64_t index(std::string_view part, int64_t count, const char* name,
+                std::string_view token) const {
+    int64_t value = 0;
+    if (!parse(part, value))
+      fail("expected a corner like 1/2/3, got \"" + std::string(token.substr(0, 40)) + "\"");
+    if (value == 0 || value > count || value < -count) {
+      fail("expected the index of one of the " + std::to_string(count) + " " + name +
+           "s so far, got " + std::to_string(value));
+    }
+    return value > 0 ? value - 1 : value + count;
+  }
+
+  void use_material(const std::string& name) {
+    const auto it = material_ids_.find(name);
+    material_ = it == material_ids_.end() ? kGrey : MaterialId(static_cast<uint32_t>(it->second));
+    if (it == material_ids_.end() && unknown_.insert(name).second)
+      out_.warnings.push_back(file_ + ": there is no material \"" + name + "\": drawn grey");
+  }
+
+  // One that is missing is a warning.
+  void read_library(const std::string& name) {
+    const Result<std::filesystem::path> path = find_within(folder_, folder_, name);
+    const Result<Bytes> text =
+        path.ok() ? read_file(path.value(), kMaxMtlBytes) : Result<Bytes>(path.error());
+    if (!text.ok()) {
+      out_.warnings.push_back(name + ": " + text.error().message + "; its materials are grey");
+      return;
+    }
+    std::istringstream in(std::string(text.value().begin(), text.value().end()));
+    std::string told, errors;
+    tinyobj::LoadMtl(&material_ids_, &materials_, &in, &told, &errors);
+    std::istringstream lines(told + errors);
+    for (std::string line; std::getline(lines, line);)
+      if (!line.empty()) out_.warnings.push_back(name + ": " + line);
+  }
+
+  void finish_group() {
+    for (auto& [material, builder] : group_) out_.meshes.push_back(builder.finish());
+    group_.clear();
+  }
+
+  const std::string file_;
+  const std::filesystem::path folder_;
+  const SceneLimits& limits_;
+  ObjContents out_;
+  Lists lists_;
+  std::string name_;  // of the group
+  MaterialId material_ = kGrey;
+  std::map<uint32_t, MeshBuilder> group_;  // by material, in its order
+  std::vector<tinyobj::material_t> materials_;
+  std::map<std::string, int> material_ids_;
+  std::set<std::string, std::less<>> libraries_, unknown_;
+  size_t triangle_count_ = 0;
+  int64_t line_number_ = 0;
+};
 
 }  // namespace
 
 ObjContents read_obj(const std::filesystem::path& path, const SceneLimits& limits,
                      const LoadWatch& watch) {
-  const std::string file = path.filename();
   const Result<Bytes> bytes = read_file(path, kMaxObjBytes);
   if (!bytes.ok()) throw ImportFailure{bytes.error()};
-  std::string text(bytes.value().begin(), bytes.value().end());
-  check_obj_lines(text, file, [&](double fraction) { told_read(watch, fraction * kChecked); });
-
-  tinyobj::attrib_t attrib;
-  std::vector<tinyobj::shape_t> shapes;
-  std::vector<tinyobj::material_t> materials;
-  std::string warn, err;
-  ObjContents out;
-  const std::filesystem::path folder = scene_folder(path);
-  MtlReader mtl(folder, out.warnings);
-  WatchedText buffer(text, watch);
-  std::istream in(&buffer);
-  if (!tinyobj::LoadObj(&attrib, &shapes, &materials, &warn, &err, &in, &mtl)) {
-    std::replace(err.begin(), err.end(), '\n', ' ');
-    fail_import(ErrorCode::kInvalid, err.empty() ? "not an OBJ file" : err, file);
+  std::string_view text(reinterpret_cast<const char*>(bytes.value().data()), bytes.value().size());
+  const auto size = static_cast<double>(text.size());
+  constexpr int kLinesBetween = 4096;
+  Reader reader(path, limits);
+  for (int64_t line = 0; !text.empty(); ++line) {
+    if (line % kLinesBetween == 0) told_read(watch, 1 - static_cast<double>(text.size()) / size);
+    // CR alone ends a line, too.
+    const size_t end = std::min(text.find_first_of("\r\n"), text.size());
+    reader.read_line(text.substr(0, end));
+    const size_t mark = text.substr(end).starts_with("\r\n") ? 2 : 1;
+    text.remove_prefix(std::min(end + mark, text.size()));
   }
-  told_read(watch, kParsed);  // a stream hides what its buffer throws
-  add_lines(warn, file, out.warnings);
-
-  const auto grey_material = static_cast<uint32_t>(materials.size());
-  size_t triangles = 0;
-  for (const tinyobj::shape_t& shape : shapes) {
-    triangles += shape.mesh.material_ids.size();
-    if (triangles > limits.max_triangles) {
-      fail_import(ErrorCode::kTooLarge,
-                  "expected at most " + std::to_string(limits.max_triangles) + " triangles", file);
-    }
-    add_meshes(attrib, shape, grey_material, out.meshes);
-  }
-  if (out.meshes.empty()) fail_import(ErrorCode::kInvalid, "expected at least one face", file);
-  convert_materials(materials, folder, out);
-  out.materials.emplace_back().name = "grey";
-  return out;
+  return reader.finish();
 }
 
 }  // namespace qray

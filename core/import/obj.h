@@ -1,5 +1,5 @@
-// Wavefront OBJ with MTL, through tinyobjloader; every line is checked first, so that errors name
-// it. Throws ImportFailure. Any thread.
+// Wavefront OBJ; its MTL through tinyobjloader (mtl.h). Errors name the line. Throws ImportFailure.
+// Any thread.
 #pragma once
 
 #include <filesystem>

@@ -29,7 +29,7 @@ class Process {
     posix_spawn_file_actions_addopen(&actions, STDERR_FILENO, "/dev/null", O_WRONLY, 0);
     posix_spawn_file_actions_addclose(&actions, out[0]);
     posix_spawn_file_actions_addclose(&actions, out[1]);
-    std::string program = test::program("qrayd").string();
+    std::string program = qray::test::program("qrayd").string();
     std::string args[] = {program,    "--port",         "0",     "--data",   config.data,
                           "--scenes", config.scenes,    "--web", config.web, "--threads",
                           "1",        "--jobs-at-once", "1"};

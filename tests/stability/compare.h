@@ -18,6 +18,8 @@ struct SeedOptions {
   int regions = 2;  // a side: means are taken over regions x regions blocks
   // The table that a method's jobs start from; empty: they start cold.
   std::function<std::optional<TableFile>(const std::string& method)> table;
+  // Whether check_methods() looks at a method; empty: at all. For settings that others do not have.
+  std::function<bool(const std::string& method)> compared = {};
 };
 
 // What the jobs of one method made.

@@ -40,7 +40,7 @@ TEST(Picture, OnePixelAndOneRow) {
 TEST(Picture, OneSample) {
   const test::Row row(200, "1 sample", "nothing learned yet rules it; unbiased");
   test::check_methods(row, "", *test::prepare(test::room()), test::small_settings("none", 32, 1),
-                      {.seeds = 256, .regions = 2, .table = {}});
+                      {.seeds = 128, .regions = 2, .table = {}});
 }
 
 // Asks for a stop within a pass, after so many tiles.

@@ -41,16 +41,13 @@ TEST(TableBias, ThePublishedMethodBrightensRooms) {
         return test::learned_table(*scene, settings, method);
       };
       const test::Sampled none = test::sample_seeds(*scene, settings, "none", cold);
-      for (std::string_view method : test::compared_methods()) {
-        if (method == "none") continue;
-        const test::Sampled sampled = test::sample_seeds(*scene, settings, method, warm);
-        EXPECT_EQ(sampled.unbiased, method != "huang-published") << method;
-        test::check_method(row, label, sampled, none, nullptr);  // no bias where none is claimed
-        if (sampled.unbiased) continue;
-        EXPECT_GT(test::z_test(pictures(sampled), pictures(none)).z, 5) << label;
-        if (!nee) {
-          EXPECT_GT(sampled.mean() / none.mean(), 1.3) << label;
-        }
+      // That the others have the right mean in these rooms: tests/stat/unbiased_test.cpp.
+      const test::Sampled sampled = test::sample_seeds(*scene, settings, "huang-published", warm);
+      EXPECT_FALSE(sampled.unbiased);
+      test::check_method(row, label, sampled, none, nullptr);
+      EXPECT_GT(test::z_test(pictures(sampled), pictures(none)).z, 5) << label;
+      if (!nee) {
+        EXPECT_GT(sampled.mean() / none.mean(), 1.3) << label;
       }
     }
 }

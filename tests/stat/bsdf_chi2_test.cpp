@@ -13,6 +13,7 @@ test::Chi2 chi2(const test::BsdfCase& c, Vec3 wo, uint64_t seed) {
   test::Chi2Options options;
   options.seed = seed;
   options.samples = 100'000;
+  options.tolerance = 1e-6;  // a tenth of a sample
   return test::chi2_sphere(
       [&](test::Random& random) -> std::optional<Vec3> {
         const float u_lobe = random.next();

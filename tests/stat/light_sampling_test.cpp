@@ -90,14 +90,15 @@ struct Case {
   std::string name;
   Scene scene;
   int samples;
+  bool guided = false;  // with `huang`, too: tests/stability has no such light
 };
 
 std::vector<Case> cases() {
   return {{"area light", test::room(), 16},
           {"light that shines up", test::room(/*shaded=*/true), 32},
-          {"panel that shines both ways", room_with_a_panel_that_shines_both_ways(), 16},
-          {"image environment", ground_under(sky(), 40), 32},
-          {"constant environment", ground_under({}, 0), 16},
+          {"panel that shines both ways", room_with_a_panel_that_shines_both_ways(), 16, true},
+          {"image environment", ground_under(sky(), 40), 32, true},
+          {"constant environment", ground_under({}, 0), 16, true},
           {"rough metal", glossy_room(MaterialKind::kConductor, 0.5f), 32},
           {"rough plastic", glossy_room(MaterialKind::kPlastic, 0.4f), 32},
           {"smooth plastic", glossy_room(MaterialKind::kPlastic, 0), 32}};
@@ -148,6 +149,7 @@ TEST(LightSampling, NextEventEstimationKeepsTheMean) {
   for (const Case& c : cases()) {
     const auto scene = test::prepare(c.scene);
     for (const char* method : {"none", "huang"}) {
+      if (!c.guided && method != std::string_view("none")) continue;
       const test::Moments with = means(*scene, c, method, true);
       const test::Moments without = means(*scene, c, method, false);
       EXPECT_GT(test::z_test(with, without).p_value, level)

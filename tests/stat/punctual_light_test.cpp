@@ -145,8 +145,10 @@ TEST(PunctualLight, MethodsAndSettingsKeepTheMean) {
           << what << ": " << other.mean() << " +- " << other.standard_error() << ", plain "
           << plain.mean() << " +- " << plain.standard_error();
     };
+    // Beside a panel that directions can hit; alone, TablesLearnTheirLight has them.
     for (const char* method : {"huang", "dahm-keller", "ppg", "adaptive"})
-      expect_same(method, means(*scene, method, [](RenderSettings& s) { s.seed += 100; }));
+      if (panel)
+        expect_same(method, means(*scene, method, [](RenderSettings& s) { s.seed += 100; }));
     expect_same("no nee", means(*scene, "none", [](RenderSettings& s) { s.nee = false; }));
     expect_same("huang, no nee", means(*scene, "huang", [](RenderSettings& s) { s.nee = false; }));
     expect_same("alike", means(*scene, "none", [](RenderSettings& s) { s.light_table = false; }));

@@ -19,7 +19,7 @@ test::Rendered run(const PreparedScene& scene, const std::string& method, bool n
 
 TEST(Warm, ASecondJobStartsAheadOfACold) {
   const auto scene = test::included_scene("cornell-box");
-  const Image reference = run(*scene, "none", true, 1024, 1000, {}).image;
+  const Image reference = run(*scene, "none", true, 256, 1000, {}).image;
   std::vector<double> cold_errors, warm_errors;
   for (uint64_t seed = 1; seed <= kSeeds; ++seed) {
     // The thesis' setting: the guide alone finds the light. The warm job has other samples.

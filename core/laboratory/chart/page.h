@@ -3,14 +3,12 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
 
 #include "core/base/result.h"
 #include "core/laboratory/chart/results.h"
 
 namespace qray {
-
-// Text for HTML, in attributes too.
-std::string html_escape(std::string_view text);
 
 // How a brightness differs from the reference's, in words: "2.8 times too bright", "0.4 % too
 // dark".

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "core/import/polygon.h"
 #include "tests/core/import/scene_text.h"
 #include "tests/support/places.h"
 
@@ -70,6 +71,37 @@ TEST(Obj, TriangulatesPolygonsAndSharesCorners) {
   for (const Vec3 n : mesh.normals) EXPECT_EQ(n, (Vec3{0, 0, 1}));
   for (size_t i = 0; i < 4; ++i)
     EXPECT_EQ((Vec2{mesh.positions[i].x, mesh.positions[i].y}), mesh.uvs[i]);
+}
+
+// A comb of many teeth, in each of the axes' planes, drawn either way round: of the same area as
+// cut.
+TEST(Obj, ConcavePolygonsKeepTheirShape) {
+  std::vector<Vec2> comb = {{0, 0}};
+  constexpr int kTeeth = 20;
+  for (int i = 0; i < kTeeth; ++i) {
+    const auto x = static_cast<float>(i);
+    comb.insert(comb.end(), {{x + 0.5f, -3}, {x + 1, 0}});
+  }
+  comb.insert(comb.end(), {{kTeeth, 1}, {0, 1}});
+  constexpr float kArea = kTeeth * (1 + 1.5f);
+  for (int axis = 0; axis < 3; ++axis)
+    for (const bool reversed : {false, true}) {
+      std::vector<Vec3> corners;
+      for (const Vec2& p : comb) {
+        Vec3& corner = corners.emplace_back();
+        corner[(axis + 1) % 3] = p.x, corner[(axis + 2) % 3] = p.y;
+      }
+      if (reversed) std::reverse(corners.begin(), corners.end());
+      Vec3 sum;
+      float size = 0;
+      for (const auto& [a, b, c] : cut_polygon(corners)) {
+        const Vec3 twice = cross(corners[b] - corners[a], corners[c] - corners[a]);
+        sum = sum + twice * 0.5f;
+        size += length(twice) * 0.5f;
+      }
+      EXPECT_NEAR(sum[axis], reversed ? -kArea : kArea, 1e-4f) << axis;
+      EXPECT_NEAR(size, kArea, 1e-4f) << "no triangle lies over another";
+    }
 }
 
 TEST(Obj, AMeshWithoutAllItsNormalsIsFlat) {

@@ -98,7 +98,7 @@ TEST(Config, WrongFilesAndVariables) {
 // words, and none besides.
 TEST(Config, TheDocumentListsEveryOption) {
   std::stringstream text;
-  text << std::ifstream(test::source_dir() / "docs/configuration.md").rdbuf();
+  text << std::ifstream(qray::test::source_dir() / "docs/configuration.md").rdbuf();
   std::map<std::string, std::string> rows;
   const std::string document = text.str();
   const std::regex row(R"(\n\| `--([a-z-]+)` \| ([^|]*) \|)");

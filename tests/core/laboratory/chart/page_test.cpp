@@ -8,6 +8,7 @@
 #include <regex>
 
 #include "core/base/file.h"
+#include "core/laboratory/chart/html_template.h"
 #include "core/laboratory/chart/names.h"
 #include "tests/core/laboratory/chart/made_up_summary.h"
 #include "tests/support/scratch.h"
@@ -98,11 +99,11 @@ TEST(ChartPage, AnErrorAtTheFloorSaysSo) {
 TEST(ChartPage, FiguresThatAreNotThereAreDashes) {
   ChartSummary summary = test::made_up_summary();
   MethodSummary& method = summary.scenes[0].methods[2];
-  EXPECT_TRUE(has(row_of(page_of(summary), "huang<"), "<td>5&times;<small>4 to 6</small></td>"));
+  EXPECT_TRUE(has(row_of(page_of(summary), "huang<"), "<td>5×<small>4 to 6</small></td>"));
   method.efficiency.reset(), method.efficiency_trimmed.reset();
   method.time_to_equal_error.reset(), method.slope.reset();
   const std::string row = row_of(page_of(summary), "huang<");
-  EXPECT_TRUE(has(row, "<td>&ndash;</td><td>&ndash;</td><td>&ndash;</td><td>&ndash;</td>")) << row;
+  EXPECT_TRUE(has(row, "<td>–</td><td>–</td><td>–</td><td>–</td>")) << row;
   method.points.clear();
   const std::string html = page_of(summary);
   EXPECT_TRUE(has(row_of(html, "huang<"), "no picture was made"));

@@ -1,0 +1,82 @@
+// What a glTF document says of its scenes, nodes, meshes, accessors, buffer views, textures and
+// samplers, as plain data: types and ranges are checked, every index is in range. The rest
+// (materials, cameras, extensions) is read from the JSON where it is used. Any thread.
+#pragma once
+
+#include <map>
+
+#include "core/import/json_tree.h"
+
+namespace qray {
+
+// Numbers of the specification that other files of the importer need.
+enum GltfComponent : int {
+  kGltfByte = 5120,
+  kGltfUnsignedByte = 5121,
+  kGltfShort = 5122,
+  kGltfUnsignedShort = 5123,
+  kGltfUnsignedInt = 5125,
+  kGltfFloat = 5126,
+};
+enum GltfMode : int { kGltfPoints = 0, kGltfTriangles = 4, kGltfTriangleFan = 6 };
+enum GltfSampling : int { kGltfNearest = 9728, kGltfClamp = 33071, kGltfMirror = 33648 };
+
+// An index of -1: there is none. Sizes, counts and offsets are below 2^31.
+struct GltfModel {
+  struct View {
+    int buffer = 0;
+    size_t byte_offset = 0, byte_length = 0;
+    size_t byte_stride = 0;  // 0: elements lie close together
+  };
+  // Elements within a view.
+  struct Part {
+    int view = -1;
+    size_t byte_offset = 0;
+    int component_type = kGltfFloat;
+  };
+  struct Accessor {
+    Part elements;
+    int components = 0;  // 1 to 4; 0: a matrix
+    size_t count = 0;
+    bool normalized = false;
+    size_t sparse_count = 0;  // 0: not sparse
+    Part sparse_indices, sparse_values;
+  };
+  struct Primitive {
+    std::map<std::string, int> attributes;  // accessors
+    int indices = -1;                       // an accessor with a view
+    int material = -1;
+    int mode = kGltfTriangles;
+  };
+  struct Mesh {
+    std::string name;
+    std::vector<Primitive> primitives;
+  };
+  struct Node {
+    int mesh = -1, camera = -1;
+    std::vector<int> children;
+    // Empty, or 16 by columns, 3, 4 (x, y, z, w) and 3 numbers.
+    std::vector<double> matrix, translation, rotation, scale;
+  };
+  struct Texture {
+    int source = -1, sampler = -1;
+  };
+  struct Sampler {
+    int mag_filter = -1, wrap_s = -1, wrap_t = -1;  // -1: not said
+  };
+
+  int scene = -1;
+  std::vector<std::vector<int>> scenes;  // the nodes of each
+  std::vector<Node> nodes;
+  std::vector<Mesh> meshes;
+  std::vector<Accessor> accessors;
+  std::vector<View> views;
+  std::vector<Texture> textures;
+  std::vector<Sampler> samplers;
+};
+
+// Throws ImportFailure with the place, and where the document requires an extension that nothing
+// here reads.
+GltfModel read_gltf_model(const JsonNode& root);
+
+}  // namespace qray
