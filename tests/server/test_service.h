@@ -49,7 +49,7 @@ inline Config scratch_config(const std::filesystem::path& folder) {
   config.data = folder / "data";
   config.scenes = folder / "scenes";
   config.web = folder / "web";
-  config.openapi = test::source_dir() / "proto/openapi.yaml";
+  config.openapi = qray::test::source_dir() / "proto/openapi.yaml";
   config.threads = 2;
   config.jobs_at_once = 1;  // one after another, as most tests expect
   return config;
