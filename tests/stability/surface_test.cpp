@@ -129,7 +129,11 @@ TEST(Roughness, Sweep) {
       const RenderSettings settings = test::small_settings("none", kSide, 16);
       test::check_methods(mode, formatted("%s %.2g", name, double{roughness}),
                           *test::prepare(std::move(scene)), settings,
-                          {.seeds = 24, .regions = 2, .table = {}});
+                          {.seeds = 24,
+                           .regions = 2,
+                           .table = {},
+                           // Measured on smooth surfaces: up to 1.49 in the median.
+                           .open_guide_error = roughness < 1 ? 1.6 : 1.1});
     }
   }
 }
@@ -144,8 +148,13 @@ TEST(Glass, AndCaustics) {
   scene.materials.push_back(glass);
   test::add_box(scene, MaterialId(static_cast<uint32_t>(scene.materials.size() - 1)),
                 {-0.3f, 1.68f, -0.3f}, {0.3f, 1.9f, 0.3f}, false);
-  test::check_methods(mode, "lamp in glass", *test::prepare(std::move(scene)), settings);
-  test::check_methods(mode, "glass-caustic", *test::included_scene("glass-caustic"), settings);
+  // Measured for the open guide, in the median: 1.46 and 4.97.
+  test::SeedOptions options;
+  options.open_guide_error = 1.6;
+  test::check_methods(mode, "lamp in glass", *test::prepare(std::move(scene)), settings, options);
+  options.open_guide_error = 5.5;
+  test::check_methods(mode, "glass-caustic", *test::included_scene("glass-caustic"), settings,
+                      options);
 }
 
 }  // namespace
