@@ -6,10 +6,10 @@
 #include <csignal>
 #include <cstdio>
 
-#include "server/check_scene.h"
-#include "server/log_format.h"
+#include "server/http/tokens.h"
+#include "server/imports/check_scene.h"
+#include "server/operation/log_format.h"
 #include "server/service.h"
-#include "server/tokens.h"
 
 int main(int argc, char** argv) {
   using namespace qray;
@@ -20,7 +20,7 @@ int main(int argc, char** argv) {
   const server::Config& config = *parsed.config;
   server::set_up_log(config.log_format, config.log_level);
 
-  for (const std::string& line : parsed.effective) spdlog::info("option {}", line);
+  for (const std::string& line : parsed.effective) spdlog::debug("option {}", line);
 
   // Hundreds of threads that come and go leave memory in each pool that the allocator has.
   constexpr int kPools = 4;

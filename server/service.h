@@ -5,8 +5,8 @@
 #include <memory>
 
 #include "core/base/result.h"
-#include "server/config.h"
-#include "server/http_server.h"
+#include "server/http/http_server.h"
+#include "server/operation/config.h"
 
 namespace qray::server {
 

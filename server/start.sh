@@ -1,8 +1,9 @@
 #!/usr/bin/env bash
-# Builds qray, starts its server, posts a demonstration job, and stays up until Ctrl-C.
+# Builds qray, starts its server, posts a first job to look at, and stays up until Ctrl-C.
 #   bash server/start.sh [--port N] [--data DIR] [--once [--out DIR]]
 # --once waits for the job instead, writes its picture as PNG and EXR into --out (the current
-# folder), stops the server and exits 0. Whatever fails is said, and the exit code is not 0.
+# folder), stops the server and exits with 0. If anything fails, a message says what, and the exit
+# code is not 0.
 set -euo pipefail
 
 root="$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)"
@@ -12,6 +13,7 @@ data="$root/data"
 out="$PWD"
 once=no
 scene=thesis-room
+samples=64
 server_pid=""
 
 say() { echo "start.sh: $*"; }
@@ -36,7 +38,7 @@ while [ $# -gt 0 ]; do
     --data) data="${2:?--data: expected a folder}"; shift ;;
     --out) out="${2:?--out: expected a folder}"; shift ;;
     --once) once=yes ;;
-    -h | --help) sed -n '2,5s/^# \{0,1\}//p' "${BASH_SOURCE[0]}"; exit 0 ;;
+    -h | --help) sed -n '2,6s/^# \{0,1\}//p' "${BASH_SOURCE[0]}"; exit 0 ;;
     *) fail "unknown option '$1': see --help" ;;
   esac
   shift
@@ -52,7 +54,9 @@ say "building into $build"
 cmake -S "$root" -B "$build" -G Ninja "${options[@]}" > /dev/null || fail "cmake failed"
 cmake --build "$build" -j "$(nproc)" --target qray qrayd || fail "the build failed"
 
-# Step 2: the server. It prints where it listens once it does.
+# Step 2: the server. It prints where it listens once it does. Its log shows warnings and errors
+# alone, unless QRAYD_LOG_LEVEL asks for more: `info` has jobs, `debug` requests and options too.
+export QRAYD_LOG_LEVEL="${QRAYD_LOG_LEVEL:-warn}"
 log="$(mktemp)"
 "$build/bin/qrayd" --port "$port" --data "$data" > "$log" &
 server_pid=$!
@@ -72,10 +76,12 @@ if [ -z "$url" ]; then
   fail "qrayd does not say where it listens after 30 s"
 fi
 
-# Step 3: a job to look at.
+# Step 3: a job to look at, with the default method.
 export QRAY_SERVER="$url"
-job="$("$build/bin/qray" submit "$scene" --method huang --spp 64)" || fail "the job was refused"
-say "job $job on $scene: $url/#job=$job"
+job="$("$build/bin/qray" submit "$scene" --spp "$samples")" || fail "the job was refused"
+say "the page:      $url"
+say "its first job: $url/#job=$job ($scene, $samples samples a pixel)"
+[ "$once" = yes ] || say "Ctrl-C stops the server; what it has is kept in $data"
 code=0
 "$build/bin/qray" watch "$job" || code=$?
 
@@ -88,8 +94,8 @@ if [ "$once" = yes ]; then
   stop_server
   exit 0
 fi
-[ "$code" -eq 0 ] || say "job $job did not succeed (code $code); the server stays up"
-say "the server stays up at $url; Ctrl-C stops it"
+[ "$code" -eq 0 ] && end="is done" || end="did not succeed (code $code)"
+say "job $job $end; the server stays up at $url until Ctrl-C"
 code=0
 wait "$server_pid" || code=$?
 server_pid=""

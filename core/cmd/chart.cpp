@@ -2,22 +2,22 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
 
-#include "core/chart/page.h"
-#include "core/chart/plot.h"
-#include "core/chart/tables.h"
-#include "core/cmd/build_commit.h"
+#include "core/base/build_commit.h"
 #include "core/cmd/chart_session.h"
 #include "core/cmd/commands.h"
 #include "core/cmd/files.h"
 #include "core/cmd/report.h"
 #include "core/cmd/stop_on_signal.h"
-#include "proto/chart_json.h"
+#include "core/laboratory/chart/chart_json.h"
+#include "core/laboratory/chart/page.h"
+#include "core/laboratory/chart/plot.h"
+#include "core/laboratory/chart/tables.h"
 
 namespace qray::cmd {
 namespace {
 
 Status write_results(const ChartSummary& summary, const std::filesystem::path& dir) {
-  if (Status s = write_text(dir / "summary.json", proto::chart_summary_json(summary)); !s) return s;
+  if (Status s = write_text(dir / "summary.json", chart_summary_json(summary)); !s) return s;
   if (Status s = write_text(dir / "table.md", chart_markdown(summary)); !s) return s;
   std::fputs(chart_text(summary).c_str(), stdout);
   if (Status s = write_page(summary, dir); !s) return s;

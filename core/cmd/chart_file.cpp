@@ -10,7 +10,7 @@
 
 #include "core/base/file.h"
 #include "core/cmd/files.h"
-#include "proto/chart_json.h"
+#include "core/laboratory/chart/chart_json.h"
 
 namespace qray::cmd {
 namespace {
@@ -63,7 +63,7 @@ Status ChartFile::load() {
   for (int number = 1; !rest.empty(); ++number) {
     const size_t end = rest.find('\n');
     if (end == std::string_view::npos && number > 1) break;  // half-written
-    Result<proto::ChartLine> line = proto::parse_chart_line(rest.substr(0, end));
+    Result<ChartLine> line = parse_chart_line(rest.substr(0, end));
     const bool header = line.ok() && std::holds_alternative<ChartHeader>(line.value());
     if (!line || header != (number == 1)) {
       return Error{ErrorCode::kCorrupt,
@@ -86,9 +86,9 @@ Status ChartFile::load() {
 }
 
 std::string ChartFile::text() const {
-  std::string out = proto::chart_line(header_) + "\n";
-  for (const ChartReference& reference : references_) out += proto::chart_line(reference) + "\n";
-  for (const ChartRow& row : rows_) out += proto::chart_line(row) + "\n";
+  std::string out = chart_line(header_) + "\n";
+  for (const ChartReference& reference : references_) out += chart_line(reference) + "\n";
+  for (const ChartRow& row : rows_) out += chart_line(row) + "\n";
   return out;
 }
 
@@ -105,12 +105,12 @@ bool ChartFile::has_run(const ChartRun& run) const {
 
 Status ChartFile::add(const ChartReference& reference) {
   references_.push_back(reference);
-  return append(proto::chart_line(reference) + "\n");
+  return append(chart_line(reference) + "\n");
 }
 
 Status ChartFile::add(std::span<const ChartRow> run) {
   std::string text;
-  for (const ChartRow& row : run) text += proto::chart_line(row) + "\n";
+  for (const ChartRow& row : run) text += chart_line(row) + "\n";
   rows_.insert(rows_.end(), run.begin(), run.end());
   return append(text);
 }

@@ -7,7 +7,7 @@
 #include <span>
 
 #include "core/base/result.h"
-#include "core/chart/chart_run.h"
+#include "core/laboratory/chart/chart_run.h"
 
 namespace qray::cmd {
 

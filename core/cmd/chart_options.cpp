@@ -7,7 +7,7 @@
 #include <ctime>
 #include <fstream>
 
-#include "core/cmd/build_commit.h"
+#include "core/base/build_commit.h"
 #include "core/cmd/render_options.h"
 #include "core/render/variant.h"
 

@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "core/chart/chart_run.h"
 #include "core/cmd/files.h"
+#include "core/laboratory/chart/chart_run.h"
 
 namespace CLI {
 class App;

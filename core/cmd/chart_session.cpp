@@ -1,10 +1,10 @@
 #include "core/cmd/chart_session.h"
 
-#include "core/chart/names.h"
-#include "core/chart/summarize.h"
 #include "core/cmd/files.h"
 #include "core/image/difference_map.h"
 #include "core/image/image_io.h"
+#include "core/laboratory/chart/names.h"
+#include "core/laboratory/chart/summarize.h"
 #include "core/render/variant.h"
 
 namespace qray::cmd {

@@ -6,10 +6,10 @@
 #include <stop_token>
 
 #include "core/base/task_pool.h"
-#include "core/chart/reference.h"
 #include "core/cmd/chart_file.h"
 #include "core/cmd/chart_options.h"
 #include "core/cmd/progress_line.h"
+#include "core/laboratory/chart/reference.h"
 
 namespace qray::cmd {
 

@@ -6,14 +6,14 @@
 #include <cstdio>
 
 #include "core/base/file.h"
-#include "core/chart/reference.h"
 #include "core/cmd/commands.h"
 #include "core/cmd/files.h"
-#include "core/cmd/live_flight.h"
 #include "core/cmd/render_options.h"
 #include "core/cmd/report.h"
 #include "core/cmd/stop_on_signal.h"
 #include "core/image/metrics.h"
+#include "core/laboratory/chart/reference.h"
+#include "core/laboratory/live_flight.h"
 #include "core/live/lights.h"
 #include "core/math/hash.h"
 #include "proto/json_text.h"

@@ -12,7 +12,7 @@
 #include "core/cmd/render_options.h"
 #include "core/cmd/report.h"
 #include "core/cmd/stop_on_signal.h"
-#include "core/job/screenshots.h"
+#include "core/laboratory/screenshots.h"
 #include "core/recover/included_networks.h"
 #include "core/recover/joint_bilateral.h"
 #include "core/recover/ladder.h"

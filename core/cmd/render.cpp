@@ -11,7 +11,7 @@
 #include "core/cmd/report.h"
 #include "core/cmd/stop_on_signal.h"
 #include "core/job/run_job.h"
-#include "proto/stats_json.h"
+#include "core/job/stats_json.h"
 
 namespace qray::cmd {
 namespace {
@@ -78,7 +78,7 @@ Status render_beauty(const Options& o, const PreparedScene& scene, RenderSetting
     if (Status s = write_file_atomic(o.table_out, encode_table(*result.table)); !s) return s;
   }
   if (!o.json.empty())
-    if (Status s = write_text(o.json, proto::stats_json(result.stats)); !s) return s;
+    if (Status s = write_text(o.json, stats_json(result.stats)); !s) return s;
   if (result.recovered)
     std::fprintf(stderr,
                  "qray: recovered (%s): smooth is what a network expects, not what was "

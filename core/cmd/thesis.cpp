@@ -11,7 +11,7 @@
 #include "core/cmd/report.h"
 #include "core/cmd/stop_on_signal.h"
 #include "core/job/run_job.h"
-#include "core/job/screenshots.h"
+#include "core/laboratory/screenshots.h"
 #include "core/render/debug_view.h"
 #include "core/render/direction_cube.h"
 

@@ -1,6 +1,6 @@
 #include "server/jobs/job_history.h"
 
-#include "server/tile_stream.h"
+#include "server/jobs/tile_stream.h"
 
 namespace qray::server {
 namespace {

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "core/base/result.h"
-#include "server/jobs/job.h"
+#include "server/store/job.h"
 
 namespace qray::server {
 

@@ -2,14 +2,14 @@
 
 #include <spdlog/spdlog.h>
 
+#include "core/job/stats_json.h"
 #include "core/recover/included_networks.h"
 #include "proto/events.h"
-#include "proto/stats_json.h"
 #include "server/jobs/job_history.h"
 #include "server/jobs/job_settings.h"
 #include "server/jobs/load_ticker.h"
 #include "server/jobs/progress_ticker.h"
-#include "server/metrics.h"
+#include "server/operation/metrics.h"
 
 namespace qray::server {
 namespace {
@@ -271,7 +271,7 @@ Status JobRun::finish(Rendered rendered) {
     job.progress = {1, stats.samples_per_pixel, stats.seconds};
     job.table_in = rendered.table_in;
     if (keep_table) job.table_out = table->header.id;
-    job.stats_json = proto::stats_json(stats, /*indent=*/false);
+    job.stats_json = stats_json(stats, /*indent=*/false);
     job.biased = !stats.unbiased || rendered.result.recovered;
     job.warnings = warnings_;
   };

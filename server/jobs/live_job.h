@@ -7,7 +7,7 @@
 #include <memory>
 
 #include "core/render/render_loop.h"
-#include "server/jobs/job.h"
+#include "server/store/job.h"
 
 namespace qray::server {
 

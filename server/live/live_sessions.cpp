@@ -4,7 +4,7 @@
 
 #include "core/recover/included_networks.h"
 #include "server/jobs/job_settings.h"
-#include "server/metrics.h"
+#include "server/operation/metrics.h"
 
 namespace qray::server {
 namespace {

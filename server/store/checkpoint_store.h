@@ -12,7 +12,7 @@
 #include "core/base/file.h"
 #include "core/base/result.h"
 #include "core/base/snapshot.h"
-#include "server/jobs/job.h"
+#include "server/store/job.h"
 
 namespace qray::server {
 

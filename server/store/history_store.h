@@ -12,7 +12,7 @@
 
 #include "core/base/byte_io.h"
 #include "core/base/result.h"
-#include "server/jobs/job.h"
+#include "server/store/job.h"
 
 namespace qray::server {
 

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# Makes docs/complexity.md: what each part of the renderer is worth on each scene, and the error
-# against the table's size. Takes about 20 minutes; nothing else should run meanwhile.
-#   bash tests/bench/complexity.sh BUILD_DIR [DIR] > docs/complexity.md
+# Makes docs/measurements/complexity.md: what each part of the renderer is worth on each scene, and
+# the error against the table's size. Takes about 20 minutes; nothing else should run meanwhile.
+#   bash tests/bench/complexity.sh BUILD_DIR [DIR] > docs/measurements/complexity.md
 # DIR keeps the results (default: a scratch folder, gone afterwards).
 set -euo pipefail
 build=${1:?usage: complexity.sh BUILD_DIR [DIR]}
@@ -22,22 +22,27 @@ for scene in $scenes; do
 done
 
 cat <<EOF
-# How much model a scene needs
+# Measurements: how much model a scene needs
 
-Made by \`bash tests/bench/complexity.sh build\`, which runs
+Made by \`bash tests/bench/complexity.sh BUILD_DIR\`, which runs
 
     qray chart $scenes \\
       --methods $methods \\
       --size 256x256 --seconds 3 --seeds 3 --ref-seconds 60 --ref-method adaptive -o DIR
 
-Each part is measured on and off: next event estimation (\`nee\`), Russian roulette, picking lights
-by power (\`light-table\`), and tables from coarse to fine: of the thesis' kind (\`grid\`: cells
-along the scene's longest side; a state has 26 directions) and ours (\`split\`: samples in a pass
-after which a place is cut in two, 4000 by default; \`levels\`: of directions, 6 by default).
-Efficiency is that of \`none\` with all parts on; [charts/README.md](charts/README.md) explains the
-words. Three seeds of three seconds: differences of a tenth are noise.
+What follows from it is in [../complexity.md](../complexity.md). Each part of the renderer is
+measured on and off: next event estimation (\`nee\`), Russian roulette (\`roulette\`), and
+picking lights by power (\`light-table\`). Tables are measured from coarse to fine: the thesis'
+(\`grid\`: cells along the scene's longest side; a state has 26 directions) and those of
+\`adaptive\` (\`split\`: a place that more samples of a pass hit is cut in two, 4000 by default;
+\`levels\`: how often the square of directions may be cut in four, 6 by default).
 
-A part that cannot matter is off by itself; \`stats.json\` says so under \`parts\`:
+Efficiency is over that of \`none\` with all parts on;
+[../charts/README.md](../charts/README.md) explains the words. With three seeds of three
+seconds, differences of a tenth are noise.
+
+A part that cannot matter, or does not pay, is off by itself, and \`stats.json\` says so under
+\`parts\`. Here of jobs of \`adaptive\` with 64 samples a pixel at 128 x 128 pixels:
 
 | scene | $(node -e '
 const p = JSON.parse(require("fs").readFileSync(process.argv[1])).parts;

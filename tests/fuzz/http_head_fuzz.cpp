@@ -1,6 +1,6 @@
 // The head of an HTTP request. What goes on to the parser would be accepted again, as it is but for
 // the gate's own field, which nobody else may send.
-#include "server/http_head.h"
+#include "server/http/http_head.h"
 #include "tests/fuzz/fuzz.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {

@@ -1,7 +1,7 @@
 // Tokens, scopes and sessions over HTTP, for every route that there is.
 #include <gtest/gtest.h>
 
-#include "server/tokens.h"
+#include "server/http/tokens.h"
 #include "tests/server/test_service.h"
 
 namespace qray::server {

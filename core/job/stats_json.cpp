@@ -1,0 +1,63 @@
+#include "core/job/stats_json.h"
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+namespace qray {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json known(double v) { return v > 0 ? Json(v) : Json(); }
+
+Json guide_pass(const GuidePass& p) {
+  return {{"samples", p.samples},
+          {"guided", p.guided},
+          {"learned", p.learned},
+          {"variance", known(p.variance)},
+          {"gain", known(p.gain)},
+          {"states", p.states},
+          {"direction_nodes", p.direction_nodes},
+          {"table_bytes", p.table_bytes}};
+}
+
+}  // namespace
+
+std::string stats_json(const RenderStats& stats, bool indent) {
+  Json passes = Json::array();
+  for (const GuidePass& p : stats.guide_passes) passes.push_back(guide_pass(p));
+  const Json all = {
+      {"method", stats.method},
+      {"unbiased", stats.unbiased},
+      {"nee", stats.nee},
+      {"parts", stats.parts},
+      {"seed", stats.seed},
+      {"width", stats.width},
+      {"height", stats.height},
+      {"threads", stats.threads},
+      {"pixels", stats.pixels},
+      {"recovery", stats.recovery},
+      {"recovery_seconds", stats.recovery_seconds},
+      {"seconds", stats.seconds},
+      {"prepare_seconds", stats.prepare_seconds},
+      {"samples", stats.samples_per_pixel},
+      {"noise", known(stats.noise)},
+      {"learning_samples", stats.learning_samples_per_pixel},
+      {"passes", stats.passes},
+      {"paths", stats.paths},
+      {"rays", stats.rays},
+      {"rays_per_second", stats.rays_per_second()},
+      {"dropped_samples", stats.dropped_samples},
+      {"states", stats.states},
+      {"table_bytes", stats.table_bytes},
+      {"table_samples_seen", stats.table_samples_seen},
+      {"table_refused", stats.table_refused},
+      {"guide_passes", passes},
+      {"share_tracing", stats.share_tracing},
+      {"share_guiding", stats.share_guiding},
+      {"share_rest", stats.share_rest},
+  };
+  return indent ? all.dump(2) + "\n" : all.dump();
+}
+
+}  // namespace qray

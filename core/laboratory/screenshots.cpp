@@ -1,0 +1,168 @@
+#include "core/laboratory/screenshots.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/image/metrics.h"
+#include "core/job/recover_picture.h"
+#include "core/job/run_job.h"
+#include "core/math/hash.h"
+#include "core/math/warp.h"
+
+namespace qray {
+namespace {
+
+constexpr int kProbes = 64;        // directions
+constexpr float kTooNear = 0.02f;  // of the scene's diagonal
+constexpr float kMostLost = 0.5f;  // of the probes, where the scene is closed
+constexpr int kTriesPerCamera = 200;
+constexpr float kSteepest = 0.5f;         // of a view's direction, its height
+constexpr uint64_t kTargetSeed = 0x7a26;  // away from the inputs'
+
+class Numbers {
+ public:
+  explicit Numbers(uint64_t seed) : state_(mix64(seed)) {}
+  float next() {
+    state_ = mix64(state_ + 0x9e3779b97f4a7c15u);
+    return to_unit_float(static_cast<uint32_t>(state_ >> 32));
+  }
+
+ private:
+  uint64_t state_;
+};
+
+Vec3 on_sphere(float u, float v) {
+  const float z = 1 - 2 * u, r = std::sqrt(std::max(0.0f, 1 - z * z)), phi = 2 * kPi * v;
+  return {r * std::cos(phi), z, r * std::sin(phi)};
+}
+
+// Whether all directions have room, and enough of them see the scene.
+bool has_room(const PreparedScene& scene, Vec3 p, float diagonal) {
+  int lost = 0;
+  for (int i = 0; i < kProbes; ++i) {
+    const float v = 0.61803399f * static_cast<float>(i);
+    Hit hit;
+    const Ray ray{p, on_sphere((static_cast<float>(i) + 0.5f) / kProbes, v - std::floor(v))};
+    if (!scene.accel->intersect(ray, hit))
+      ++lost;
+    else if (hit.t < kTooNear * diagonal)
+      return false;
+  }
+  return static_cast<float>(lost) < kMostLost * kProbes;
+}
+
+// Whether what the camera sees differs anywhere: in its mesh or its normal.
+bool is_bare(const PreparedScene& scene, const Camera& camera) {
+  constexpr int kSide = 8;
+  const CameraRays rays(camera, kSide, kSide);
+  std::optional<MeshId> mesh;
+  Vec3 normal;
+  bool first = true;
+  for (int i = 0; i < kSide * kSide; ++i) {
+    const Ray ray = rays.ray(
+        {static_cast<float>(i % kSide) + 0.5f, static_cast<float>(i / kSide) + 0.5f}, {0.5f, 0.5f});
+    Hit hit;
+    std::optional<MeshId> seen;
+    Vec3 n;
+    if (scene.accel->intersect(ray, hit)) seen = hit.mesh, n = normalize(hit.ng);
+    if (!first && (seen != mesh || dot(n - normal, n - normal) > 1e-4f)) return false;
+    first = false, mesh = seen, normal = n;
+  }
+  return true;
+}
+
+// As many pixels of it as a view has, of the same size as a whole picture's.
+float cropped_fov_deg(float vertical_fov_deg, int picture_height) {
+  const float half = std::tan(vertical_fov_deg * (kPi / 360)) * kScreenshotSide /
+                     static_cast<float>(std::max(picture_height, kScreenshotSide));
+  return std::atan(half) * (360 / kPi);
+}
+
+Status shoot(const PreparedScene& scene, const RenderSettings& settings, Guide* guide, Film& film,
+             TaskPool& pool, std::stop_token stop, const Clock& clock) {
+  RenderObserver silent;
+  const Result<RenderStats> stats =
+      render(scene, settings, guide, film, pool, silent, std::move(stop), clock);
+  return stats ? Status{} : stats.error();
+}
+
+}  // namespace
+
+std::vector<Camera> screenshot_cameras(const PreparedScene& scene, int count, int picture_height,
+                                       uint64_t seed) {
+  Numbers numbers(seed);
+  const Vec3 extent = scene.bounds.extent();
+  const float diagonal = length(extent);
+  std::vector<Camera> cameras;
+  for (int tries = count * kTriesPerCamera; tries > 0 && std::ssize(cameras) < count; --tries) {
+    Camera camera = scene.scene.camera;
+    camera.aperture_radius = 0;
+    camera.vertical_fov_deg = cropped_fov_deg(camera.vertical_fov_deg, picture_height);
+    for (int a = 0; a < 3; ++a)
+      camera.position[a] = scene.bounds.lo[a] + extent[a] * numbers.next();
+    Vec3 ahead = on_sphere(numbers.next(), numbers.next());
+    ahead.y *= kSteepest;
+    camera.target = camera.position + normalize(ahead) * diagonal;
+    if (has_room(scene, camera.position, diagonal) && !is_bare(scene, camera))
+      cameras.push_back(camera);
+  }
+  return cameras;
+}
+
+Result<std::vector<TrainingView>> take_screenshots(const PreparedScene& scene,
+                                                   RenderSettings settings,
+                                                   const std::optional<TableFile>& table,
+                                                   const ScreenshotOptions& options, TaskPool& pool,
+                                                   std::stop_token stop, const Clock& clock,
+                                                   const std::function<void(int)>& on_view) {
+  const std::vector<Camera> cameras =
+      screenshot_cameras(scene, options.views, settings.height, options.seed);
+  if (std::ssize(cameras) < options.views)
+    return Error{ErrorCode::kInvalid,
+                 "only " + std::to_string(cameras.size()) + " of " + std::to_string(options.views) +
+                     " views were found: the scene has hardly a place to look from",
+                 "scene"};
+  settings.width = settings.height = kScreenshotSide;
+  settings.seconds = 0;
+  settings.learning_samples = 0;
+  settings.passes.clear();
+  settings.gate = false;  // the table rules where there is one
+  Result<std::unique_ptr<Guide>> guide = load_guide(scene, settings, table);
+  if (!guide) return guide.error();
+  std::vector<TrainingView> views;
+  int samples = options.least_samples;
+  for (const Camera& camera : cameras) {
+    settings.camera = camera;
+    settings.seed = mix64(options.seed + views.size());
+    settings.samples = samples;
+    samples = samples >= options.most_samples ? options.least_samples : 4 * samples;
+    settings.estimates_noise = true;
+    Film input_film(settings.width, settings.height);
+    if (Status s = shoot(scene, settings, guide.value().get(), input_film, pool, stop, clock); !s)
+      return s.error();
+    Result<RecoveryInput> input = recovery_input(scene, settings, input_film, pool, stop);
+    if (!input) return input.error();
+    settings.estimates_noise = false;
+    settings.samples = std::max(1, options.target_samples / 2);
+    std::vector<Image> halves;
+    for (int half = 0; half < 2; ++half) {
+      settings.seed += kTargetSeed;
+      Film film(settings.width, settings.height);
+      if (Status s = shoot(scene, settings, guide.value().get(), film, pool, stop, clock); !s)
+        return s.error();
+      halves.push_back(film.develop());
+    }
+    RecoveryInput& known = input.value();
+    TrainingView view{std::move(known.features), std::move(known.colour), std::move(known.noise),
+                      halves[0], 0};
+    for (size_t i = 0; i < halves[0].data().size(); ++i)
+      view.target.data()[i] = 0.5f * (halves[0].data()[i] + halves[1].data()[i]);
+    // The mean lies as far from each half as it does, on average, from the truth.
+    view.target_relmse = relmse(halves[0], view.target);
+    views.push_back(std::move(view));
+    on_view(static_cast<int>(views.size()));
+  }
+  return views;
+}
+
+}  // namespace qray

@@ -1,0 +1,114 @@
+#include "server/api/handlers_pictures.h"
+
+#include <cmath>
+
+#include "core/base/file.h"
+#include "core/base/turn.h"
+#include "server/http/query.h"
+#include "server/http/reply.h"
+#include "server/jobs/tile_stream.h"
+
+namespace qray::server {
+namespace {
+
+constexpr int kTilesAtOnce = 256;  // 4 MB
+constexpr uint64_t kMaxImageBytes = uint64_t{1} << 30;
+
+}  // namespace
+
+void PictureHandlers::add_to(Router& router) {
+  router.add("GET", "/v1/jobs/{id}/tiles",
+             [this](auto& req, auto& res, auto& id) { tiles(req, res, id); });
+  router.add("GET", "/v1/jobs/{id}/image.exr",
+             [this](auto& req, auto& res, auto& id) { exr(req, res, id); });
+  router.add("GET", "/v1/jobs/{id}/image.png",
+             [this](auto& req, auto& res, auto& id) { png(req, res, id); });
+}
+
+void PictureHandlers::tiles(const Request& req, Response& res, const std::string& id) {
+  const Result<JobRecord> job = stores_.jobs.find(id);
+  if (!job.ok()) return reply_error(res, job.error());
+  const Result<uint64_t> since = query_number<uint64_t>(req, "since", 0, UINT64_MAX, 0);
+  if (!since.ok()) return reply_error(res, since.error());
+
+  const auto which = pictures_.which(req, job.value(), /*best=*/false);
+  if (!which.ok()) return reply_error(res, which.error());
+  if (which.value().kind == Which::Kind::kMoment) {
+    const Result<Bytes> answer = stores_.histories.picture(job.value().id, which.value().moment);
+    if (!answer.ok()) return reply_error(res, answer.error());
+    return reply_tagged(req, res, answer.value(), "application/octet-stream");
+  }
+  int width = job.value().request.width.value_or(0);
+  int height = job.value().request.height.value_or(0);
+  Film::Changes changes;
+  if (const auto live = runner_.live(job.value().id)) {
+    width = live->film().width();
+    height = live->film().height();
+    changes = live->film().tiles_since(since.value(), kTilesAtOnce);
+  } else if (const auto picture = stores_.results.load(job.value().id); picture.ok()) {
+    width = picture.value()->image.width();
+    height = picture.value()->image.height();
+    if (which.value().kind == Which::Kind::kRecovered) {
+      Result<Image> recovered = stores_.results.load_recovered(job.value().id);
+      if (!recovered.ok()) return reply_error(res, recovered.error());
+      Picture whole = *picture.value();
+      whole.image = std::move(recovered).value();
+      changes = whole.tiles_since(since.value(), kTilesAtOnce);
+    } else {
+      changes = picture.value()->tiles_since(since.value(), kTilesAtOnce);
+    }
+  } else {
+    changes.cursor = since.value();
+  }
+  reply_bytes(res, encode_tiles(width, height, changes), "application/octet-stream");
+}
+
+void PictureHandlers::exr(const Request& req, Response& res, const std::string& id) {
+  const Result<JobRecord> job = stores_.jobs.find(id);
+  if (!job.ok()) return reply_error(res, job.error());
+  const Turn turn(encoders_);
+  if (!turn.mine()) return reply_problem(res, {503, "Busy", "too many pictures at once", {}});
+  const JobRecord& record = job.value();
+  const auto which = pictures_.which(req, record, /*best=*/true);
+  if (!which.ok()) return reply_error(res, which.error());
+  const bool recovered = which.value().kind == Which::Kind::kRecovered;
+  const bool moment = which.value().kind == Which::Kind::kMoment;
+  if (recovered || (!moment && !runner_.live(record.id))) {
+    const Result<Bytes> file = read_file(recovered ? stores_.results.recovered_file(record.id)
+                                                   : stores_.results.image_file(record.id),
+                                         kMaxImageBytes);
+    if (file.ok()) return reply_tagged(req, res, file.value(), "image/x-exr");
+    if (recovered) return reply_error(res, file.error());
+  }
+  const Result<Image> image = pictures_.image(record, which.value());
+  if (!image.ok()) return reply_error(res, image.error());
+  const Result<Bytes> bytes = encode_image(ImageFormat::kExr, image.value(),
+                                           {{"scene", record.request.scene},
+                                            {"method", record.request.method},
+                                            {"seed", std::to_string(record.request.seed)},
+                                            {"unfinished", "true"}});
+  if (!bytes.ok()) return reply_error(res, bytes.error());
+  reply_tagged(req, res, bytes.value(), "image/x-exr");
+}
+
+void PictureHandlers::png(const Request& req, Response& res, const std::string& id) {
+  const Result<JobRecord> job = stores_.jobs.find(id);
+  if (!job.ok()) return reply_error(res, job.error());
+  const Result<float> exposure = query_number(req, "exposure", -32.0f, 32.0f, 0.0f);
+  if (!exposure.ok()) return reply_error(res, exposure.error());
+  const Turn turn(encoders_);
+  if (!turn.mine()) return reply_problem(res, {503, "Busy", "too many pictures at once", {}});
+  const auto which = pictures_.which(req, job.value(), /*best=*/true);
+  if (!which.ok()) return reply_error(res, which.error());
+  Result<Image> image = pictures_.image(job.value(), which.value());
+  if (!image.ok()) return reply_error(res, image.error());
+  const float scale = std::exp2(exposure.value());
+  if (scale != 1) {
+    for (float& v : image.value().data()) v *= scale;
+  }
+  const Result<Bytes> bytes = encode_image(ImageFormat::kPng, image.value());
+  if (!bytes.ok()) return reply_error(res, bytes.error());
+  reply_tagged(req, res, bytes.value(), "image/png");
+}
+
+}  // namespace qray::server

@@ -1,0 +1,93 @@
+#include "server/api/handlers_tables.h"
+
+#include <spdlog/spdlog.h>
+
+#include "core/guide/open_table.h"
+#include "server/http/query.h"
+#include "server/http/reply.h"
+
+namespace qray::server {
+
+void TableHandlers::add_to(Router& router) {
+  router.add("GET", "/v1/tables", [this](auto&, auto& res, auto&) { list(res); });
+  router.add(
+      "POST", "/v1/tables/merge", [this](auto& req, auto& res, auto&) { merge(req, res); },
+      Scope::kAdmin);
+  router.add("GET", "/v1/tables/{id}", [this](auto&, auto& res, auto& id) {
+    const Result<proto::TableInfo> info = tables_.find(id);
+    if (!info.ok()) return reply_error(res, info.error());
+    reply_json(res, 200, proto::table_to_json(info.value()));
+  });
+  router.add("DELETE", "/v1/tables/{id}", [this](auto&, auto& res, auto& id) {
+    if (Status removed = tables_.remove(id); !removed.ok())
+      return reply_error(res, removed.error());
+    res.status = 204;
+  });
+}
+
+void TableHandlers::list(httplib::Response& res) const {
+  const Result<std::vector<proto::TableInfo>> list = tables_.list();
+  if (!list.ok()) return reply_error(res, list.error());
+  reply_json(res, 200, proto::table_list_to_json(list.value()));
+}
+
+void TableHandlers::merge(const httplib::Request& req, httplib::Response& res) {
+  if (!is_json(req)) return reply_not_json(res);
+  const auto parsed = proto::parse_merge_request(req.body, limits_);
+  if (const auto* problem = std::get_if<proto::Problem>(&parsed))
+    return reply_problem(res, *problem);
+  const auto& ids = std::get<std::vector<std::string>>(parsed);
+  std::vector<proto::TableInfo> infos;
+  for (size_t i = 0; i < ids.size(); ++i) {
+    Result<proto::TableInfo> info = tables_.find(ids[i]);
+    if (!info.ok())
+      return reply_error(res,
+                         {info.error().code, info.error().message, "/tables/" + std::to_string(i)});
+    infos.push_back(std::move(info).value());
+  }
+  const std::unique_lock turn(merging_, std::chrono::seconds(10));
+  if (!turn) return reply_problem(res, {503, "Busy", "other tables are being merged", {}});
+  const Result<proto::TableInfo> info = merged(infos);
+  if (!info.ok()) return reply_error(res, info.error());
+  res.set_header("Location", "/v1/tables/" + info.value().id);
+  reply_json(res, 201, proto::table_to_json(info.value()));
+}
+
+Result<proto::TableInfo> TableHandlers::merged(const std::vector<proto::TableInfo>& infos) {
+  // All are in memory at once.
+  uint64_t bytes = 0;
+  for (const proto::TableInfo& info : infos) bytes += info.bytes;
+  if (bytes > 2 * tables_.max_bytes())
+    return Error{ErrorCode::kTooLarge,
+                 "expected tables of at most " + std::to_string(2 * tables_.max_bytes()) +
+                     " bytes in all, got " + std::to_string(bytes),
+                 "/tables"};
+  std::vector<TableFile> files;
+  for (const proto::TableInfo& info : infos) {
+    Result<TableFile> file = tables_.load(info.id);
+    if (!file.ok()) {
+      spdlog::error("table {}: {}", info.id, file.error().text());
+      return Error{ErrorCode::kConflict, "table " + info.id + " cannot be read", ""};
+    }
+    files.push_back(std::move(file).value());
+  }
+  Result<MergedTable> merged = merge_tables(files, tables_.max_bytes());
+  if (!merged.ok()) {
+    if (merged.error().code != ErrorCode::kCorrupt) return merged.error();
+    return Error{ErrorCode::kConflict, merged.error().message, merged.error().where};
+  }
+  const TableHeader& header = merged.value().file.header;
+  const proto::TableInfo info{header.id,
+                              infos[0].scene,
+                              header.method,
+                              header.parents,
+                              now_ms_(),
+                              0,
+                              merged.value().states,
+                              header.samples_seen,
+                              ""};
+  if (Status added = tables_.add(merged.value().file, info); !added.ok()) return added.error();
+  return tables_.find(header.id);
+}
+
+}  // namespace qray::server

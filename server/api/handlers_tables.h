@@ -1,0 +1,32 @@
+// Tables: what was learned. List, look, merge, delete. A merge is a request's own work: some
+// seconds at most, one at a time. Any thread.
+#pragma once
+
+#include <functional>
+#include <mutex>
+
+#include "server/http/router.h"
+#include "server/store/table_store.h"
+
+namespace qray::server {
+
+class TableHandlers {
+ public:
+  // `now_ms`: the time of day.
+  TableHandlers(TableStore& tables, const proto::RequestLimits& limits,
+                std::function<int64_t()> now_ms)
+      : tables_(tables), limits_(limits), now_ms_(std::move(now_ms)) {}
+  void add_to(Router& router);
+
+ private:
+  void list(httplib::Response& res) const;
+  void merge(const httplib::Request& req, httplib::Response& res);
+  Result<proto::TableInfo> merged(const std::vector<proto::TableInfo>& infos);
+
+  TableStore& tables_;
+  const proto::RequestLimits limits_;
+  std::function<int64_t()> now_ms_;
+  std::timed_mutex merging_;
+};
+
+}  // namespace qray::server

@@ -1,0 +1,41 @@
+// Who may call what: a bearer token, or the cookie of a session that one opened (a page's event
+// streams and pictures cannot send tokens). POST and DELETE /v1/session. Any thread.
+#pragma once
+
+#include <functional>
+#include <map>
+#include <mutex>
+
+#include "proto/messages.h"
+#include "server/http/router.h"
+#include "server/http/tokens.h"
+
+namespace qray::server {
+
+class Access {
+ public:
+  // Without tokens everybody may do everything.
+  Access(Tokens tokens, std::function<int64_t()> now_ms)
+      : tokens_(std::move(tokens)), now_ms_(std::move(now_ms)) {}
+  void add_to(Router& router);
+
+  // 401: no token, or an unknown one; 403: its scope does not suffice; none: go on.
+  std::optional<proto::Problem> judge(const httplib::Request& req, Scope needed) const;
+
+ private:
+  struct Session {
+    Scope scope;
+    int64_t ends_ms;
+  };
+  void open(const httplib::Request& req, httplib::Response& res);
+  void close(const httplib::Request& req, httplib::Response& res);
+  std::optional<Scope> scope_of(const httplib::Request& req) const;
+  std::string start_session(Scope scope);  // its secret
+
+  const Tokens tokens_;
+  const std::function<int64_t()> now_ms_;
+  mutable std::mutex mutex_;
+  std::map<Digest, Session> sessions_;  // by the digest of their secret; bounded
+};
+
+}  // namespace qray::server

@@ -1,0 +1,71 @@
+#include "core/laboratory/screenshots.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "tests/support/render.h"
+
+namespace qray {
+namespace {
+
+std::vector<TrainingView> views_of(const PreparedScene& scene, int count, int threads) {
+  TaskPool pool(threads);
+  ScreenshotOptions options;
+  options.views = count;
+  options.most_samples = 4;
+  options.target_samples = 8;
+  return take_screenshots(scene, test::small_settings("none", 64, 1), std::nullopt, options, pool,
+                          {}, SteadyClock(), [](int) {})
+      .value();
+}
+
+bool same(const Image& a, const Image& b) {
+  return std::equal(a.data().begin(), a.data().end(), b.data().begin(), b.data().end());
+}
+
+TEST(Screenshots, CamerasStandInTheSceneAndNotAgainstItsWalls) {
+  const auto scene = test::included_scene("thesis-room");
+  const float diagonal = length(scene->bounds.extent());
+  const std::vector<Camera> cameras = screenshot_cameras(*scene, 20, 512, 3);
+  ASSERT_EQ(cameras.size(), 20u);
+  for (const Camera& c : cameras) {
+    for (int a = 0; a < 3; ++a) {
+      EXPECT_GE(c.position[a], scene->bounds.lo[a]);
+      EXPECT_LE(c.position[a], scene->bounds.hi[a]);
+      Vec3 axis{};
+      axis[a] = 1;
+      Hit hit;
+      if (scene->accel->intersect({c.position, axis}, hit)) {
+        EXPECT_GT(hit.t, 0.015f * diagonal);
+      }
+    }
+  }
+}
+
+TEST(Screenshots, InputsAndTargetsAreOtherRandomNumbersOfOneView) {
+  const auto scene = test::included_scene("cornell-box");
+  const std::vector<TrainingView> views = views_of(*scene, 3, 2);
+  ASSERT_EQ(views.size(), 3u);
+  for (const TrainingView& v : views) {
+    EXPECT_EQ(v.input.width(), kScreenshotSide);
+    EXPECT_FALSE(same(v.input, v.target));
+    EXPECT_LT(relmse(v.input, v.target), 100);
+    EXPECT_GT(v.target_relmse, 0);
+    EXPECT_LT(v.target_relmse, relmse(v.input, v.target) + 1);
+  }
+  EXPECT_FALSE(same(views[0].features, views[1].features));
+}
+
+TEST(Screenshots, AreTheSameForAnyNumberOfThreads) {
+  const auto scene = test::included_scene("cornell-box");
+  const std::vector<TrainingView> one = views_of(*scene, 2, 1), three = views_of(*scene, 2, 3);
+  for (size_t i = 0; i < 2; ++i) {
+    EXPECT_TRUE(same(one[i].input, three[i].input));
+    EXPECT_TRUE(same(one[i].noise, three[i].noise));
+    EXPECT_TRUE(same(one[i].target, three[i].target));
+  }
+}
+
+}  // namespace
+}  // namespace qray
