@@ -1,30 +1,51 @@
 #!/usr/bin/env bash
 # `bash tests/stability/report.sh BUILD_DIR` runs the stability suite of a build and writes what was
 # measured into the documents: the second half of each page docs/stability/<mode>.md, below its
-# marker, and the table of docs/stability.md, which repeats the labelled paragraphs of the pages.
-# Prose is edited in the pages. Fails if a test does, or if a failure mode has no page.
+# marker, and the table of docs/stability.md, which repeats the first sentence of the labelled
+# paragraphs of the pages.
+# Prose is edited in the pages. Fails if a test does, or if a failure mode has no page. If
+# QRAY_STABILITY_REPORT names a file of statements (failure_mode.h), no test is run.
 set -euo pipefail
 shopt -s inherit_errexit
 
 docs="$(cd "$(dirname "$0")/../.." && pwd)/docs"
 marker='<!-- What follows is written by tests/stability/report.sh. -->'
-said="$(mktemp)"
-trap 'rm -f "$said"' EXIT
-# One process, so that statements come in the order of the tests.
-QRAY_STABILITY_REPORT="${QRAY_STABILITY_REPORT:-$said}"
-export QRAY_STABILITY_REPORT
-if [ "$QRAY_STABILITY_REPORT" = "$said" ]; then "$1/bin/stability_tests" --gtest_brief=1 >&2; fi
+scratch="$(mktemp -d)"
+trap 'rm -rf "$scratch"' EXIT
+statements="${QRAY_STABILITY_REPORT:-$scratch/statements}"
+if [ -z "${QRAY_STABILITY_REPORT:-}" ]; then
+  # One process, so that statements come in the order of the tests.
+  QRAY_STABILITY_REPORT="$statements" "$1/bin/stability_tests" --gtest_brief=1 >&2
+fi
 
-# The paragraph of a page that begins with **LABEL.**, on one line.
-paragraph() {
+# The first sentence of a page's paragraph that begins with **LABEL.**
+sentence() {
   awk -v start="**$2.**" 'index($0, start) == 1 { on = 1; sub(/^\*\*[^*]*\*\* */, "") }
     on && /^$/ { exit }
-    on { printf "%s%s", between, $0; between = " " }' "$1"
+    on { printf "%s%s", between, $0; between = " " }' "$1" | sed 's/\. .*/./'
+}
+
+# The smallest and largest error of METHOD over that of `none`, over the scenes of a failure mode.
+errors() {
+  awk -F'\t' -v mode="$1" -v method="$2" '
+    $2 == mode && $6 == "error" && $7 == method && $9 ~ /^[0-9.]+ \(/ {
+      e = $9 + 0
+      if (!n++ || e < low) low = e
+      if (e > high) high = e
+    }
+    END {
+      if (n) printf low == high ? "%.2f" : "%.2f to %.2f", low, high
+    }' "$statements"
+}
+
+must_hold() {
+  awk -F'\t' -v mode="$1" '$2 == mode { print "**What must hold.** " $4 "\n"; exit }' \
+    "$statements" | fold -s -w 100 | sed 's/ *$//'
 }
 
 # The statements about one failure mode as Markdown.
 measured() {
-  sort -s -n -k1,1 "$QRAY_STABILITY_REPORT" | awk -F'\t' -v mode="$1" '
+  sort -s -n -k1,1 "$statements" | awk -F'\t' -v mode="$1" '
     function table(kind, heading,   m, s, line, rule) {
       if (!scenes[kind]) return
       line = "| " heading; rule = "|---"
@@ -40,7 +61,7 @@ measured() {
     }
     $2 != mode { next }
     {
-      must = $4; place = $7 == "" ? 0 : number[$7]
+      place = $7 == "" ? 0 : number[$7]
       if ($7 != "" && !place) { method[place = number[$7] = ++methods] = $7 }
       if (!($5 in seen)) { seen[$5]; tests = tests (tests ? ", " : "") "[" $5 "](../../" $5 ")" }
     }
@@ -55,7 +76,7 @@ measured() {
       used[$6, place]
     }
     END {
-      print "**What must hold.** " must "\n\n**Tested by** " tests "."
+      print "**Tested by** " tests "."
       table("mean", "mean: its value; distance in standard errors (z); or times as bright")
       table("error", "error: relMSE; over that of `none` (and the median of it)")
       if (notes) print ""
@@ -63,7 +84,7 @@ measured() {
     }'
 }
 
-modes="$(sort -s -n -k1,1 "$QRAY_STABILITY_REPORT" | cut -f2,3,5 | awk -F'\t' '!seen[$1]++')"
+modes="$(sort -s -n -k1,1 "$statements" | cut -f2,3,5 | awk -F'\t' '!seen[$1]++')"
 while IFS=$'\t' read -r mode title test; do
   page="$docs/stability/$mode.md"
   if ! [ -f "$page" ]; then
@@ -71,19 +92,22 @@ while IFS=$'\t' read -r mode title test; do
     exit 1
   fi
   prose="$(sed "/^<!-- What follows/,\$d" "$page")"
-  { printf '%s\n\n%s\n\n' "$prose" "$marker"; measured "$mode"; } > "$said.page"
-  mv "$said.page" "$page"
+  { printf '%s\n\n%s\n\n' "$prose" "$marker"; must_hold "$mode"; measured "$mode"; } \
+    > "$scratch/page"
+  mv "$scratch/page" "$page"
 done <<< "$modes"
 
 {
   sed '/^| failure mode/,$d' "$docs/stability.md"
-  echo '| failure mode | what happens | methods | verdict | test |'
-  echo '|---|---|---|---|---|'
+  echo '| failure mode | what happens | methods | verdict | error of `adaptive` |' \
+    'with its guide open | test |'
+  echo '|---|---|---|---|---|---|---|'
   while IFS=$'\t' read -r mode title test; do
     page="$docs/stability/$mode.md"
-    printf '| [%s](stability/%s.md) | %s | %s | %s | [%s](../%s) |\n' "$title" "$mode" \
-      "$(paragraph "$page" 'What happens')" "$(paragraph "$page" Methods)" \
-      "$(paragraph "$page" Verdict)" "$(basename "$test" _test.cpp)" "$test"
+    printf '| [%s](stability/%s.md) | %s | %s | %s | %s | %s | [%s](../%s) |\n' "$title" "$mode" \
+      "$(sentence "$page" 'What happens')" "$(sentence "$page" Methods)" \
+      "$(sentence "$page" Verdict)" "$(errors "$mode" adaptive)" \
+      "$(errors "$mode" adaptive:gate=off)" "$(basename "$test" _test.cpp)" "$test"
   done <<< "$modes"
-} > "$said.index"
-mv "$said.index" "$docs/stability.md"
+} > "$scratch/index"
+mv "$scratch/index" "$docs/stability.md"

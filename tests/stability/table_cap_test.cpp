@@ -36,7 +36,7 @@ TEST(TableCap, AddsNoStatesAndStaysUnbiased) {
   for (size_t cap : kCaps) {
     RenderSettings settings = test::small_settings("none", kSide, 16);
     settings.max_table_bytes = cap;
-    const std::string label = formatted("cap of %zu bytes", cap);
+    const std::string label = formatted("cap of %zu byte%s", cap, cap == 1 ? "" : "s");
     for (const std::string& method : test::learning_methods()) {
       RenderSettings of_method = test::variant_settings(method, kSide, 16);
       of_method.max_table_bytes = cap;
