@@ -59,6 +59,7 @@ measured() {
         print line " |"
       }
     }
+    BEGIN { method[number["none"] = ++methods] = "none" }  # the first column
     $2 != mode { next }
     {
       place = $7 == "" ? 0 : number[$7]
@@ -77,8 +78,8 @@ measured() {
     }
     END {
       print "**Tested by** " tests "."
-      table("mean", "mean: its value; distance in standard errors (z); or times as bright")
-      table("error", "error: relMSE; over that of `none` (and the median of it)")
+      table("mean", "mean (z: standard errors from `none`; x: times as bright)")
+      table("error", "error (relMSE of `none`; the others divided by it, and by medians)")
       if (notes) print ""
       for (n = 1; n <= notes; ++n) print "- " (said[n] ? said[n] ": " : "") text[n]
     }'
