@@ -70,7 +70,6 @@ class TaskPool::Threads {
   }
 
   void work(int worker) {
-    using clock = std::chrono::steady_clock;
     std::unique_lock lock(mutex_);
     for (;;) {
       Share* share = nullptr;
@@ -81,9 +80,9 @@ class TaskPool::Threads {
       const Body& body = *share->body;
       ++share->active;
       lock.unlock();
-      const auto start = clock::now();
+      const auto start = std::chrono::steady_clock::now();
       body(index, worker);
-      const std::chrono::duration<double> took = clock::now() - start;
+      const std::chrono::duration<double> took = std::chrono::steady_clock::now() - start;
       lock.lock();
       share->used += took.count() / share->weight;
       if (--share->active == 0 && !share->has_work()) share->done.notify_all();

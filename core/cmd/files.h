@@ -8,9 +8,9 @@
 #include "core/cmd/progress_line.h"
 #include "core/guide/table_file.h"
 #include "core/image/image.h"
+#include "core/job/load_and_prepare.h"
 #include "core/job/run_job.h"
 #include "core/recover/weights_file.h"
-#include "core/render/prepared_scene.h"
 
 namespace qray::cmd {
 

@@ -2,7 +2,8 @@
 #pragma once
 
 #include "core/import/gltf_document.h"
-#include "core/import/json_scene.h"
+#include "core/import/imported_scene.h"
+#include "core/import/load_watch.h"
 #include "core/scene/validate.h"
 
 namespace qray {
@@ -11,7 +12,7 @@ struct GltfImport {
   GltfDocument& document;
   const SceneLimits& limits;
   const LoadWatch& watch;
-  JsonScene out;
+  ImportedScene out;
   size_t sparse_left = 50'000'000;  // that accessors may still change: many may share a long list
 
   // Something is drawn otherwise than the file says.

@@ -252,8 +252,8 @@ std::optional<JsonNode> find_extension(const JsonNode& node, std::string_view na
   return extensions ? extensions->find(name) : std::nullopt;
 }
 
-JsonScene read_gltf_scene(const std::filesystem::path& path, const SceneLimits& limits,
-                          const LoadWatch& watch) {
+ImportedScene read_gltf_scene(const std::filesystem::path& path, const SceneLimits& limits,
+                              const LoadWatch& watch) {
   GltfDocument document(path);
   GltfImport import{document, limits, watch, {}};
   Reader(import).read();

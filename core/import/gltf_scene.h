@@ -3,12 +3,14 @@
 
 #include <filesystem>
 
-#include "core/import/json_scene.h"
+#include "core/import/imported_scene.h"
+#include "core/import/load_watch.h"
+#include "core/scene/validate.h"
 
 namespace qray {
 
 // With a camera and with light: chosen to show it all where the file has none.
-JsonScene read_gltf_scene(const std::filesystem::path& path, const SceneLimits& limits,
-                          const LoadWatch& watch = {});
+ImportedScene read_gltf_scene(const std::filesystem::path& path, const SceneLimits& limits,
+                              const LoadWatch& watch = {});
 
 }  // namespace qray

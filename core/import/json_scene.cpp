@@ -19,7 +19,7 @@ class Reader {
   Reader(const std::filesystem::path& path, const SceneLimits& limits, const LoadWatch& watch)
       : folder_(scene_folder(path)), limits_(limits), watch_(watch) {}
 
-  JsonScene read(const JsonNode& root) {
+  ImportedScene read(const JsonNode& root) {
     root.only({"name", "size", "max_depth", "camera", "textures", "materials", "environment",
                "lights", "meshes", "instances"});
     Scene& scene = out_.scene;
@@ -235,7 +235,7 @@ class Reader {
   std::filesystem::path folder_;
   const SceneLimits& limits_;
   const LoadWatch& watch_;
-  JsonScene out_;
+  ImportedScene out_;
   Names<TextureId> textures_;
   Names<MaterialId> materials_;
   struct MeshRange {
@@ -248,8 +248,8 @@ class Reader {
 
 }  // namespace
 
-JsonScene read_json_scene(const std::filesystem::path& path, const SceneLimits& limits,
-                          const LoadWatch& watch) {
+ImportedScene read_json_scene(const std::filesystem::path& path, const SceneLimits& limits,
+                              const LoadWatch& watch) {
   const Result<Bytes> text = read_file(path, kMaxJsonBytes);
   if (!text.ok()) throw ImportFailure{text.error()};
   const std::string file = path.filename();

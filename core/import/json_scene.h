@@ -4,26 +4,16 @@
 #include <filesystem>
 #include <map>
 #include <string>
-#include <vector>
 
+#include "core/import/imported_scene.h"
 #include "core/import/json_tree.h"
 #include "core/import/load_watch.h"
-#include "core/scene/scene.h"
 #include "core/scene/validate.h"
 
 namespace qray {
 
-// A scene as read, not validated yet.
-struct JsonScene {
-  Scene scene;
-  std::vector<std::string> warnings;
-  // Where scene.meshes[i] was read from, as a pointer into the document: a file may hold several.
-  std::vector<std::string> mesh_pointers;
-  std::vector<std::string> instance_pointers;  // of scene.instances[i]
-};
-
-JsonScene read_json_scene(const std::filesystem::path& path, const SceneLimits& limits,
-                          const LoadWatch& watch = {});
+ImportedScene read_json_scene(const std::filesystem::path& path, const SceneLimits& limits,
+                              const LoadWatch& watch = {});
 
 // The parts, one file each.
 using TextureNames = std::map<std::string, TextureId, std::less<>>;

@@ -17,9 +17,9 @@
 namespace qray {
 namespace {
 
-JsonScene from_obj(const std::filesystem::path& path, const LoadOptions& options) {
+ImportedScene from_obj(const std::filesystem::path& path, const LoadOptions& options) {
   ObjContents contents = read_obj(path, options.limits, options.watch);
-  JsonScene out;
+  ImportedScene out;
   out.scene.meshes = std::move(contents.meshes);
   out.scene.materials = std::move(contents.materials);
   out.scene.textures = std::move(contents.textures);
@@ -27,8 +27,8 @@ JsonScene from_obj(const std::filesystem::path& path, const LoadOptions& options
   return out;
 }
 
-JsonScene from_ply(const std::filesystem::path& path, const SceneLimits& limits) {
-  JsonScene out;
+ImportedScene from_ply(const std::filesystem::path& path, const SceneLimits& limits) {
+  ImportedScene out;
   out.scene.meshes.push_back(read_ply(path, limits));
   out.scene.meshes.back().material = MaterialId(0);
   out.scene.materials.emplace_back().name = "grey";
@@ -75,7 +75,7 @@ void complete(Scene& scene, const std::filesystem::path& path) {
 }
 
 // "/meshes/4/positions/7" counts the scene's meshes; the document's may be fewer. Instances alike.
-std::string document_pointer(const std::string& pointer, const JsonScene& read) {
+std::string document_pointer(const std::string& pointer, const ImportedScene& read) {
   for (const auto& [prefix, pointers] :
        {std::pair{"/meshes/", &read.mesh_pointers}, {"/instances/", &read.instance_pointers}}) {
     const size_t begin = std::strlen(prefix);
@@ -87,25 +87,25 @@ std::string document_pointer(const std::string& pointer, const JsonScene& read) 
   return pointer;
 }
 
-JsonScene read_any(const std::filesystem::path& path, const LoadOptions& options) {
+ImportedScene read_any(const std::filesystem::path& path, const LoadOptions& options) {
   const SceneLimits& limits = options.limits;
   const std::string extension = path.extension();
   if (extension == ".json") {
-    JsonScene read = read_json_scene(path, limits, options.watch);
+    ImportedScene read = read_json_scene(path, limits, options.watch);
     if (read.scene.name.empty()) read.scene.name = path.parent_path().filename();
     return read;
   }
   if (extension == ".xml") {
-    JsonScene read = read_mitsuba_scene(path, limits, options.watch);
+    ImportedScene read = read_mitsuba_scene(path, limits, options.watch);
     read.scene.name = std::filesystem::absolute(path).parent_path().filename();
     return read;
   }
   if (extension == ".gltf" || extension == ".glb") {
-    JsonScene read = read_gltf_scene(path, limits, options.watch);
+    ImportedScene read = read_gltf_scene(path, limits, options.watch);
     read.scene.name = path.stem();
     return read;
   }
-  JsonScene read;
+  ImportedScene read;
   if (extension == ".obj")
     read = from_obj(path, options);
   else if (extension == ".ply")
@@ -121,7 +121,7 @@ JsonScene read_any(const std::filesystem::path& path, const LoadOptions& options
 
 Result<LoadedScene> load_scene(const std::filesystem::path& path, const LoadOptions& options) {
   try {
-    JsonScene read = read_any(path, options);
+    ImportedScene read = read_any(path, options);
     if (options.strict && !read.warnings.empty())
       return Error{ErrorCode::kUnsupported, read.warnings.front(), ""};
     const std::string file = path.filename();

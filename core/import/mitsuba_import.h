@@ -1,7 +1,8 @@
 // What the parts of the Mitsuba importer share. One import, one thread.
 #pragma once
 
-#include "core/import/json_scene.h"
+#include "core/import/imported_scene.h"
+#include "core/import/load_watch.h"
 #include "core/import/mitsuba_tree.h"
 #include "core/import/mitsuba_values.h"
 #include "core/scene/validate.h"
@@ -12,7 +13,7 @@ struct MitsubaImport {
   const MitsubaDocument& document;
   const SceneLimits& limits;
   const LoadWatch& watch;
-  JsonScene out;
+  ImportedScene out;
 
   // Something is drawn otherwise than the file says.
   void warn(const MitsubaNode& node, const std::string& text);

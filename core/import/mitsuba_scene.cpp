@@ -204,8 +204,8 @@ void MitsubaImport::expect_only(const MitsubaNode& plugin,
   }
 }
 
-JsonScene read_mitsuba_scene(const std::filesystem::path& path, const SceneLimits& limits,
-                             const LoadWatch& watch) {
+ImportedScene read_mitsuba_scene(const std::filesystem::path& path, const SceneLimits& limits,
+                                 const LoadWatch& watch) {
   const MitsubaDocument document = read_mitsuba_tree(path);
   MitsubaImport import{document, limits, watch, {}};
   Reader(import).read();

@@ -2,11 +2,13 @@
 // ImportFailure. Any thread.
 #pragma once
 
-#include "core/import/json_scene.h"
+#include "core/import/imported_scene.h"
+#include "core/import/load_watch.h"
+#include "core/scene/validate.h"
 
 namespace qray {
 
-JsonScene read_mitsuba_scene(const std::filesystem::path& path, const SceneLimits& limits,
-                             const LoadWatch& watch = {});
+ImportedScene read_mitsuba_scene(const std::filesystem::path& path, const SceneLimits& limits,
+                                 const LoadWatch& watch = {});
 
 }  // namespace qray

@@ -79,7 +79,7 @@ class LineChecker {
 
   // "v", "v/vt", "v//vn" or "v/vt/vn"; from 1, or from -1 backward.
   void corner(std::string_view token) const {
-    const char* const kNames[] = {"position", "texture coordinate", "normal"};
+    static constexpr const char* kNames[] = {"position", "texture coordinate", "normal"};
     std::string_view rest = token;
     for (int i = 0; i < 3; ++i) {
       const size_t end = std::min(rest.find('/'), rest.size());

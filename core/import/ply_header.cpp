@@ -19,7 +19,7 @@ std::vector<std::string_view> split(std::string_view line) {
 }
 
 std::optional<PlyType> type_of(std::string_view name) {
-  const struct {
+  static constexpr struct {
     std::string_view name, sized_name;
     PlyType type;
   } kTypes[] = {{"char", "int8", PlyType::kInt8},        {"uchar", "uint8", PlyType::kUint8},

@@ -29,17 +29,14 @@ std::vector<std::string> light_names(const Scene& scene) {
 
 Result<std::shared_ptr<const PreparedScene>> with_lights(
     const std::shared_ptr<const PreparedScene>& scene, std::span<const float> factors) {
-  LoadedScene changed;
-  changed.scene = scene->scene;
-  QRAY_CHECK(factors.size() == light_names(changed.scene).size());
+  Scene changed = scene->scene;
+  QRAY_CHECK(factors.size() == light_names(changed).size());
   std::vector<Rgb*> colours;
-  for_each_light(changed.scene,
-                 [&](const std::string&, Rgb& colour) { colours.push_back(&colour); });
+  for_each_light(changed, [&](const std::string&, Rgb& colour) { colours.push_back(&colour); });
   for (size_t i = 0; i < colours.size(); ++i) *colours[i] *= factors[i];
-  const Result<SceneHash> hash = hash_other_lights(changed.scene, scene->hash);
+  const Result<SceneHash> hash = hash_other_lights(changed, scene->hash);
   if (!hash.ok()) return hash.error();
-  changed.hash = hash.value();
-  return prepare_same_surfaces(std::move(changed), scene);
+  return prepare_same_surfaces(std::move(changed), hash.value(), scene);
 }
 
 }  // namespace qray

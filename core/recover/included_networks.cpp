@@ -11,8 +11,8 @@ asm(".pushsection .rodata\n"
     "qray_default_weights_end:\n"
     ".popsection\n");
 extern "C" {
-extern const uint8_t default_weights_begin[] asm("qray_default_weights_begin");
-extern const uint8_t default_weights_end[] asm("qray_default_weights_end");
+extern const uint8_t kDefaultWeightsBegin[] asm("qray_default_weights_begin");
+extern const uint8_t kDefaultWeightsEnd[] asm("qray_default_weights_end");
 }
 
 namespace qray {
@@ -22,7 +22,7 @@ Result<Network> included_network(std::string_view name) {
   if (name == "untrained") return untrained_network(16, 1);
   if (name == "default") {
     const Result<WeightsFile> weights = decode_weights(
-        {default_weights_begin, static_cast<size_t>(default_weights_end - default_weights_begin)});
+        {kDefaultWeightsBegin, static_cast<size_t>(kDefaultWeightsEnd - kDefaultWeightsBegin)});
     if (!weights.ok()) return weights.error();
     return weights.value().network;
   }

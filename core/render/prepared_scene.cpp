@@ -5,7 +5,6 @@
 #include <cmath>
 #include <span>
 
-#include "core/base/clock.h"
 #include "core/math/hash.h"
 
 namespace qray {
@@ -51,28 +50,23 @@ MeshShading mesh_shading(const PreparedScene& prepared, const Placement& placed)
 }
 
 Result<std::shared_ptr<const EmbreeScene>> build_tree(const PreparedScene& prepared,
-                                                      int build_threads, const LoadWatch& watch) {
+                                                      int build_threads, const BuildWatch& watch) {
   HitFilter filter;
   filter.passes = [&prepared](const Ray& ray, const Hit& hit) { return prepared.passes(ray, hit); };
   for (const MeshShading& mesh : prepared.meshes) filter.meshes.push_back(mesh.masked);
-  Result<std::unique_ptr<EmbreeScene>> tree = EmbreeScene::build(
-      prepared.scene, build_threads, filter,
-      [&watch](double fraction) { return !watch || watch(LoadStep::kBuilding, fraction); });
+  Result<std::unique_ptr<EmbreeScene>> tree =
+      EmbreeScene::build(prepared.scene, build_threads, filter,
+                         [&watch](double fraction) { return !watch || watch(fraction); });
   if (!tree.ok()) return tree.error();
   return std::shared_ptr<const EmbreeScene>(std::move(tree).value());
 }
 
 // All but the tree.
-std::shared_ptr<PreparedScene> prepare(LoadedScene loaded,
+std::shared_ptr<PreparedScene> prepare(Scene given, SceneHash hash,
                                        std::shared_ptr<const MaterialTextures> textures) {
   auto prepared = std::make_shared<PreparedScene>();
-  prepared->scene = std::move(loaded.scene);
-  prepared->hash = loaded.hash;
-  prepared->warnings = std::move(loaded.warnings);
-  if (loaded.dropped_triangles > 0) {
-    prepared->warnings.push_back(std::to_string(loaded.dropped_triangles) +
-                                 " triangles without area were left out");
-  }
+  prepared->scene = std::move(given);
+  prepared->hash = hash;
   const Scene& scene = prepared->scene;
   prepared->bounds = scene.bounds();
   prepared->ray_epsilon = ray_epsilon(*prepared);
@@ -85,17 +79,6 @@ std::shared_ptr<PreparedScene> prepare(LoadedScene loaded,
   for (const Placement& placed : scene.placements())
     prepared->meshes.push_back(mesh_shading(*prepared, placed));
   prepared->lights.build(scene, prepared->bounds, *prepared->textures);
-  return prepared;
-}
-
-Result<std::shared_ptr<PreparedScene>> prepare_with_tree(LoadedScene loaded, int build_threads,
-                                                         const LoadWatch& watch) {
-  auto textures = std::make_shared<MaterialTextures>();
-  if (Status s = textures->open(loaded.scene.textures); !s.ok()) return s.error();
-  std::shared_ptr<PreparedScene> prepared = prepare(std::move(loaded), std::move(textures));
-  Result<std::shared_ptr<const EmbreeScene>> tree = build_tree(*prepared, build_threads, watch);
-  if (!tree.ok()) return tree.error();
-  prepared->accel = std::move(tree).value();
   return prepared;
 }
 
@@ -183,31 +166,22 @@ GuideSetup PreparedScene::guide_setup(const RenderSettings& settings) const {
   return {bounds, lights.brightest(), settings.max_table_bytes, settings.huang, settings.adaptive};
 }
 
-Result<std::shared_ptr<const PreparedScene>> prepare_scene(LoadedScene loaded, int build_threads) {
-  Result<std::shared_ptr<PreparedScene>> prepared =
-      prepare_with_tree(std::move(loaded), build_threads, {});
-  if (!prepared.ok()) return prepared.error();
-  return std::shared_ptr<const PreparedScene>(std::move(prepared).value());
-}
-
-std::shared_ptr<const PreparedScene> prepare_same_surfaces(
-    LoadedScene loaded, const std::shared_ptr<const PreparedScene>& same) {
-  std::shared_ptr<PreparedScene> prepared = prepare(std::move(loaded), same->textures);
-  prepared->accel = {same, same->accel.get()};  // asks `same` which hits pass
+Result<std::shared_ptr<PreparedScene>> prepare_scene(Scene scene, SceneHash hash, int build_threads,
+                                                     const BuildWatch& watch) {
+  auto textures = std::make_shared<MaterialTextures>();
+  if (Status s = textures->open(scene.textures); !s.ok()) return s.error();
+  std::shared_ptr<PreparedScene> prepared = prepare(std::move(scene), hash, std::move(textures));
+  Result<std::shared_ptr<const EmbreeScene>> tree = build_tree(*prepared, build_threads, watch);
+  if (!tree.ok()) return tree.error();
+  prepared->accel = std::move(tree).value();
   return prepared;
 }
 
-Result<std::shared_ptr<const PreparedScene>> load_and_prepare_scene(
-    const std::filesystem::path& path, int build_threads, const LoadOptions& options) {
-  const SteadyClock clock;
-  const double start = clock.seconds();
-  Result<LoadedScene> loaded = load_scene(path, options);
-  if (!loaded.ok()) return loaded.error();
-  Result<std::shared_ptr<PreparedScene>> prepared =
-      prepare_with_tree(std::move(loaded).value(), build_threads, options.watch);
-  if (!prepared.ok()) return prepared.error();
-  prepared.value()->seconds = clock.seconds() - start;
-  return std::shared_ptr<const PreparedScene>(std::move(prepared).value());
+std::shared_ptr<const PreparedScene> prepare_same_surfaces(
+    Scene scene, SceneHash hash, const std::shared_ptr<const PreparedScene>& same) {
+  std::shared_ptr<PreparedScene> prepared = prepare(std::move(scene), hash, same->textures);
+  prepared->accel = {same, same->accel.get()};  // asks `same` which hits pass
+  return prepared;
 }
 
 }  // namespace qray

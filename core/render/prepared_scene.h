@@ -2,13 +2,12 @@
 // the jobs that render it.
 #pragma once
 
-#include <filesystem>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <vector>
 
 #include "core/accel/embree_scene.h"
-#include "core/import/load_scene.h"
 #include "core/render/bent_normal.h"
 #include "core/render/light_pick.h"
 #include "core/render/material_shading.h"
@@ -31,7 +30,7 @@ struct PreparedScene {
   SceneHash hash;
   Bounds3 bounds;
   float ray_epsilon = 0;  // metres: rounding noise of coordinates on the largest triangles
-  double seconds = 0;     // that loading and preparing took
+  double seconds = 0;     // that loading and preparing took; the loader's, as the warnings are
   std::vector<std::string> warnings;
   std::shared_ptr<const EmbreeScene> accel;
   std::vector<std::unique_ptr<Bsdf>> bsdfs;  // by MaterialId
@@ -77,12 +76,17 @@ struct PreparedScene {
   bool passes(const Ray& ray, const Hit& hit) const;
 };
 
-Result<std::shared_ptr<const PreparedScene>> prepare_scene(LoadedScene loaded, int build_threads);
-// `loaded` has the surfaces and images of `same`, whose tree both then share, and which lives as
+// Called now and then while the tree is built with how much of it is done, [0, 1], by several
+// threads at once. False: preparing ends with kCanceled. It may be empty.
+using BuildWatch = std::function<bool(double fraction)>;
+
+// pre: `scene` is validated (core/scene/validate.h), `hash` is its own. Not const, for the loader's
+// fields alone.
+Result<std::shared_ptr<PreparedScene>> prepare_scene(Scene scene, SceneHash hash, int build_threads,
+                                                     const BuildWatch& watch = {});
+// `scene` has the surfaces and images of `same`, whose tree both then share, and which lives as
 // long: only what surfaces and lights emit may differ.
 std::shared_ptr<const PreparedScene> prepare_same_surfaces(
-    LoadedScene loaded, const std::shared_ptr<const PreparedScene>& same);
-Result<std::shared_ptr<const PreparedScene>> load_and_prepare_scene(
-    const std::filesystem::path& path, int build_threads, const LoadOptions& options = {});
+    Scene scene, SceneHash hash, const std::shared_ptr<const PreparedScene>& same);
 
 }  // namespace qray

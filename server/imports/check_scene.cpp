@@ -13,7 +13,7 @@
 
 #include "core/image/picture_reader.h"
 #include "core/import/scene_entry.h"
-#include "core/render/prepared_scene.h"
+#include "core/job/load_and_prepare.h"
 #include "proto/messages.h"
 #include "server/imports/unzip.h"
 #include "server/store/disk_quota.h"

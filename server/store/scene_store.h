@@ -8,7 +8,7 @@
 #include <memory>
 #include <mutex>
 
-#include "core/render/prepared_scene.h"
+#include "core/job/load_and_prepare.h"
 #include "proto/messages.h"
 #include "server/store/uploaded_scenes.h"
 

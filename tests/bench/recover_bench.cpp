@@ -2,6 +2,7 @@
 // two threads), the features it needs of a scene, and a step of training.
 #include <benchmark/benchmark.h>
 
+#include "core/job/load_and_prepare.h"
 #include "core/math/hash.h"
 #include "core/recover/fast_recovery.h"
 #include "core/recover/train.h"

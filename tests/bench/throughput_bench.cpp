@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "core/job/load_and_prepare.h"
 #include "core/job/run_job.h"
 #include "tests/bench/ray_recorder.h"
 #include "tests/support/places.h"

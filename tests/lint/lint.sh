@@ -7,7 +7,8 @@ rules="$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)"
 cd "$1"
 export LC_ALL=C.UTF-8
 found="$(mktemp)"
-trap 'rm -f "$found"' EXIT
+units="$(mktemp -d)"  # files for clang-tidy
+trap 'rm -rf "$found" "$units"' EXIT
 
 files() { # of the project, by extension
   local names=()
@@ -102,6 +103,23 @@ check_format() {
     sed -E 's/^([^:]*:[0-9]+):.*/\1: not as clang-format writes it/' | sort -u || true
 }
 
+# A file for each folder includes all that is in it, so that a header is read once a folder. Files
+# that were made to be compiled apart define some names twice: such errors do not matter here, as
+# each definition is judged all the same. A header that is not found would end the check early.
+check_names() {
+  command -v clang-tidy > /dev/null && [ -f .clang-tidy ] || return 0
+  printf '%s\n' "${sources[@]}" | grep -E '^(core|proto|server)/' | awk -v out="$units" '{
+    folder = $0; sub(/\/[^\/]*$/, "", folder); gsub(/\//, "_", folder)
+    print "#include \"" $0 "\"" > (out "/" folder ".cpp")
+  }'
+  find "$units" -name '*.cpp' -print0 | xargs -0 -r -n 1 -P "$(nproc)" sh -c '
+    clang-tidy --quiet --config-file=.clang-tidy "$0" -- -std=c++20 -I. -w -ferror-limit=0 \
+      > "$0.said" 2> /dev/null' || true
+  cat "$units"/*.said | sed -E "s|^($PWD/)?(\./)?||" | sed -nE \
+    -e 's/^([^:]+:[0-9]+):.*: invalid case style for (.*) \[readability.*/\1: name of \2/p' \
+    -e "s/^([^:]+:[0-9]+):.* error: ('.*' file not found).*/\1: names are not checked: \2/p" | sort -u
+}
+
 {
   check_includes
   check_walls
@@ -110,6 +128,7 @@ check_format() {
   check_words
   check_readmes
   check_format
+  check_names
 } > "$found"
 cat "$found"
 [ ! -s "$found" ] || { echo "lint: $(wc -l < "$found") violations"; exit 1; }

@@ -9,14 +9,14 @@ trap 'rm -rf "$tree"' EXIT
 failures=0
 
 write_good_tree() {
-  rm -rf "${tree:?}"/*
+  rm -rf "${tree:?}"/* "$tree/.clang-tidy"
   mkdir -p "$tree/core/math" "$tree/core/accel" "$tree/proto"
   for folder in core/math core/accel proto; do echo "# $folder" > "$tree/$folder/README.md"; done
   printf '// A good header.\n#pragma once\n\n#include "core/base/check.h"\n' \
     > "$tree/core/math/good.h"
   printf '#include "core/math/good.h"\n\n#include <embree3/rtcore.h>\n' \
     > "$tree/core/accel/good.cpp"
-  printf '#include <nlohmann/json.hpp>\n\n#include "core/render/stats.h"\n' > "$tree/proto/good.cpp"
+  printf '#include <nlohmann/json.hpp>\n\n#include "core/base/check.h"\n' > "$tree/proto/good.cpp"
 }
 
 expect() { # NAME TEXT: lint.sh must complain with TEXT
@@ -34,7 +34,7 @@ bash "$here/lint.sh" "$tree" || { echo "selftest: the good tree was refused"; ex
 echo '#include "core/scene/scene.h"' > "$tree/core/math/bad.cpp"
 expect "a forbidden include" "core/math may not include core/scene/scene.h"
 echo '#include "core/render/path.h"' > "$tree/proto/bad.cpp"
-expect "a header beside the allowed one" "proto may not include core/render/path.h"
+expect "a folder above" "proto may not include core/render/path.h"
 echo '#include <embree3/rtcore.h>' > "$tree/core/math/bad.cpp"
 expect "a wall" "core/math/bad.cpp:1: wall"
 printf '// Purpose.\n#pragma once\n#include <nlohmann/json.hpp>\n' > "$tree/proto/bad.h"
@@ -59,6 +59,23 @@ if command -v clang-format > /dev/null; then
   cp "$here/../../.clang-format" "$tree/.clang-format"
   printf 'int  f( );\n' > "$tree/core/math/bad.cpp"
   expect "bad format" "core/math/bad.cpp:1: not as clang-format writes it"
+fi
+if command -v clang-tidy > /dev/null; then
+  plant_names() {
+    cp "$here/../../.clang-tidy" "$tree/.clang-tidy"
+    printf '#include "core/math/bad.h"\n%s\n' "$1" > "$tree/core/math/bad.cpp"
+    printf '// Purpose.\n#pragma once\n%s\n' "$2" > "$tree/core/math/bad.h"
+  }
+  plant_names '' 'struct bad_type {};'
+  expect "a type's name" "core/math/bad.h:3: name of struct 'bad_type'"
+  plant_names 'int BadFunction() { return 0; }' ''
+  expect "a function's name" "core/math/bad.cpp:2: name of function 'BadFunction'"
+  plant_names '' 'class Good { int member; };'
+  expect "a private member's name" "core/math/bad.h:3: name of private member 'member'"
+  plant_names 'constexpr int wrong = 1;' ''
+  expect "a constant's name" "core/math/bad.cpp:2: name of constexpr variable 'wrong'"
+  plant_names '#include "nowhere.h"' ''
+  expect "names that are not checked" "core/math/bad.cpp:2: names are not checked: 'nowhere.h'"
 fi
 
 [ "$failures" -eq 0 ] || exit 1

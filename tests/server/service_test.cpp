@@ -5,6 +5,7 @@
 
 #include "core/base/file.h"
 #include "core/image/rgb9e5.h"
+#include "core/job/load_and_prepare.h"
 #include "core/job/run_job.h"
 #include "server/jobs/job_settings.h"
 #include "server/store/picture.h"

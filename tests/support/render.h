@@ -6,6 +6,7 @@
 
 #include "core/image/image.h"
 #include "core/image/metrics.h"
+#include "core/job/load_and_prepare.h"
 #include "core/job/run_job.h"
 
 namespace qray::test {

@@ -78,14 +78,12 @@ inline void scale_emission(Scene& scene, float scale) {
 }
 
 inline std::shared_ptr<const PreparedScene> prepare(Scene scene) {
-  LoadedScene loaded;
   Result<ValidateReport> report = validate(scene);
   QRAY_CHECK(report.ok());
   Result<SceneHash> hash = hash_scene(scene);
   QRAY_CHECK(hash.ok());
-  loaded.scene = std::move(scene);
-  loaded.hash = hash.value();
-  Result<std::shared_ptr<const PreparedScene>> prepared = prepare_scene(std::move(loaded), 1);
+  Result<std::shared_ptr<PreparedScene>> prepared =
+      prepare_scene(std::move(scene), hash.value(), 1);
   QRAY_CHECK(prepared.ok());
   return prepared.value();
 }

@@ -162,8 +162,8 @@ Range error_range(const SceneSummary& scene) {
 // How each line looks. Okabe and Ito's palette without its yellow, told apart by colour-blind
 // readers; the points, six shapes, filled or (warm) hollow, tell lines apart in grey.
 std::string line_definitions(const std::vector<Series>& series) {
-  const char* kColours[] = {"0x000000", "0xe69f00", "0x0072b2", "0x009e73",
-                            "0xd55e00", "0xcc79a7", "0x56b4e9", "0x7f7f7f"};
+  static constexpr const char* kColours[] = {"0x000000", "0xe69f00", "0x0072b2", "0x009e73",
+                                             "0xd55e00", "0xcc79a7", "0x56b4e9", "0x7f7f7f"};
   std::vector<std::string> colour, point;
   for (const Series& s : series) {
     colour.push_back(kColours[s.style % std::size(kColours)]);

@@ -1,5 +1,5 @@
 // What a chart measures and concludes: plain data, written to results.jsonl and summary.json by
-// proto/chart_json. Errors are relMSE unless said otherwise (core/image/metrics.h); seconds are of
+// chart_json.h. Errors are relMSE unless said otherwise (core/image/metrics.h); seconds are of
 // rendering and, where a picture is recovered, of recovering that one: loading, developing and
 // comparing pictures do not count.
 #pragma once

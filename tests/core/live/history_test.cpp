@@ -11,10 +11,8 @@ constexpr int kSide = 64;
 
 std::shared_ptr<const PreparedScene> prepared(Scene scene) {
   scene.camera.position = {0, 0, 4};
-  LoadedScene loaded;
-  loaded.hash = hash_scene(scene).value();
-  loaded.scene = std::move(scene);
-  return prepare_scene(std::move(loaded), 1).value();
+  const SceneHash hash = hash_scene(scene).value();
+  return prepare_scene(std::move(scene), hash, 1).value();
 }
 
 // A wall at z = 0, and a smaller one a metre before it.

@@ -1,0 +1,21 @@
+// What every reader of a scene's format gives: the scene as its file says it, and what errors and
+// warnings need to name the place. Plain data.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "core/scene/scene.h"
+
+namespace qray {
+
+// Not validated yet.
+struct ImportedScene {
+  Scene scene;
+  std::vector<std::string> warnings;  // things understood and left out, with their place
+  // Where scene.meshes[i] was read from, as a pointer into the document: a file may hold several.
+  std::vector<std::string> mesh_pointers;
+  std::vector<std::string> instance_pointers;  // of scene.instances[i]
+};
+
+}  // namespace qray
