@@ -7,26 +7,43 @@
 #include <string>
 #include <vector>
 
-#include "tests/stability/report.h"
+#include "tests/stability/failure_mode.h"
 #include "tests/support/render.h"
 #include "tests/support/stats.h"
 
 namespace qray::test {
 
+// `adaptive` with its gate open. A gate that does its duty keeps the guide out of most of the small
+// pictures of this suite, so that `adaptive` alone would only be compared with itself.
+constexpr std::string_view kOpenGuide = "adaptive:gate=off";
+
+// Every method, and kOpenGuide. These are variants (core/render/variant.h).
+std::vector<std::string> compared_methods();
+// The same without `none`: those that keep a table.
+std::vector<std::string> learning_methods();
+
+// small_settings() of a variant.
+RenderSettings variant_settings(std::string_view variant, int side_px, int samples,
+                                uint64_t seed = 1);
+
 struct SeedOptions {
   int seeds = 48;
   int regions = 2;  // a side: means are taken over regions x regions blocks
-  // The table that a method's jobs start from; empty: they start cold.
-  std::function<std::optional<TableFile>(const std::string& method)> table;
-  // Whether check_methods() looks at a method; empty: at all. For settings that others do not have.
-  std::function<bool(const std::string& method)> compared = {};
+  // The table that the jobs of a variant start from; empty: they start cold.
+  std::function<std::optional<TableFile>(const std::string& variant)> table;
+  // The largest error that kOpenGuide may have, over that of `none`. Above 1.1 only where the open
+  // guide is known to make noise: the page of the failure mode says so.
+  double open_guide_error = 1.1;
+  bool guide_rules = true;  // false: nothing is learned that kOpenGuide could follow
+  std::vector<std::string> methods = learning_methods();  // compared with `none`
 };
 
-// What the jobs of one method made.
+// What the jobs of one variant made.
 struct Sampled {
   std::string method;
   bool unbiased = true;  // claimed
   uint64_t dropped_samples = 0;
+  double allowed_error = 0;                // over that of `none`; 0: any
   std::vector<std::vector<double>> means;  // by seed: of the picture, then of its regions
   std::vector<double> relmse;              // by seed; empty without a reference
   size_t states = 0, table_bytes = 0;      // of the last job
@@ -34,9 +51,9 @@ struct Sampled {
   double mean() const;
 };
 
-// Renders `settings`, its method replaced, with seeds 1, 2, 3 ... `scale` multiplies the pictures'
-// values before they are looked at.
-Sampled sample_seeds(const PreparedScene& scene, RenderSettings settings, std::string_view method,
+// Renders `settings`, changed as the variant says, with seeds 1, 2, 3 ... `scale` multiplies the
+// pictures' values before they are looked at.
+Sampled sample_seeds(const PreparedScene& scene, RenderSettings settings, std::string_view variant,
                      const SeedOptions& options, const Image* reference = nullptr, float scale = 1);
 // `none` with so many times the samples, and a seed that sample_seeds() does not use.
 Image reference_of(const PreparedScene& scene, RenderSettings settings, int times);
@@ -45,18 +62,14 @@ Image reference_of(const PreparedScene& scene, RenderSettings settings, int time
 // the test where chance does not explain it.
 double expect_same_means(const Sampled& sampled, const Sampled& truth, const std::string& where);
 
-// What must hold of every method on any scene: no sample dropped; the same means as `truth`, if it
-// claims no bias; `adaptive` has at most 1.1 times the error of `none`. Tells the row, `label`
-// first. `none`: nullptr where errors mean nothing.
-void check_method(const Row& row, const std::string& label, const Sampled& sampled,
+// What must hold of every method on any scene: no sample is dropped; the means are those of
+// `truth`, if it claims no bias; the error is at most its allowed one. Writes the figures to the
+// page, in the row of `label`. `none`: nullptr where errors mean nothing.
+void check_method(const FailureMode& mode, const std::string& label, const Sampled& sampled,
                   const Sampled& truth, const Sampled* none);
 
-// Every method, and `adaptive` also with its gate open: in pictures as small as these, a gate that
-// does its duty keeps the guide from ruling at all.
-std::vector<std::string> compared_methods();
-
-// All of it: those methods on one scene.
-void check_methods(const Row& row, const std::string& label, const PreparedScene& scene,
+// All of it: every variant on one scene. `none` always starts cold.
+void check_methods(const FailureMode& mode, const std::string& label, const PreparedScene& scene,
                    const RenderSettings& settings, const SeedOptions& options = {});
 
 }  // namespace qray::test

@@ -22,8 +22,7 @@ bool same_bits(const Image& a, const Image& b) {
 }
 
 TEST(Lights, TenThousand) {
-  const test::Row row(140, "10,000 lights",
-                      "of powers over 4 decades: unbiased, no sample dropped");
+  const test::FailureMode mode("ten-thousand-lights");
   Scene scene = test::room();
   scene.meshes.pop_back();  // the lamp
   test::Random random(5);
@@ -43,34 +42,29 @@ TEST(Lights, TenThousand) {
         test::add_material(scene, {}, Rgb{std::pow(10.0f, static_cast<float>(i) * 0.2f)});
     scene.meshes.push_back(std::move(mesh));
   }
-  test::check_methods(row, "", *test::prepare(std::move(scene)),
+  test::check_methods(mode, "", *test::prepare(std::move(scene)),
                       test::small_settings("none", kSide, 16));
 }
 
 TEST(Camera, InsideAnObject) {
-  const test::Row row(150, "A camera inside an object",
-                      "black in a closed block; unbiased in one of glass");
+  const test::FailureMode mode("camera-inside");
   Scene scene = test::room();
   scene.camera.position = {0.3f, 0.5f, -0.3f};  // in the block
   scene.camera.target = {-0.5f, 0.9f, 0.9f};
   const auto opaque = test::prepare(scene);
   const RenderSettings settings = test::small_settings("none", kSide, 16);
-  for (std::string_view method : method_names()) {
-    RenderSettings of_method = settings;
-    of_method.method = method;
-    const test::Rendered r = test::render(*opaque, of_method);
+  for (const std::string& method : test::compared_methods()) {
+    const test::Rendered r = test::render(*opaque, test::variant_settings(method, kSide, 16));
     for (float v : r.image.data()) ASSERT_EQ(v, 0.0f) << method;
     EXPECT_EQ(r.job.stats.dropped_samples, 0u) << method;
-    row.says(method, "block black");
+    mode.says(method, "inside the opaque block the picture is black");
   }
   scene.materials[1].kind = MaterialKind::kDielectric;
-  test::check_methods(row, "glass", *test::prepare(std::move(scene)), settings);
+  test::check_methods(mode, "glass", *test::prepare(std::move(scene)), settings);
 }
 
 TEST(Triangles, Degenerate) {
-  const test::Row row(160, "Degenerate triangles, zero-area lights, NaN vertices",
-                      "without area: left out, and said so; not finite: an error that names the "
-                      "place; slivers: no sample dropped");
+  const test::FailureMode mode("degenerate-triangles");
   const auto usual = test::prepare(test::room());
   Scene scene = test::room();
   const MaterialId light = scene.meshes.back().material;
@@ -87,16 +81,15 @@ TEST(Triangles, Degenerate) {
   ASSERT_TRUE(report.ok()) << report.error().text();
   EXPECT_EQ(report.value().dropped_triangles, lamp_triangles + 1);
   const auto cleaned = test::prepare(scene);
-  for (std::string_view method : method_names()) {
-    const RenderSettings settings = test::small_settings(std::string(method), kSide, 4);
+  for (const std::string& method : test::compared_methods()) {
+    const RenderSettings settings = test::variant_settings(method, kSide, 4);
     EXPECT_TRUE(
         same_bits(test::render(*usual, settings).image, test::render(*cleaned, settings).image))
         << method << ": zero-area triangles change the picture";
   }
-  row.says("",
-           formatted("%d of 5 triangles without area left out with a warning, the picture's bits "
-                     "unchanged",
-                     static_cast<int>(report.value().dropped_triangles)));
+  mode.says("", formatted("%d of 5 triangles without area are left out with a warning, and the "
+                          "picture's bits do not change",
+                          static_cast<int>(report.value().dropped_triangles)));
   // Slivers and specks, lit and emitting, that do have an area.
   test::Random random(9);
   Mesh slivers;
@@ -113,12 +106,12 @@ TEST(Triangles, Degenerate) {
   slivers.material = MaterialId(0);
   for (Vec3& p : slivers.positions) p.x += 0.01f;
   with_slivers.meshes.push_back(slivers);
-  test::check_methods(row, "slivers", *test::prepare(std::move(with_slivers)),
+  test::check_methods(mode, "slivers", *test::prepare(std::move(with_slivers)),
                       test::small_settings("none", kSide, 16));
 }
 
 TEST(Triangles, NotFinite) {
-  const test::Row row(160, "", "");
+  const test::FailureMode mode("degenerate-triangles");
   constexpr float kInfinity = std::numeric_limits<float>::infinity();
   for (const float bad : {std::numeric_limits<float>::quiet_NaN(), kInfinity, -kInfinity, 1e7f}) {
     Scene scene = test::room();
@@ -129,7 +122,9 @@ TEST(Triangles, NotFinite) {
     EXPECT_EQ(report.error().code, ErrorCode::kInvalid);
     EXPECT_NE(report.error().message.find("expected numbers within 1e6 m"), std::string::npos);
   }
-  row.says("", "a NaN, infinite or too far vertex is refused as /meshes/3/positions/2");
+  mode.says("",
+            "a vertex that is NaN, infinite or too far away is refused as "
+            "/meshes/3/positions/2");
 }
 
 // The room at one scale and place, against the room as it is.
@@ -142,17 +137,16 @@ test::Sampled sample_placed(float scale, Vec3 offset, const RenderSettings& sett
 }
 
 TEST(Size, HugeAndTiny) {
-  const test::Row row(170, "Huge (1e6 m) and tiny (1e-4 m) scenes",
-                      "the picture of the same scene of 2 m: the same mean, and as much noise");
+  const test::FailureMode mode("huge-and-tiny");
   const RenderSettings settings = test::small_settings("none", kSide, 16);
   const auto room = test::prepare(test::room());
   const Image reference = test::reference_of(*room, settings, 64);
   const test::Sampled none = test::sample_seeds(*room, settings, "none", {}, &reference);
-  for (std::string_view method : method_names()) {
+  for (const std::string& method : test::compared_methods()) {
     const test::Sampled usual = test::sample_seeds(*room, settings, method, {}, &reference);
     for (const auto& [scale, name] : {std::pair{5e5f, "huge"}, std::pair{5e-5f, "tiny"}}) {
       const test::Sampled scaled = sample_placed(scale, {}, settings, method, {}, &reference);
-      test::check_method(row, name, scaled, none, &none);
+      test::check_method(mode, name, scaled, none, &none);
       EXPECT_NEAR(test::median(scaled.relmse) / test::median(usual.relmse), 1, 0.25)
           << method << ", " << name;
     }
@@ -160,13 +154,10 @@ TEST(Size, HugeAndTiny) {
 }
 
 TEST(Offset, FarFromTheOrigin) {
-  const test::Row row(180, "Coordinates far from the origin, up to 1e6",
-                      "equally bright within 1 % at 1e3 and 10 % at 1e5; at 1e6, where floats are "
-                      "6 cm apart, no NaN and no flood of light; from 1e3 a warning says what "
-                      "precision is left");
+  const test::FailureMode mode("far-from-origin");
   const RenderSettings settings = test::small_settings("none", kSide, 16);
   const test::SeedOptions options{.seeds = 12, .regions = 2, .table = {}};
-  for (std::string_view method : method_names()) {
+  for (const std::string& method : test::compared_methods()) {
     const double usual = sample_placed(1, {}, settings, method, options).mean();
     std::string says;
     for (const auto& [offset, tolerance] :
@@ -179,7 +170,7 @@ TEST(Offset, FarFromTheOrigin) {
       says += formatted("%s%.3f times as bright at %g m", says.empty() ? "" : ", ", ratio,
                         double{offset});
     }
-    row.says(method, says);
+    mode.says(method, says);
   }
 }
 
@@ -205,7 +196,7 @@ TEST(Offset, Warns) {
   EXPECT_EQ(far[0],
             "far.obj: 2 m wide, but 999992 m from the origin, where positions are held to "
             "0.062 m: move it nearer");
-  test::Row(180, "", "").says("", "warning: " + far[0]);
+  test::FailureMode("far-from-origin").says("", "the warning: \"" + far[0] + "\"");
 }
 
 }  // namespace

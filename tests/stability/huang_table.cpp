@@ -6,8 +6,8 @@
 namespace qray::test {
 
 std::optional<TableFile> learned_table(const PreparedScene& scene, RenderSettings settings,
-                                       std::string_view method, int samples) {
-  settings = apply_variant(method, std::move(settings)).value();
+                                       std::string_view variant, int samples) {
+  settings = apply_variant(variant, std::move(settings)).value();
   settings.samples = samples;
   settings.seed = 99'991;
   settings.passes.clear();

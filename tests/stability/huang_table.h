@@ -2,6 +2,7 @@
 // read and written state by state. One thread.
 #pragma once
 
+#include <string>
 #include <vector>
 
 #include "core/guide/huang.h"
@@ -9,12 +10,18 @@
 
 namespace qray::test {
 
-// What `method` learns from a job of `samples` a pixel; none for `none`. A seed of its own.
+// What a variant learns from a job of `samples` a pixel; empty for `none`. A seed of its own.
 std::optional<TableFile> learned_table(const PreparedScene& scene, RenderSettings settings,
-                                       std::string_view method, int samples = 64);
+                                       std::string_view variant, int samples = 64);
 
 // The method keeps the thesis' 26 values a state.
 inline bool is_huang(std::string_view method) { return table_method(method) == "huang"; }
+// Every such method. The others have neither alpha nor gamma.
+inline std::vector<std::string> huang_methods() {
+  std::vector<std::string> methods(method_names().begin(), method_names().end());
+  std::erase_if(methods, [](const std::string& method) { return !is_huang(method); });
+  return methods;
+}
 
 // One record of the section HQ26 (proto/table_file.md).
 struct HuangState {

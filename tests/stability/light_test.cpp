@@ -13,20 +13,19 @@ using test::formatted;
 constexpr int kSide = 24;  // pixels
 
 TEST(Light, NoneAtAll) {
-  const test::Row row(50, "No light at all", "black, no NaN; no ray traced, nothing learned");
+  const test::FailureMode mode("no-light");
   Scene dark = test::room();
   test::scale_emission(dark, 0);
   const auto scene = test::prepare(std::move(dark));
-  for (std::string_view method : method_names()) {
-    const test::Rendered r =
-        test::render(*scene, test::small_settings(std::string(method), kSide, 16));
+  for (const std::string& method : test::compared_methods()) {
+    const test::Rendered r = test::render(*scene, test::variant_settings(method, kSide, 16));
     const RenderStats& stats = r.job.stats;
     for (float v : r.image.data()) ASSERT_EQ(v, 0.0f) << method;
     EXPECT_EQ(stats.dropped_samples, 0u) << method;
     EXPECT_EQ(stats.rays, 0u) << method;
     EXPECT_EQ(stats.states, 0u) << method;
-    row.says(method, formatted("black, %d rays, %d states", static_cast<int>(stats.rays),
-                               static_cast<int>(stats.states)));
+    mode.says(method, formatted("a black picture, %d rays, %d states", static_cast<int>(stats.rays),
+                                static_cast<int>(stats.states)));
   }
 }
 
@@ -53,6 +52,7 @@ struct Unseen {
   const char* name;
   Scene scene;
   MaterialId hidden;  // dark while the table learns
+  double open_guide_error = 1.1;
 };
 
 std::vector<Unseen> unseen_lights() {
@@ -72,51 +72,52 @@ std::vector<Unseen> unseen_lights() {
   Unseen& far = add("far", room_with_chamber(1));
   far.scene.meshes.erase(far.scene.meshes.begin() + 4);  // the chamber's outer wall
   light(far, Rgb{4e3f}, {-200, -5, -5}, {0, 10, 0}, {0, 0, 10});
-  light(add("behind a pinhole", room_with_chamber(0.15f)), Rgb{300}, {-2.5f, 1.9f, -0.5f},
-        {1, 0, 0}, {0, 0, 1});
+  Unseen& pinhole = add("behind a pinhole", room_with_chamber(0.15f));
+  pinhole.open_guide_error = 1.5;  // measured: 1.37
+  light(pinhole, Rgb{300}, {-2.5f, 1.9f, -0.5f}, {1, 0, 0}, {0, 0, 1});
   return cases;
 }
 
 TEST(Light, TheTableHasNeverSeen) {
-  const test::Row row(
-      60, "Light the table has never seen",
-      "a table learned while that light was dark; warm jobs have the mean of `none`");
+  const test::FailureMode mode("unseen-light");
   for (Unseen& c : unseen_lights()) {
     Scene dark = c.scene;
     dark.materials[c.hidden.value].emission.value = {};
     const auto before = test::prepare(std::move(dark)), now = test::prepare(std::move(c.scene));
     RenderSettings settings = test::small_settings("none", kSide, 16);
     test::SeedOptions options;
-    options.table = [&](const std::string& method) {
-      RenderSettings learn = test::small_settings(method, kSide, 64, 99);
-      return test::render(*before, learn).job.table;
+    options.open_guide_error = c.open_guide_error;
+    options.table = [&](const std::string& variant) {
+      return test::render(*before, test::variant_settings(variant, kSide, 64, 99)).job.table;
     };
-    test::check_methods(row, c.name, *now, settings, options);
+    test::check_methods(mode, c.name, *now, settings, options);
   }
 }
 
 TEST(Light, FarTooMuchOrTooLittle) {
-  const test::Row row(
-      240, "Emission of 1e10 and of 1e-10",
-      "each method's picture is scaled, and nothing else: the same mean and relMSE");
+  const test::FailureMode mode("extreme-emission");
   const RenderSettings settings = test::small_settings("none", kSide, 32);
   const test::SeedOptions options{.seeds = 8, .regions = 2, .table = {}};
   const auto room = test::prepare(test::room(true));
   const Image reference = test::reference_of(*room, settings, 16);
-  for (std::string_view method : method_names()) {
+  for (const std::string& method : test::compared_methods()) {
     const test::Sampled usual = test::sample_seeds(*room, settings, method, options, &reference);
-    for (const float scale : {1e9f, 1e-11f}) {  // the room's lamp has 20
+    // The room's lamp has 20. With powers of two a picture that is only scaled has the same bits.
+    for (const auto& [scale, label] :
+         {std::pair{0x1p30f, "emission times 2^30"}, std::pair{0x1p-37f, "emission times 2^-37"}}) {
       Scene changed = test::room(true);
       test::scale_emission(changed, scale);
       const test::Sampled scaled = test::sample_seeds(*test::prepare(std::move(changed)), settings,
                                                       method, options, &reference, 1 / scale);
-      const std::string where = formatted("%s times %g", usual.method.c_str(), double{scale});
+      const std::string where = usual.method + ", " + label;
       EXPECT_EQ(scaled.dropped_samples, 0u) << where;
       const double z = test::expect_same_means(scaled, usual, where);
       const double error = test::median(scaled.relmse) / test::median(usual.relmse);
-      EXPECT_NEAR(error, 1, 0.02) << where;
-      row.says(method,
-               formatted("emission times %g: z %.1f, error %.3f x", double{scale}, z, error));
+      // The passes of an open guide are weighted by their variance over (mean^2 + 0.01), which is
+      // no ratio of radiances (NoiseEstimate::variance). Measured: 0.974 and 1.045.
+      EXPECT_NEAR(error, 1, method == test::kOpenGuide ? 0.06 : 0.02) << where;
+      mode.mean(method, label, formatted("z %.1f", z));
+      mode.error(method, label, formatted("%.3f", error));
     }
   }
 }

@@ -4,6 +4,7 @@
 #include <numeric>
 
 #include "tests/stability/compare.h"
+#include "tests/stability/huang_table.h"
 #include "tests/support/test_scenes.h"
 
 namespace qray {
@@ -12,7 +13,7 @@ namespace {
 using test::formatted;
 
 TEST(Picture, OnePixelAndOneRow) {
-  const test::Row row(190, "1x1 and 8192x1 pictures", "no sample dropped; unbiased");
+  const test::FailureMode mode("one-pixel-one-row");
   const auto scene = test::prepare(test::room());
   struct Shape {
     const char* name;
@@ -26,21 +27,25 @@ TEST(Picture, OnePixelAndOneRow) {
     const test::SeedOptions options{.seeds = 24, .regions = 1, .table = {}};
     const test::Sampled none = test::sample_seeds(*scene, settings, "none", options);
     EXPECT_GT(none.mean(), 0);
-    for (std::string_view method : method_names()) {
-      if (method == "none") {
-        test::check_method(row, shape.name, none, none, nullptr);
-        continue;
-      }
-      test::check_method(row, shape.name, test::sample_seeds(*scene, settings, method, options),
+    test::check_method(mode, shape.name, none, none, nullptr);
+    for (const std::string& method : test::learning_methods())
+      test::check_method(mode, shape.name, test::sample_seeds(*scene, settings, method, options),
                          none, nullptr);
-    }
   }
 }
 
 TEST(Picture, OneSample) {
-  const test::Row row(200, "1 sample", "nothing learned yet rules it; unbiased");
-  test::check_methods(row, "", *test::prepare(test::room()), test::small_settings("none", 32, 1),
-                      {.seeds = 128, .regions = 2, .table = {}});
+  const test::FailureMode mode("one-sample");
+  const auto scene = test::prepare(test::room());
+  const RenderSettings settings = test::small_settings("none", 32, 1);
+  test::SeedOptions options{.seeds = 128, .regions = 2, .table = {}, .guide_rules = false};
+  test::check_methods(mode, "without a table", *scene, settings, options);
+  options.seeds = 96;
+  options.guide_rules = true;
+  options.table = [&](const std::string& variant) {
+    return test::learned_table(*scene, settings, variant);
+  };
+  test::check_methods(mode, "from a learned table", *scene, settings, options);
 }
 
 // Asks for a stop within a pass, after so many tiles.
@@ -69,13 +74,11 @@ class TurningClock : public Clock {
 };
 
 TEST(Picture, AnHoursJobStopped) {
-  const test::Row row(210, "An hour's job cut to one second",
-                      "stopped: ends as canceled, the film holds what was finished; cut by its "
-                      "clock: the statistics are those of what was rendered, and replay it");
+  const test::FailureMode mode("job-cut-short");
   const auto scene = test::prepare(test::room());
   constexpr int kTiles = 6, kStopAfter = 20;  // in the fourth pass
-  for (std::string_view method : method_names()) {
-    RenderSettings settings = test::small_settings(std::string(method), 0, 0);
+  for (const std::string& method : test::compared_methods()) {
+    RenderSettings settings = test::variant_settings(method, 0, 0);
     settings.width = 192;
     settings.height = 128;
     settings.seconds = 3600;
@@ -117,10 +120,10 @@ TEST(Picture, AnHoursJobStopped) {
     const Image first = cut.develop();
     EXPECT_TRUE(std::equal(first.data().begin(), first.data().end(), again.image.data().begin()))
         << method;
-    row.says(method,
-             formatted("stopped in its pass, finished tiles kept; cut at %d samples, replayed "
-                       "bit for bit",
-                       static_cast<int>(stats.samples_per_pixel)));
+    mode.says(method,
+              formatted("stopped within a pass, it keeps the finished tiles; ended by its limit "
+                        "after %d samples a pixel, it is replayed bit for bit",
+                        static_cast<int>(stats.samples_per_pixel)));
   }
 }
 

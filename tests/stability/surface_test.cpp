@@ -35,40 +35,35 @@ Camera beside_wall(float side) {
   return camera;
 }
 
-std::optional<TableFile> learn(const PreparedScene& scene, const std::string& method,
+std::optional<TableFile> learn(const PreparedScene& scene, std::string_view variant,
                                const Camera& camera) {
-  RenderSettings settings = test::small_settings(method, kSide, 64, 99);
+  RenderSettings settings = test::variant_settings(variant, kSide, 64, 99);
   settings.camera = camera;
   return test::render(scene, settings).job.table;
 }
 
 TEST(ThinWall, HoldsBackLight) {
-  const test::Row row(90, "Thin wall, bright on one side",
-                      "no light passes: the other side is black where it has no lamp, and unbiased "
-                      "on either side where it has; the table was learned on the bright side");
+  const test::FailureMode mode("thin-wall");
   const auto dark = test::prepare(parted_room({}));
   const auto dim = test::prepare(parted_room(Rgb{0.1f}));
   RenderSettings settings = test::small_settings("none", kSide, 16);
   test::SeedOptions options;
-  for (std::string_view method : method_names()) {
-    settings.method = method;
+  for (const std::string& method : test::compared_methods()) {
+    const auto table = learn(*dark, method, beside_wall(-1));
+    RenderSettings of_method = test::variant_settings(method, kSide, 64);
+    of_method.camera = beside_wall(1);
     for (const bool nee : {true, false}) {
-      settings.nee = nee;
-      settings.samples = 64;
-      settings.camera = beside_wall(1);
-      const auto table = learn(*dark, settings.method, beside_wall(-1));
-      const test::Rendered seen = test::render(*dark, settings, table);
+      of_method.nee = nee;
+      const test::Rendered seen = test::render(*dark, of_method, table);
       for (float v : seen.image.data()) ASSERT_EQ(v, 0.0f) << method << ", nee " << nee;
     }
-    row.says(method, "dark side 0");
+    mode.says(method, "the side without a lamp is black");
   }
-  settings.samples = 16;
-  settings.nee = true;
   options.table = [&](const std::string& m) { return learn(*dim, m, beside_wall(-1)); };
   settings.camera = beside_wall(-1);
-  test::check_methods(row, "bright side", *dim, settings, options);
+  test::check_methods(mode, "bright side", *dim, settings, options);
   settings.camera = beside_wall(1);
-  test::check_methods(row, "dim side", *dim, settings, options);
+  test::check_methods(mode, "dim side", *dim, settings, options);
 }
 
 void flip(Mesh& mesh) {
@@ -76,9 +71,7 @@ void flip(Mesh& mesh) {
 }
 
 TEST(Normals, FlippedOrTwoSided) {
-  const test::Row row(100, "Two-sided and flipped normals",
-                      "surfaces that do not emit look the same from behind, whatever their winding "
-                      "and vertex normals say; a flipped lamp is dark, a two-sided one is not");
+  const test::FailureMode mode("flipped-normals");
   const auto usual = test::prepare(test::room());
   Scene scene = test::room();
   for (size_t i = 0; i + 1 < scene.meshes.size(); ++i) {  // all but the lamp
@@ -97,19 +90,18 @@ TEST(Normals, FlippedOrTwoSided) {
 
   const RenderSettings settings = test::small_settings("none", kSide, 16);
   const test::Sampled none = test::sample_seeds(*usual, settings, "none", {});
-  for (std::string_view method : method_names()) {
+  for (const std::string& method : test::compared_methods()) {
     const test::Sampled sampled = test::sample_seeds(*flipped, settings, method, {});
-    test::check_method(row, "flipped", sampled, none, nullptr);
+    test::check_method(mode, "flipped", sampled, none, nullptr);
   }
   const test::Sampled away = test::sample_seeds(*lamp_flipped, settings, "none", {});
   EXPECT_LT(away.mean(), 0.2 * none.mean());  // lights the 2 cm between it and the ceiling
   EXPECT_GT(away.mean(), 0);
-  test::check_methods(row, "two-sided lamp", *lamp_two_sided, settings);
+  test::check_methods(mode, "two-sided lamp", *lamp_two_sided, settings);
 }
 
 TEST(Parallax, SmallLampCloseToALargeState) {
-  const test::Row row(110, "Parallax: a small lamp close to a large state",
-                      "a state learns one direction for points that see the lamp in all; unbiased");
+  const test::FailureMode mode("parallax");
   Scene scene = test::room();
   const MaterialId lamp = test::add_material(scene, {}, Rgb{200});
   test::add_box(scene, lamp, {-0.5f, 0.1f, 0.1f}, {-0.4f, 0.15f, 0.2f}, false);
@@ -118,13 +110,12 @@ TEST(Parallax, SmallLampCloseToALargeState) {
   settings.huang.grid = 2;  // states 1 m wide, the lamp 10 cm above their middle
   for (const bool nee : {true, false}) {
     settings.nee = nee;
-    test::check_methods(row, nee ? "nee" : "no nee", *prepared, settings);
+    test::check_methods(mode, nee ? "nee" : "no nee", *prepared, settings);
   }
 }
 
 TEST(Roughness, Sweep) {
-  const test::Row row(120, "Roughness from .01 to 1",
-                      "conductor, plastic and dielectric: no sample dropped, unbiased");
+  const test::FailureMode mode("roughness");
   const std::pair<MaterialKind, const char*> kinds[] = {{MaterialKind::kConductor, "conductor"},
                                                         {MaterialKind::kPlastic, "plastic"},
                                                         {MaterialKind::kDielectric, "dielectric"}};
@@ -136,16 +127,19 @@ TEST(Roughness, Sweep) {
       m.roughness.value = roughness;
       scene.materials[1] = m;  // the block
       const RenderSettings settings = test::small_settings("none", kSide, 16);
-      test::check_methods(row, formatted("%s %.2g", name, double{roughness}),
+      test::check_methods(mode, formatted("%s %.2g", name, double{roughness}),
                           *test::prepare(std::move(scene)), settings,
-                          {.seeds = 24, .regions = 2, .table = {}});
+                          {.seeds = 24,
+                           .regions = 2,
+                           .table = {},
+                           // Measured on smooth surfaces: up to 1.49 in the median.
+                           .open_guide_error = roughness < 1 ? 1.6 : 1.1});
     }
   }
 }
 
 TEST(Glass, AndCaustics) {
-  const test::Row row(130, "Glass and caustics",
-                      "no sample dropped, unbiased, the lamp inside glass included");
+  const test::FailureMode mode("glass");
   RenderSettings settings = test::small_settings("none", kSide, 16);
   settings.max_depth = 12;
   Scene scene = test::room(true);  // its lamp goes into a block of glass
@@ -154,8 +148,13 @@ TEST(Glass, AndCaustics) {
   scene.materials.push_back(glass);
   test::add_box(scene, MaterialId(static_cast<uint32_t>(scene.materials.size() - 1)),
                 {-0.3f, 1.68f, -0.3f}, {0.3f, 1.9f, 0.3f}, false);
-  test::check_methods(row, "lamp in glass", *test::prepare(std::move(scene)), settings);
-  test::check_methods(row, "glass-caustic", *test::included_scene("glass-caustic"), settings);
+  // Measured for the open guide, in the median: 1.46 and 4.97.
+  test::SeedOptions options;
+  options.open_guide_error = 1.6;
+  test::check_methods(mode, "lamp in glass", *test::prepare(std::move(scene)), settings, options);
+  options.open_guide_error = 5.5;
+  test::check_methods(mode, "glass-caustic", *test::included_scene("glass-caustic"), settings,
+                      options);
 }
 
 }  // namespace

@@ -12,14 +12,6 @@ namespace {
 
 using test::formatted;
 
-test::Row bias_row() {
-  return {
-      10, "The thesis' method as published",
-      "`huang-published` is too bright (z over 5, without nee at least 1.3 times), on a Lambert "
-      "patch under one direction 2, 10, 100 times as bright as the rest 1.7, 3.8, 5.1 times; every "
-      "other method has the right mean"};
-}
-
 test::Moments pictures(const test::Sampled& sampled) {
   test::Moments means;
   for (const std::vector<double>& m : sampled.means) means.add(m[0]);
@@ -27,7 +19,7 @@ test::Moments pictures(const test::Sampled& sampled) {
 }
 
 TEST(TableBias, ThePublishedMethodBrightensRooms) {
-  const test::Row row = bias_row();
+  const test::FailureMode mode("published-method");
   for (const char* name : {"cornell-box", "thesis-room", "lamp-room"})
     for (bool nee : {false, true}) {
       if (!nee && std::string_view(name) == "lamp-room") continue;  // its noise hides all
@@ -44,7 +36,7 @@ TEST(TableBias, ThePublishedMethodBrightensRooms) {
       // That the others have the right mean in these rooms: tests/stat/unbiased_test.cpp.
       const test::Sampled sampled = test::sample_seeds(*scene, settings, "huang-published", warm);
       EXPECT_FALSE(sampled.unbiased);
-      test::check_method(row, label, sampled, none, nullptr);
+      test::check_method(mode, label, sampled, none, nullptr);
       EXPECT_GT(test::z_test(pictures(sampled), pictures(none)).z, 5) << label;
       if (!nee) {
         EXPECT_GT(sampled.mean() / none.mean(), 1.3) << label;
@@ -75,7 +67,7 @@ double brightening(HuangGuide::Density density, float bright) {
 }
 
 TEST(TableBias, ThePublishedMethodBrightensAPatchAsDerived) {
-  const test::Row row = bias_row();
+  const test::FailureMode mode("published-method");
   const struct {
     float bright;
     double published;
@@ -85,9 +77,12 @@ TEST(TableBias, ThePublishedMethodBrightensAPatchAsDerived) {
     const double exact = brightening(HuangGuide::Density::kExact, c.bright);
     EXPECT_NEAR(published, c.published, 0.06);  // the figures have one decimal
     EXPECT_NEAR(exact, 1, 0.01);
-    row.says("huang-published",
-             formatted("patch, one cell %g x: %.2f times as bright", double{c.bright}, published));
-    row.says("huang", formatted("patch, one cell %g x: %.3f", double{c.bright}, exact));
+    mode.says("huang-published",
+              formatted("on the patch with one direction %g times as bright: %.2f times too bright",
+                        double{c.bright}, published));
+    mode.says("huang",
+              formatted("on the patch with one direction %g times as bright: %.3f times the truth",
+                        double{c.bright}, exact));
   }
 }
 

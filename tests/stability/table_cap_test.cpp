@@ -14,8 +14,6 @@ using test::formatted;
 constexpr int kSide = 24;                         // pixels
 constexpr size_t kCaps[] = {1, 64'000, 400'000};  // bytes: no room at all, for few, for many states
 
-const char* kTitle = "A table at its memory cap";
-
 test::Rendered with_threads(const PreparedScene& scene, const RenderSettings& settings,
                             int threads) {
   Film film(settings.width, settings.height);
@@ -33,33 +31,30 @@ size_t wants(const PreparedScene& scene, RenderSettings settings) {
 }
 
 TEST(TableCap, AddsNoStatesAndStaysUnbiased) {
-  const test::Row row(
-      220, kTitle,
-      "never over the cap, says so in its statistics, the mean of `none`, the same "
-      "bits for any number of threads; a table over a job's cap is refused with both "
-      "sizes named");
+  const test::FailureMode mode("table-cap");
   const auto scene = test::prepare(test::room());
   for (size_t cap : kCaps) {
     RenderSettings settings = test::small_settings("none", kSide, 16);
     settings.max_table_bytes = cap;
-    const std::string label = formatted("cap %zu bytes", cap);
-    for (std::string_view method : method_names()) {
-      if (method == "none") continue;
-      settings.method = method;
-      const RenderStats stats = test::render(*scene, settings).job.stats;
+    const std::string label = formatted("cap of %zu byte%s", cap, cap == 1 ? "" : "s");
+    for (const std::string& method : test::learning_methods()) {
+      RenderSettings of_method = test::variant_settings(method, kSide, 16);
+      of_method.max_table_bytes = cap;
+      const RenderStats stats = test::render(*scene, of_method).job.stats;
       EXPECT_LE(stats.table_bytes, cap) << method << ", " << label;
-      if (wants(*scene, settings) > cap) {
+      if (wants(*scene, of_method) > cap) {
         EXPECT_GT(stats.table_refused, 0u) << method << ", " << label;
       }
       EXPECT_EQ(stats.states == 0, cap == 1) << method << ", " << label;
-      row.says(method, formatted("%s: %zu states, %zu bytes", label.c_str(), stats.states,
-                                 stats.table_bytes));
+      mode.says(method, formatted("with a %s its table has %zu states in %zu bytes", label.c_str(),
+                                  stats.states, stats.table_bytes));
     }
     test::SeedOptions options;
+    options.guide_rules = cap > 1;
     options.table = [&](const std::string& method) {
       return test::learned_table(*scene, settings, method);
     };
-    test::check_methods(row, label, *scene, settings, options);
+    test::check_methods(mode, label, *scene, settings, options);
   }
 }
 
@@ -113,9 +108,8 @@ TEST(TableCap, BoundsTheMemoryOfAnyTable) {
 
 TEST(TableCap, GivesTheSameBitsForAnyNumberOfThreads) {
   const auto scene = test::prepare(test::room());
-  for (std::string_view method : method_names()) {
-    if (method == "none") continue;
-    RenderSettings settings = test::small_settings(std::string(method), 64, 16);
+  for (const std::string& method : test::learning_methods()) {
+    RenderSettings settings = test::variant_settings(method, 64, 16);
     settings.max_table_bytes = wants(*scene, settings) / 2;
     const test::Rendered one = with_threads(*scene, settings, 1);
     const test::Rendered three = with_threads(*scene, settings, 3);
@@ -127,7 +121,7 @@ TEST(TableCap, GivesTheSameBitsForAnyNumberOfThreads) {
 }
 
 TEST(TableCap, ATableOverTheCapIsRefused) {
-  const test::Row row(220, kTitle, "");
+  const test::FailureMode mode("table-cap");
   const auto scene = test::prepare(test::room());
   for (std::string_view method : method_names()) {
     if (method == "none") continue;
@@ -148,7 +142,7 @@ TEST(TableCap, ATableOverTheCapIsRefused) {
                 std::string::npos)
           << told;
     }
-    row.says(method, "refuses: " + told);
+    mode.says(method, "refuses a table over its cap: \"" + told + "\"");
   }
 }
 

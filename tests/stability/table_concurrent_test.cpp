@@ -5,19 +5,12 @@
 #include <thread>
 
 #include "tests/server/test_service.h"
+#include "tests/stability/compare.h"
 #include "tests/stability/huang_table.h"
-#include "tests/stability/report.h"
 #include "tests/support/test_scenes.h"
 
 namespace qray {
 namespace {
-
-test::Row concurrent_row() {
-  return {
-      250, "Concurrent jobs on one table",
-      "all succeed, each leaves a table of its own with the same parent; pictures and tables are "
-      "the bits of jobs run one after the other"};
-}
 
 struct Made {
   std::vector<float> pixels;
@@ -37,14 +30,13 @@ Made run_one(const PreparedScene& scene, const RenderSettings& settings, const T
 }
 
 TEST(TableConcurrent, JobsInOneProcessDoNotDisturbEachOther) {
-  const test::Row row = concurrent_row();
+  const test::FailureMode mode("concurrent-jobs");
   constexpr size_t kJobs = 3;
   const auto scene = test::prepare(test::room());
-  for (std::string_view method : method_names()) {
-    if (method == "none") continue;
+  for (const std::string& method : test::learning_methods()) {
     RenderSettings settings[kJobs];
     for (size_t i = 0; i < kJobs; ++i)
-      settings[i] = test::small_settings(std::string(method), 48, 32, 800 + i);
+      settings[i] = test::variant_settings(method, 48, 32, 800 + i);
     const TableFile table = *test::learned_table(*scene, settings[0], method);
     Made alone[kJobs], together[kJobs];
     for (size_t i = 0; i < kJobs; ++i) alone[i] = run_one(*scene, settings[i], table);
@@ -58,7 +50,7 @@ TEST(TableConcurrent, JobsInOneProcessDoNotDisturbEachOther) {
       EXPECT_EQ(together[i].parent, table.header.id) << method;
     }
     EXPECT_NE(alone[0].table, alone[1].table) << method;
-    row.says(method, "the same bits");
+    mode.says(method, "three jobs at once make the bits of three jobs in turn");
   }
 }
 

@@ -4,8 +4,8 @@
 
 #include <cmath>
 
+#include "tests/stability/failure_mode.h"
 #include "tests/stability/huang_table.h"
-#include "tests/stability/report.h"
 #include "tests/support/random.h"
 #include "tests/support/test_scenes.h"
 
@@ -13,8 +13,6 @@ namespace qray {
 namespace {
 
 using test::formatted;
-
-const char* kTitle = "A damaged table, or another scene's";
 
 std::unique_ptr<Guide> guide_of(const PreparedScene& scene, const RenderSettings& settings) {
   return make_guide(settings.method, scene.guide_setup(settings)).value();
@@ -48,10 +46,7 @@ struct SmallTable {
 };
 
 TEST(TableDamage, CutOffOrWithAnyBitFlippedIsRefused) {
-  const test::Row row(
-      230, kTitle,
-      "refused with what is wrong and where; the command and the server take no table "
-      "of another scene (`table_fits`)");
+  const test::FailureMode mode("damaged-table");
   for (std::string_view method : method_names()) {
     if (method == "none") continue;
     const SmallTable small(method);
@@ -69,10 +64,10 @@ TEST(TableDamage, CutOffOrWithAnyBitFlippedIsRefused) {
       ASSERT_TRUE(!taken.ok() && is_honest(taken.error())) << method << ", bit " << bit;
       bad[bit / 8] ^= mask;
     }
-    row.says(method,
-             formatted("%zu bytes: refused at each of %zu lengths and with each of %zu bits "
-                       "flipped",
-                       good.size(), good.size(), good.size() * 8));
+    mode.says(method,
+              formatted("a file of %zu bytes is refused when it is cut to any of %zu lengths and "
+                        "when any of its %zu bits is flipped",
+                        good.size(), good.size(), good.size() * 8));
   }
 }
 
@@ -92,7 +87,7 @@ void expect_usable(const Guide& guide, const std::string& where) {
 }
 
 TEST(TableDamage, RightChecksumsOverWrongBitsAreRefusedOrHarmless) {
-  const test::Row row(230, kTitle, "");
+  const test::FailureMode mode("damaged-table");
   for (std::string_view method : method_names()) {
     if (method == "none") continue;
     const SmallTable small(method);
@@ -118,9 +113,10 @@ TEST(TableDamage, RightChecksumsOverWrongBitsAreRefusedOrHarmless) {
       }
     EXPECT_GT(refused, 0) << method;
     EXPECT_GT(taken, 0) << method;
-    row.says(method, formatted("bits flipped under right checksums: %d refused, %d taken as other "
-                               "finite values",
-                               refused, taken));
+    mode.says(method,
+              formatted("of bits flipped under right checksums %d are refused and %d are taken "
+                        "as other finite values",
+                        refused, taken));
   }
 }
 

@@ -49,15 +49,13 @@ TableFile through_bytes(const TableFile& table) {
 }
 
 TEST(TableFirefly, KeepsTheMeanAndCostsNoise) {
-  const test::Row row(70, "A firefly of 1e6 in a table",
-                      "the mean of `none`, no NaN; a chain of jobs forgets it");
+  const test::FailureMode mode("firefly-in-a-table");
   const auto scene = test::prepare(test::room(/*shaded=*/true));
   const RenderSettings settings = test::small_settings("none", kSide, 16);
   const Image reference = test::reference_of(*scene, settings, 64);
   const test::SeedOptions cold{.seeds = 48, .regions = 2, .table = {}};
   const test::Sampled none = test::sample_seeds(*scene, settings, "none", cold, &reference);
-  for (std::string_view method : method_names()) {
-    if (!test::is_huang(method)) continue;
+  for (const std::string& method : test::huang_methods()) {
     const TableFile clean = *test::learned_table(*scene, settings, method);
     const auto sample = [&](const TableFile& table) {
       test::SeedOptions warm = cold;
@@ -65,10 +63,11 @@ TEST(TableFirefly, KeepsTheMeanAndCostsNoise) {
       return test::sample_seeds(*scene, settings, method, warm, &reference);
     };
     const test::Sampled usual = sample(clean);
-    test::check_method(row, "without", usual, none, &none);
+    test::check_method(mode, "no such value", usual, none, &none);
     for (bool everywhere : {false, true}) {
       const test::Sampled hit = sample(with_fireflies(clean, everywhere));
-      test::check_method(row, everywhere ? "one in every state" : "one", hit, none, &none);
+      test::check_method(mode, everywhere ? "one value in every state" : "one value", hit, none,
+                         &none);
       if (everywhere) {  // or the values written were never read
         EXPECT_NE(hit.means, usual.means);
       }
@@ -77,7 +76,7 @@ TEST(TableFirefly, KeepsTheMeanAndCostsNoise) {
 }
 
 TEST(TableFirefly, IsForgottenInAChainOfJobs) {
-  const test::Row row(70, "A firefly of 1e6 in a table", "");
+  const test::FailureMode mode("firefly-in-a-table");
   const auto scene = test::prepare(test::room(/*shaded=*/true));
   RenderSettings settings = test::small_settings("huang", kSide, 256);
   settings.learning_samples = 64;
@@ -96,9 +95,10 @@ TEST(TableFirefly, IsForgottenInAChainOfJobs) {
     largest = test::largest_value(table);
   }
   EXPECT_LE(largest, 2 * usual) << "after " << jobs << " jobs";
-  row.says("huang", formatted("forgotten (no value over twice the usual largest) after %d jobs of "
-                              "%d learning samples a pixel",
-                              jobs, settings.learning_samples));
+  mode.says("huang",
+            formatted("no value is over twice the usual largest after %d jobs of %d learning "
+                      "samples a pixel",
+                      jobs, settings.learning_samples));
 }
 
 // The largest value that a file may hold must not become infinite, or the next job refuses it.

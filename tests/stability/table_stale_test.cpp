@@ -2,7 +2,6 @@
 // takes any table of the method; the command and the server check table_fits() first.
 #include <gtest/gtest.h>
 
-#include "core/settings/variant.h"
 #include "tests/stability/compare.h"
 #include "tests/stability/huang_table.h"
 #include "tests/support/test_scenes.h"
@@ -57,10 +56,7 @@ double error_after_four_passes(const PreparedScene& scene, RenderSettings settin
 }
 
 TEST(TableStale, WarmIsUnbiasedAndRecovers) {
-  const test::Row row(
-      80, "Stale table",
-      "a table of the scene before a change: the mean of `none`; `adaptive` makes no "
-      "more noise after 4 passes than one that began cold");
+  const test::FailureMode mode("stale-table");
   for (Change& change : changes()) {
     const auto before = test::prepare(std::move(change.before));
     const auto after = test::prepare(std::move(change.after));
@@ -68,18 +64,18 @@ TEST(TableStale, WarmIsUnbiasedAndRecovers) {
     const Image reference = test::reference_of(*after, settings, 64);
     const test::SeedOptions cold{.seeds = 48, .regions = 2, .table = {}};
     const test::Sampled none = test::sample_seeds(*after, settings, "none", cold, &reference);
-    for (std::string_view name : test::compared_methods()) {
-      if (name == "none") continue;
-      settings = apply_variant(name, test::small_settings("", kSide, 16)).value();
+    for (const std::string& name : test::learning_methods()) {
+      settings = test::variant_settings(name, kSide, 16);
       const TableFile stale = *test::learned_table(*before, settings, name, 256);
       ASSERT_FALSE(table_fits(stale.header, after->hash)) << change.name;
       test::SeedOptions warm = cold;
       warm.table = [&](const std::string&) { return stale; };
-      test::check_method(row, change.name,
+      test::check_method(mode, change.name,
                          test::sample_seeds(*after, settings, name, warm, &reference), none, &none);
       const double ratio = error_after_four_passes(*after, settings, stale, reference) /
                            error_after_four_passes(*after, settings, {}, reference);
-      row.says(name, formatted("after 4 passes %.2f x the error of cold", ratio));
+      mode.error(name, std::string(change.name) + ", after 4 passes, over that of a cold start",
+                 formatted("%.2f", ratio));
       if (name.starts_with("adaptive")) {
         EXPECT_LE(ratio, 1.05) << change.name;  // medians of 48 have noise of their own
       }

@@ -6,6 +6,7 @@
 
 #include "core/math/warp.h"
 #include "core/render/path.h"
+#include "core/render/variant.h"
 #include "tests/stability/compare.h"
 #include "tests/stability/huang_table.h"
 #include "tests/support/random.h"
@@ -82,10 +83,7 @@ Seen seen_from_floor(const PreparedScene& scene, const RenderSettings& settings,
 }
 
 TEST(TableValues, MaxBackupOverestimates) {
-  const test::Row row(
-      20, "Max backup against expected backup",
-      "in a room of albedo 0.2, gamma 0.2 is the right discount, yet `huang` values directions "
-      "without a lamp at over 2 times their light; at gamma 1, over 20 times");
+  const test::FailureMode mode("max-backup");
   const auto scene = test::prepare(closed_room(0.2f, 0));
   double first_error = 0;  // of huang, at gamma 0.2
   for (float gamma : {0.2f, 1.0f}) {
@@ -100,8 +98,9 @@ TEST(TableValues, MaxBackupOverestimates) {
     const Seen seen = seen_from_floor(*scene, truth, *table);
     const double ratio = seen.learned / seen.truth;
     EXPECT_GT(ratio, gamma < 1 ? 2 : 20);
-    row.says("huang", formatted("gamma %g: values %.3f where %.3f arrives (%.1f x)", double{gamma},
-                                seen.learned, seen.truth, ratio));
+    mode.says("huang",
+              formatted("with gamma %g the table holds %.3f where %.3f arrives, %.1f times as much",
+                        double{gamma}, seen.learned, seen.truth, ratio));
 
     const test::SeedOptions cold{.seeds = 24, .regions = 2, .table = {}};
     test::SeedOptions warm = cold;
@@ -111,12 +110,12 @@ TEST(TableValues, MaxBackupOverestimates) {
     const Image reference = test::reference_of(*scene, truth, 64);
     const test::Sampled none = test::sample_seeds(*scene, settings, "none", cold, &reference);
     double huang_error = 0;
-    for (std::string_view method : method_names()) {
-      if (method == "none" || (gamma < 1 && !test::is_huang(method))) continue;  // have no gamma
+    // What has no gamma would only repeat itself.
+    for (const std::string& method : gamma < 1 ? test::huang_methods() : test::learning_methods()) {
       const test::Sampled sampled = test::sample_seeds(*scene, settings, method, warm, &reference);
-      test::check_method(row, formatted("gamma %g", double{gamma}), sampled, none, &none);
+      test::check_method(mode, formatted("gamma %g", double{gamma}), sampled, none, &none);
       if (method == "huang") huang_error = test::median(sampled.relmse);
-      if (gamma == 1 && method == "adaptive") {  // no max there
+      if (gamma == 1 && method.starts_with("adaptive")) {  // no max there
         EXPECT_LT(test::median(sampled.relmse), huang_error) << method;
       }
     }
@@ -129,11 +128,11 @@ TEST(TableValues, MaxBackupOverestimates) {
 
 // Four jobs, each from the table of the one before, in a scene where nothing is absorbed but by a
 // black lamp.
-std::optional<TableFile> chained_table(const test::Row& row, const PreparedScene& scene,
+std::optional<TableFile> chained_table(const test::FailureMode& mode, const PreparedScene& scene,
                                        RenderSettings settings, const std::string& method,
                                        bool black_lamp) {
   const float lamp = lamp_luminance(scene.scene);
-  settings.method = method;
+  settings = apply_variant(method, std::move(settings)).value();
   settings.samples = 256;
   settings.max_depth = 32;
   std::optional<TableFile> table;
@@ -158,18 +157,15 @@ std::optional<TableFile> chained_table(const test::Row& row, const PreparedScene
     largest_values += formatted("%s%.3g", job > 1 ? ", " : "", static_cast<double>(largest / lamp));
   }
   if (!largest_values.empty())
-    row.says(method, formatted("%s lamp: after jobs 1 to 4 the largest value is %s x the lamp's",
-                               black_lamp ? "black" : "white", largest_values.c_str()));
+    mode.says(method,
+              formatted("with a %s lamp the largest value after jobs 1 to 4 is %s times the "
+                        "lamp's radiance",
+                        black_lamp ? "black" : "white", largest_values.c_str()));
   return table;
 }
 
 TEST(TableValues, GammaOneAndAlbedoOne) {
-  const test::Row row(
-      30, "gamma = 1 with albedo 1",
-      "a closed white room, four jobs in a chain, alpha 0.2: no NaN, values finite, the mean of "
-      "`none` at depth 5. `huang`'s values stay below the lamp's where that is black; where it is "
-      "white too they grow without end, for the largest future value counts the lamp again at each "
-      "return: at most by alpha times the lamp's an update");
+  const test::FailureMode mode("gamma-one");
   for (bool black_lamp : {true, false}) {
     const std::string label = black_lamp ? "black lamp" : "white lamp";
     const auto scene = test::prepare(closed_room(1, black_lamp ? 0.0f : 1.0f));
@@ -179,17 +175,14 @@ TEST(TableValues, GammaOneAndAlbedoOne) {
     settings.huang.grid = 8;
     settings.learning_samples = 64;
     std::map<std::string, std::optional<TableFile>> tables;
-    for (std::string_view name : method_names()) {
-      const std::string method(name);
-      if (method != "none")
-        tables[method] = chained_table(row, *scene, settings, method, black_lamp);
-    }
+    for (const std::string& method : test::learning_methods())
+      tables[method] = chained_table(mode, *scene, settings, method, black_lamp);
     const test::SeedOptions options{
         .seeds = 32, .regions = 2, .table = [&](const std::string& method) {
           return tables[method];
         }};
     settings.max_depth = 5;
-    test::check_methods(row, label + ", depth 5", *scene, settings, options);
+    test::check_methods(mode, label + ", depth 5", *scene, settings, options);
 
     // Deep, weights multiply 31 times: the mean is right, but no number of samples here shows it.
     settings.max_depth = 32;
@@ -201,17 +194,14 @@ TEST(TableValues, GammaOneAndAlbedoOne) {
       return test::median(s.relmse);
     };
     const double none = errors("none");
-    for (std::string_view method : method_names())
-      if (method != "none")
-        row.says(method, formatted("depth 32: median error %.3g x", errors(method) / none));
+    for (const std::string& method : test::learning_methods())
+      mode.error(method, label + ", depth 32, median alone",
+                 formatted("%.3g", errors(method) / none));
   }
 }
 
 TEST(TableValues, AlphaAndGammaAtTheirEnds) {
-  const test::Row row(
-      40, "alpha and gamma at 0 and at 1",
-      "the mean of `none`; alpha 0 changes no value of a table; alpha 1 with gamma 0 "
-      "holds the last reward and nothing else");
+  const test::FailureMode mode("alpha-and-gamma-ends");
   const auto scene = test::prepare(test::room());
   const float lamp = lamp_luminance(scene->scene);
   RenderSettings usual = test::small_settings("huang", kSide, 16);
@@ -236,11 +226,11 @@ TEST(TableValues, AlphaAndGammaAtTheirEnds) {
         EXPECT_EQ(test::largest_value(table), lamp);
       }
       test::SeedOptions options;
+      options.methods = test::huang_methods();
       options.table = [&](const std::string& method) {
         return test::learned_table(*scene, settings, method);
       };
-      options.compared = [](const std::string& method) { return test::is_huang(method); };
-      test::check_methods(row, formatted("alpha %g, gamma %g", double{alpha}, double{gamma}),
+      test::check_methods(mode, formatted("alpha %g, gamma %g", double{alpha}, double{gamma}),
                           *scene, settings, options);
     }
 }
