@@ -1,27 +1,11 @@
 #include "proto/client_json.h"
 
-#include <charconv>
 #include <nlohmann/json.hpp>
 
 namespace qray::proto {
 namespace {
 
 using nlohmann::json;
-
-template <class T>
-void put(json& object, const char* name, const std::optional<T>& value) {
-  if (value) object[name] = *value;
-}
-
-// A float as the shortest decimal that means it: 0.2f is 0.2, not 0.200000003.
-void put_float(json& object, const char* name, const std::optional<float>& value) {
-  if (!value) return;
-  char text[32];
-  const auto end = std::to_chars(text, text + sizeof text, *value).ptr;
-  double shortest = 0;
-  std::from_chars(text, end, shortest);
-  object[name] = shortest;
-}
 
 // The server's text is bounded by the client's limit on a body, and not nested by its contract; a
 // hostile one is refused before the parser can recurse.
@@ -66,37 +50,6 @@ JobHint hint_of(const json& object) {
 }
 
 }  // namespace
-
-std::string job_submission_json(const JobSubmission& s) {
-  json object = {{"scene", s.scene}};
-  put(object, "method", s.method);
-  put(object, "table", s.table);
-  put(object, "pixels", s.pixels);
-  put(object, "recover", s.recover);
-  put(object, "nee", s.nee);
-  put(object, "width", s.width);
-  put(object, "height", s.height);
-  put(object, "samples", s.samples);
-  put(object, "seconds", s.seconds);
-  put(object, "noise", s.noise);
-  put(object, "priority", s.priority);
-  if (!s.labels.empty()) object["labels"] = s.labels;
-  put(object, "seed", s.seed);
-  put(object, "max_depth", s.max_depth);
-  put(object, "learning_samples", s.learning_samples);
-  put(object, "grid", s.grid);
-  put_float(object, "alpha", s.alpha);
-  put_float(object, "gamma", s.gamma);
-  return object.dump(-1, ' ', false, json::error_handler_t::replace);
-}
-
-std::string more_submission_json(const MoreSubmission& more) {
-  json object = json::object();
-  put(object, "samples", more.samples);
-  put(object, "seconds", more.seconds);
-  put(object, "noise", more.noise);
-  return object.dump();
-}
 
 std::string scene_submission_json(const SceneSubmission& s) {
   json object = json::object();

@@ -14,28 +14,6 @@
 
 namespace qray::proto {
 
-// POST /v1/jobs. Fields without a value are left to the server.
-struct JobSubmission {
-  std::string scene;
-  std::optional<std::string> method, table;
-  std::optional<bool> nee;
-  std::optional<std::string> pixels, recover;
-  std::optional<int> width, height, samples, max_depth, learning_samples, grid;
-  std::optional<double> seconds, noise;
-  std::optional<int> priority;
-  std::map<std::string, std::string> labels;
-  std::optional<uint64_t> seed;
-  std::optional<float> alpha, gamma;
-};
-std::string job_submission_json(const JobSubmission& submission);
-
-// POST /v1/jobs/{id}/extend.
-struct MoreSubmission {
-  std::optional<int> samples;
-  std::optional<double> seconds, noise;
-};
-std::string more_submission_json(const MoreSubmission& more);
-
 // POST /v1/scenes: files by name with their SHA-256, or one asset of a type.
 struct SceneSubmission {
   std::map<std::string, std::string> files;

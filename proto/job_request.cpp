@@ -1,85 +1,58 @@
 // The requests of jobs, scenes, tables and sessions.
 #include "core/base/file_names.h"
-#include "proto/scene_members.h"
+#include "core/settings/job_settings.h"
+#include "proto/field_reader.h"
 
 namespace qray::proto {
 namespace {
 
-constexpr int kMostSamples = 1'000'000;  // a pixel
-
-void read_labels(const Json& labels, std::map<std::string, std::string>& out,
-                 std::vector<FieldError>& errors) {
-  const auto wrong = [&](std::string pointer, std::string detail) {
-    errors.push_back({"/labels" + std::move(pointer), std::move(detail)});
-  };
-  if (!labels.is_object() || labels.size() > kMaxLabels)
-    return wrong("", "expected an object of at most " + std::to_string(kMaxLabels) +
-                         " texts by name, got " + shown(labels));
-  for (const auto& [name, value] : labels.items()) {
-    if (!is_name(name)) {
-      wrong("", "expected names of 1..64 of a-z, 0-9 and -, got " + shown(name));
-    } else if (!value.is_string() || value.get_ref<const std::string&>().size() > kMaxLabelValue) {
-      wrong("/" + name, "expected text of at most " + std::to_string(kMaxLabelValue) +
-                            " bytes, got " + shown(value));
-    } else {
-      out[name] = value.get<std::string>();
-    }
-  }
+void read_request(const Json& tree, const RequestLimits& limits, const FieldTable& fields,
+                  JobRequest& out, std::vector<FieldError>& errors) {
+  read_fields(tree, fields, kJob, limits, out, errors);
+  const std::optional<int> width = out.given(field::kWidth), height = out.given(field::kHeight);
+  if (const int64_t pixels = int64_t{width.value_or(1)} * height.value_or(1);
+      width && height && pixels > limits.max_pixels)
+    errors.push_back({"/width", "expected at most " + std::to_string(limits.max_pixels) +
+                                    " pixels in all, got " + std::to_string(pixels)});
+  if (tree.contains("samples") && tree.contains("seconds"))
+    errors.push_back({"/seconds", "expected samples or seconds, got both"});
+  complete_budget(out, limits.max_seconds);
 }
 
-void read_request(const Json& tree, const RequestLimits& limits, JobRequest& out,
-                  std::vector<FieldError>& errors) {
-  ObjectReader in(tree, "", errors);
-  read_scene(in, out.scene);
-  in.integer("width", 1, limits.max_dimension_px, out.width);
-  in.integer("height", 1, limits.max_dimension_px, out.height);
-  if (out.width && out.height && int64_t{*out.width} * *out.height > limits.max_pixels) {
-    in.wrong("width", "expected at most " + std::to_string(limits.max_pixels) +
-                          " pixels in all, got " +
-                          std::to_string(int64_t{*out.width} * *out.height));
+// A request as versions before the guide's own object wrote it: its settings go there.
+Json with_guide(Json tree) {
+  const Json::json_pointer at("/method");
+  if (!tree.contains(at) || !tree[at].is_string()) return tree;
+  const std::string method = tree[at];
+  Json guide = tree.value("guide", Json::object());
+  for (const char* name : {"alpha", "gamma", "grid"}) {
+    if (!tree.contains(name)) continue;
+    const Field* field = find_field(job_fields(), "guide/" + std::string(name));
+    if (field && field->of_method(method)) guide[name] = tree[name];
+    tree.erase(name);
   }
-  read_method(in, limits, out.method);
-  in.boolean("nee", out.nee);
-  in.integer("samples", 1, kMostSamples, out.samples);
-  in.number("seconds", 0, limits.max_seconds, out.seconds, /*above_least=*/true);
-  if (tree.contains("samples") && tree.contains("seconds")) {
-    in.wrong("seconds", "expected samples or seconds, got both");
-  } else if (!tree.contains("samples") && !tree.contains("seconds")) {
-    if (tree.contains("noise")) {
-      out.seconds = limits.max_seconds;
-    } else {
-      out.samples = 64;
-    }
+  if (!guide.empty()) tree["guide"] = std::move(guide);
+  return tree;
+}
+
+FieldTable make_stored_fields() {
+  FieldTable fields = job_fields();
+  for (Field& field : fields) {
+    if (field.path == field::kMethod.path) field.choices.clear();  // any
+    if (field.path == field::kSeconds.path) field.most = 1e9;      // more was rendered onto it
   }
-  in.number("noise", 0, 1, out.noise, /*above_least=*/true);
-  in.integer("seed", uint64_t{0}, UINT64_MAX, out.seed);
-  read_table(in, out.table);
-  in.one_of("pixels", {"all", "quarter", "adaptive"}, out.pixels);
-  read_recover(in, {"none", "auto", "bilinear", "untrained", "default"}, out.recover);
-  in.integer("max_depth", 1, 128, out.max_depth);
-  in.integer("learning_samples", 0, 1'000'000, out.learning_samples);
-  in.number("alpha", 0, 1, out.alpha);
-  in.number("gamma", 0, 1, out.gamma);
-  in.integer("grid", 1, limits.max_grid, out.grid);
-  if (const Json* camera = in.find("camera")) {
-    if (camera->is_object()) {
-      read_camera(*camera, out.camera.emplace(), errors);
-    } else {
-      in.wrong("camera", "expected an object, got " + shown(*camera));
-    }
-  }
-  in.integer("priority", -kMaxPriority, kMaxPriority, out.priority);
-  if (const Json* labels = in.find("labels")) read_labels(*labels, out.labels, errors);
-  in.refuse_unknown();
+  return fields;
 }
 
 void read_extend(const Json& tree, const RequestLimits& limits, ExtendRequest& out,
                  std::vector<FieldError>& errors) {
   ObjectReader in(tree, "", errors);
-  in.integer("samples", 1, kMostSamples, out.samples);
-  in.number("seconds", 0, limits.max_seconds, out.seconds, /*above_least=*/true);
-  in.number("noise", 0, 1, out.noise, /*above_least=*/true);
+  JobRequest more;
+  for (const std::string_view path :
+       {field::kSamples.path, field::kSeconds.path, field::kNoise.path})
+    read_field(in, *find_field(job_fields(), path), kJob, limits, more);
   in.refuse_unknown();
+  out = {more.given(field::kSamples), more.given(field::kSeconds), more.given(field::kNoise)};
   if (out.samples && out.seconds) in.wrong("seconds", "expected samples or seconds, got both");
   if (errors.empty() && !out.samples && !out.seconds) {
     if (!out.noise) errors.push_back({"", "expected samples, seconds or noise, got none of them"});
@@ -181,11 +154,23 @@ bool is_name(std::string_view text) {
 }
 
 std::variant<JobRequest, Problem> parse_job_request(std::string_view json,
-                                                    const RequestLimits& limits) {
+                                                    const RequestLimits& limits,
+                                                    const FieldTable& fields) {
   const auto read = [&](const Json& tree, JobRequest& request, std::vector<FieldError>& errors) {
-    read_request(tree, limits, request, errors);
+    read_request(tree, limits, fields, request, errors);
   };
   return parse_request<JobRequest>(json, limits, "Wrong job request", read);
+}
+
+std::variant<JobRequest, Problem> parse_stored_request(std::string_view json) {
+  static const FieldTable fields = make_stored_fields();
+  RequestLimits limits;
+  limits.max_seconds = 1e9;
+  limits.max_pixels = INT64_MAX;
+  const auto read = [&](const Json& tree, JobRequest& request, std::vector<FieldError>& errors) {
+    read_request(with_guide(tree), limits, fields, request, errors);
+  };
+  return parse_request<JobRequest>(json, limits, "Wrong stored request", read);
 }
 
 std::variant<ExtendRequest, Problem> parse_extend_request(std::string_view json,

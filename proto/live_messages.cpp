@@ -1,53 +1,45 @@
 #include "proto/live_messages.h"
 
-#include "proto/scene_members.h"
+#include "proto/field_reader.h"
 
 namespace qray::proto {
 namespace {
 
 constexpr double kMostFactor = 1000;
 
-void read_switches(ObjectReader& in, LiveSwitchesRequest& out) {
-  in.boolean("learning", out.learning);
-  in.boolean("recovery", out.recovery);
-  in.boolean("reprojection", out.reprojection);
+// Its members were read with the rest, if there are any.
+void require_camera(const Json& tree, std::vector<FieldError>& errors) {
+  if (!tree.contains("camera")) errors.push_back({"/camera", "expected an object, got nothing"});
 }
 
-void read_camera_member(ObjectReader& in, CameraRequest& out, std::vector<FieldError>& errors) {
-  const Json* camera = in.find("camera");
-  if (camera && camera->is_object()) {
-    read_camera(*camera, out, errors);
-  } else {
-    in.wrong("camera", "expected an object, got " + (camera ? shown(*camera) : "nothing"));
-  }
-}
-
-void read_side(ObjectReader& in, const char* name, int most, std::optional<int>& out) {
-  in.integer(name, 2, most, out);
-  if (out && *out % 2 != 0) in.wrong(name, "expected an even number, got " + std::to_string(*out));
+LiveSwitchesRequest switches_of(const JobRequest& given, const LiveSwitchesRequest& now) {
+  return {given.given(field::kLearning).value_or(now.learning),
+          given.given(field::kRecovery).value_or(now.recovery),
+          given.given(field::kReprojection).value_or(now.reprojection)};
 }
 
 void read_live(const Json& tree, const RequestLimits& limits, LiveRequest& out,
                std::vector<FieldError>& errors) {
-  ObjectReader in(tree, "", errors);
-  read_scene(in, out.scene);
-  read_side(in, "width", limits.max_dimension_px, out.width);
-  read_side(in, "height", limits.max_dimension_px, out.height);
-  in.number("frame_ms", kLeastFrameMs, kMostFrameMs, out.frame_ms);
-  read_method(in, limits, out.method);
-  in.one_of("pixels", {"all", "quarter", "adaptive"}, out.pixels);
-  read_table(in, out.table);
-  read_recover(in, {"auto", "untrained", "default"}, out.recover);
-  in.integer("seed", uint64_t{0}, UINT64_MAX, out.seed);
-  in.integer("max_depth", 1, 128, out.max_depth);
-  read_switches(in, out.switches);
-  if (in.find("camera")) read_camera_member(in, out.camera.emplace(), errors);
-  in.refuse_unknown();
+  JobRequest given;
+  read_fields(tree, live_fields(), kLive, limits, given, errors);
+  const auto put = [&](auto name, auto& member) {
+    if (const auto value = given.given(name)) member = *value;
+  };
+  put(field::kScene, out.scene);
+  put(field::kWidth, out.width);
+  put(field::kHeight, out.height);
+  put(field::kFrameMs, out.frame_ms);
+  put(field::kMethod, out.method);
+  put(field::kTable, out.table);
+  put(field::kRecover, out.recover);
+  put(field::kPixels, out.pixels);
+  put(field::kSeed, out.seed);
+  put(field::kMaxDepth, out.max_depth);
+  out.camera = camera_request(given);
+  out.switches = switches_of(given, {});
 }
 
-Json vec3_json(const std::optional<std::array<double, 3>>& v) {
-  return v ? Json(*v) : Json(nullptr);
-}
+Json vec3_json(const std::optional<Vector3>& v) { return v ? Json(*v) : Json(nullptr); }
 
 }  // namespace
 
@@ -64,11 +56,14 @@ std::variant<LiveCameraRequest, Problem> parse_live_camera(std::string_view json
                                                            const RequestLimits& limits) {
   return parse_request<LiveCameraRequest>(
       json, limits, "Wrong camera",
-      [](const Json& tree, LiveCameraRequest& request, std::vector<FieldError>& errors) {
+      [&](const Json& tree, LiveCameraRequest& request, std::vector<FieldError>& errors) {
         ObjectReader in(tree, "", errors);
         in.integer("number", uint64_t{1}, UINT64_MAX, request.number);
         if (!tree.contains("number")) in.wrong("number", "expected a number, got nothing");
-        read_camera_member(in, request.camera, errors);
+        JobRequest given;
+        read_group(in, "camera", live_fields(), kLive, limits, given, errors);
+        require_camera(tree, errors);
+        request.camera = camera_request(given).value_or(CameraRequest());
         in.refuse_unknown();
       });
 }
@@ -80,8 +75,11 @@ std::variant<LiveSwitchesRequest, Problem> parse_live_switches(std::string_view 
       json, limits, "Wrong switches",
       [&](const Json& tree, LiveSwitchesRequest& request, std::vector<FieldError>& errors) {
         ObjectReader in(tree, "", errors);
-        request = now;
-        read_switches(in, request);
+        JobRequest given;
+        for (const std::string_view path :
+             {field::kLearning.path, field::kRecovery.path, field::kReprojection.path})
+          read_field(in, *find_field(live_fields(), path), kLive, limits, given);
+        request = switches_of(given, now);
         in.refuse_unknown();
       });
 }

@@ -2,6 +2,7 @@
 // nothing here throws on bad input.
 #pragma once
 
+#include "core/settings/job_settings.h"
 #include "proto/messages.h"
 
 namespace qray::proto {
@@ -10,8 +11,7 @@ struct LiveSwitchesRequest {
   bool learning = true, recovery = true, reprojection = true;
 };
 
-constexpr double kLeastFrameMs = 20, kMostFrameMs = 2000;
-
+// By live_fields(), with their defaults.
 struct LiveRequest {
   std::string scene;
   std::optional<int> width, height;  // pixels, even; absent: the scene's own

@@ -24,51 +24,25 @@ Json time_or_null(const std::optional<int64_t>& ms) {
   return ms ? Json(time_to_text(*ms)) : Json(nullptr);
 }
 
-Json camera_json(const CameraRequest& camera) {
-  Json out = Json::object();
-  const auto put = [&](const char* name, const auto& member) {
-    if (member) out[name] = *member;
-  };
-  put("position", camera.position);
-  put("target", camera.target);
-  put("up", camera.up);
-  put("vertical_fov_deg", camera.vertical_fov_deg);
-  put("aperture_radius", camera.aperture_radius);
-  put("focus_distance", camera.focus_distance);
-  return out;
+Json value_json(const FieldValue& value) {
+  return std::visit([](const auto& v) { return Json(v); }, value);
 }
 
-Json request_json(const JobRequest& r) {
-  Json out = {{"scene", r.scene}};
-  const auto put = [&](const char* name, const auto& member) {
-    if (member) out[name] = *member;
-  };
-  put("width", r.width);
-  put("height", r.height);
-  out["method"] = r.method;
-  out["nee"] = r.nee;
-  put("samples", r.samples);
-  put("seconds", r.seconds);
-  put("noise", r.noise);
-  out["seed"] = r.seed;
-  out["table"] = r.table;
-  out["pixels"] = r.pixels;
-  out["recover"] = r.recover;
-  put("max_depth", r.max_depth);
-  put("learning_samples", r.learning_samples);
-  put("alpha", r.alpha);
-  put("gamma", r.gamma);
-  put("grid", r.grid);
-  if (r.camera) out["camera"] = camera_json(*r.camera);
-  out["priority"] = r.priority;
-  if (!r.labels.empty()) out["labels"] = r.labels;
+Json request_json(const JobRequest& request, const FieldTable& fields) {
+  Json out = Json::object();
+  for (const Field& field : fields) {
+    const FieldValue* value = request.find(field.path);
+    if (!value) continue;
+    Json& object = field.group().empty() ? out : out[std::string(field.group())];
+    object[std::string(field.name())] = value_json(*value);
+  }
   return out;
 }
 
 Json job_json(const JobInfo& job) {
   Json out = {{"id", job.id},
               {"state", job.state},
-              {"request", request_json(job.request)},
+              {"request", request_json(job.request, job_fields())},
               {"created", time_to_text(job.created_ms)},
               {"started", time_or_null(job.started_ms)},
               {"ended", time_or_null(job.ended_ms)},
@@ -134,8 +108,16 @@ std::string time_to_text(int64_t ms) {
   return text;
 }
 
-std::string job_request_to_json(const JobRequest& request) {
-  return text_of(request_json(request));
+std::string job_request_to_json(const JobRequest& request, const FieldTable& fields) {
+  return text_of(request_json(request, fields));
+}
+
+std::string extend_request_to_json(const ExtendRequest& request) {
+  Json out = Json::object();
+  if (request.samples) out["samples"] = *request.samples;
+  if (request.seconds) out["seconds"] = *request.seconds;
+  if (request.noise) out["noise"] = *request.noise;
+  return text_of(out);
 }
 
 std::string comparison_to_json(const Comparison& c) {

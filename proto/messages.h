@@ -12,6 +12,8 @@
 #include <variant>
 #include <vector>
 
+#include "core/settings/job_fields.h"
+
 namespace qray::proto {
 
 struct FieldError {
@@ -27,39 +29,9 @@ struct Problem {
   std::vector<FieldError> errors;
 };
 
-// Members that are absent are taken from the scene's camera.
-struct CameraRequest {
-  std::optional<std::array<double, 3>> position, target, up;
-  std::optional<double> vertical_fov_deg, aperture_radius, focus_distance;
-  bool operator==(const CameraRequest&) const = default;
-};
-
-struct JobRequest {
-  std::string scene;
-  std::optional<int> width, height;  // pixels; absent: the scene's own
-  std::string method = "adaptive";
-  bool nee = true;
-  std::optional<int> samples;     // a pixel
-  std::optional<double> seconds;  // of rendering; exactly one of the two after parsing
-  std::optional<double> noise;    // stop when the picture's relative error is that low
-  int priority = 0;               // each step is twice the share of the machine
-  std::map<std::string, std::string> labels;
-  uint64_t seed = 1;
-  std::string table = "auto";           // "auto", "none" or a table's id
-  std::string pixels = "all";           // "all", "quarter" or "adaptive"
-  std::string recover = "none";         // "auto", an included network's name, or weights' id
-  std::optional<int> max_depth;         // absent: the scene's own
-  std::optional<int> learning_samples;  // absent: the method's own, as the next three
-  std::optional<double> alpha, gamma;
-  std::optional<int> grid;
-  std::optional<CameraRequest> camera;
-  bool operator==(const JobRequest&) const = default;
-};
-
 // Of scenes and labels: 1..64 of a-z, 0-9 and -.
 bool is_name(std::string_view text);
 
-constexpr int kMaxPriority = 5;
 constexpr size_t kMaxLabels = 16, kMaxLabelValue = 256;  // bytes
 
 // POST /v1/jobs/{id}/extend: how much more, and until how little noise.
@@ -76,19 +48,23 @@ struct SceneRequest {
   std::string entry;                         // the scene's file; empty: to be found
 };
 
+// What a server allows, beside the ranges of the table of fields: the narrower of the two rules.
 struct RequestLimits {
-  std::vector<std::string> methods;  // names that are known; empty: any
   size_t max_bytes = 4u << 20;
   int max_nesting = 32;
-  int max_grid = 4096;
-  int max_dimension_px = 8192;
   int64_t max_pixels = 4096LL * 4096;
   double max_seconds = 3600;
 };
 
 // 400: not JSON; 413: too large; 422: every field that is wrong, by pointer.
+// A job's: one of samples and seconds is given afterwards, other defaults are left out still.
 std::variant<JobRequest, Problem> parse_job_request(std::string_view json,
-                                                    const RequestLimits& limits);
+                                                    const RequestLimits& limits,
+                                                    const FieldTable& fields = job_fields());
+// What a server accepted once, this version or an older one, whatever its limits were: its method
+// and its times may be any, and settings of a guide may stand beside the method (until 0.1 they
+// did; those that the method does not have are dropped).
+std::variant<JobRequest, Problem> parse_stored_request(std::string_view json);
 std::variant<ExtendRequest, Problem> parse_extend_request(std::string_view json,
                                                           const RequestLimits& limits);
 // {"tables":[id, id...]}: two ids or more, at most `kMaxMergedTables`, each once. Problems as
@@ -106,8 +82,11 @@ std::variant<SceneRequest, Problem> parse_scene_request(std::string_view json,
 std::string scene_manifest(const SceneRequest& request);
 // "/files/textures~1a.png"
 std::string file_pointer(std::string_view name);
-// Gives the same request back when parsed.
-std::string job_request_to_json(const JobRequest& request);
+// Gives the same request back when parsed: what was given, in the table's order.
+std::string job_request_to_json(const JobRequest& request, const FieldTable& fields = job_fields());
+std::string extend_request_to_json(const ExtendRequest& request);
+// GET /v1/fields: what a job may be told, as a form needs it.
+std::string fields_to_json(const RequestLimits& limits, const FieldTable& fields = job_fields());
 
 struct JobProgress {
   double fraction = 0;   // of the job, [0, 1]

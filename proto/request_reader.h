@@ -70,12 +70,6 @@ inline std::variant<Json, Problem> parse_tree(std::string_view text, const Reque
   }
 }
 
-inline std::string number_text(double v) {
-  char text[40];
-  std::snprintf(text, sizeof text, "%g", v);
-  return text;
-}
-
 // A short form of what came, for messages. Text is cut; the reply's writer repairs cut UTF-8.
 inline std::string shown(const Json& value) {
   std::string text = value.is_structured()
@@ -91,17 +85,17 @@ class ObjectReader {
   ObjectReader(const Json& object, std::string pointer, std::vector<FieldError>& errors)
       : object_(object), pointer_(std::move(pointer)), errors_(errors) {}
 
-  const Json* find(const char* name) {
-    known_.insert(name);
-    const auto it = object_.find(name);
+  const Json* find(std::string_view name) {
+    known_.emplace(name);
+    const auto it = object_.find(std::string(name));
     return it == object_.end() ? nullptr : &*it;
   }
-  void wrong(const std::string& name, std::string detail) {
-    errors_.push_back({pointer_ + "/" + name, std::move(detail)});
+  void wrong(std::string_view name, std::string detail) {
+    errors_.push_back({pointer_ + "/" + std::string(name), std::move(detail)});
   }
 
   template <class T, class Out>
-  void integer(const char* name, T least, T most, Out& out) {
+  void integer(std::string_view name, T least, T most, Out& out) {
     const Json* value = find(name);
     if (!value) return;
     const auto take = [&](auto v) {
@@ -127,7 +121,8 @@ class ObjectReader {
 
   // `least` and `most` are allowed; `above_least`: `least` is not.
   template <class Out>
-  void number(const char* name, double least, double most, Out& out, bool above_least = false) {
+  void number(std::string_view name, double least, double most, Out& out,
+              bool above_least = false) {
     const Json* value = find(name);
     if (!value) return;
     const double v = value->is_number() ? value->get<double>() : NAN;
@@ -140,7 +135,8 @@ class ObjectReader {
     }
   }
 
-  void boolean(const char* name, bool& out) {
+  template <class Out>
+  void boolean(std::string_view name, Out& out) {
     const Json* value = find(name);
     if (!value) return;
     if (value->is_boolean()) {
@@ -150,7 +146,7 @@ class ObjectReader {
     }
   }
 
-  const std::string* string(const char* name) {
+  const std::string* string(std::string_view name) {
     const Json* value = find(name);
     if (!value) return nullptr;
     if (value->is_string()) return value->get_ptr<const std::string*>();
@@ -158,8 +154,8 @@ class ObjectReader {
     return nullptr;
   }
 
-  void one_of(const char* name, std::initializer_list<std::string_view> names, std::string& out,
-              const char* or_else = "") {
+  void one_of(std::string_view name, std::initializer_list<std::string_view> names,
+              std::string& out) {
     const std::string* value = string(name);
     if (!value) return;
     if (std::find(names.begin(), names.end(), *value) != names.end()) {
@@ -168,10 +164,11 @@ class ObjectReader {
     }
     std::string known;
     for (std::string_view n : names) known += (known.empty() ? "" : ", ") + std::string(n);
-    wrong(name, "expected one of " + known + or_else + ", got " + shown(*value));
+    wrong(name, "expected one of " + known + ", got " + shown(*value));
   }
 
-  void vec3(const char* name, std::optional<std::array<double, 3>>& out) {
+  template <class Out>
+  void vec3(std::string_view name, Out& out) {
     const Json* value = find(name);
     if (!value) return;
     if (!value->is_array() || value->size() != 3) {
@@ -212,27 +209,6 @@ class ObjectReader {
 // Of a table, or of weights.
 inline bool is_id(std::string_view text) {
   return text.size() == 32 && text.find_first_not_of("0123456789abcdef") == std::string_view::npos;
-}
-
-inline double length_of(const std::array<double, 3>& a, const std::array<double, 3>& b) {
-  return std::hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]);
-}
-
-inline void read_camera(const Json& tree, CameraRequest& camera, std::vector<FieldError>& errors) {
-  ObjectReader in(tree, "/camera", errors);
-  in.vec3("position", camera.position);
-  in.vec3("target", camera.target);
-  in.vec3("up", camera.up);
-  in.number("vertical_fov_deg", 0.1, 179, camera.vertical_fov_deg);
-  in.number("aperture_radius", 0, 1e6, camera.aperture_radius);
-  in.number("focus_distance", 0, 1e6, camera.focus_distance);
-  if (camera.up && length_of(*camera.up, {}) < 1e-6) {
-    in.wrong("up", "expected a direction, got the zero vector");
-  }
-  if (camera.position && camera.target && length_of(*camera.position, *camera.target) < 1e-6) {
-    in.wrong("target", "expected a point away from the position");
-  }
-  in.refuse_unknown();
 }
 
 // A request that `read(tree, request, errors)` takes apart.

@@ -54,6 +54,8 @@ const get_json = async (path) => (await call(path)).json();
 export const list_jobs = (before = null) =>
   get_json('/v1/jobs?limit=50' + (before ? `&before=${encodeURIComponent(before)}` : ''));
 export const get_job = (id) => get_json(job_path(id));
+// What a job may be told.
+export const list_fields = async () => (await get_json('/v1/fields')).fields;
 export const list_scenes = async () => (await get_json('/v1/scenes')).scenes;
 export const list_tables = async () => (await get_json('/v1/tables')).tables;
 

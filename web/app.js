@@ -1,7 +1,7 @@
 // The page: wires the store, the event stream, the form, the list and the views. What is shown
 // stands in the address, so a reload or a link shows the same.
 import {
-  ApiError, check_access, list_scenes, list_weights, on_unauthorized,
+  ApiError, check_access, list_fields, list_scenes, list_weights, on_unauthorized,
 } from './api.js';
 import { Address } from './address.js';
 import { ErrorPanel } from './error_panel.js';
@@ -170,6 +170,7 @@ async function sync() {
     ask_for_selected();
     viewer.restart();
     for (const id of viewer.shown_jobs) job_moments.refresh(id);
+    form.show_fields(await list_fields());
     await Promise.all([store.load(), list_scenes().then((scenes) => form.show_scenes(scenes)),
       list_weights().then((weights) => form.show_weights(weights))]);
   } catch (error) {

@@ -1,37 +1,78 @@
-// The form's fields and the request they mean, both ways. Left-out fields are the server's
-// defaults.
+// The form's fields and the request they mean, both ways. The server says which fields there are,
+// with their words, ranges and defaults (GET /v1/fields); those of kOwn stand in index.html, the
+// others are made here. A field's name in the form is its path with a dot: "guide.alpha".
 
-const kPlain = ['scene', 'method', 'pixels', 'recover'];
-const kNumbers = ['noise', 'width', 'height', 'seed', 'max_depth', 'learning_samples', 'alpha',
-  'gamma', 'grid', 'priority'];
-const kCameraVectors = ['position', 'target', 'up'];
-const kCameraNumbers = ['vertical_fov_deg', 'aperture_radius', 'focus_distance'];
+const kOwn = ['scene', 'width', 'height', 'method', 'nee', 'samples', 'seconds', 'seed', 'table',
+  'pixels', 'recover'];
+const kTexts = ['vector', 'labels', 'name'];
+const kUnits = { vector: ' (x, y, z)' };
+const kExamples = { labels: 'project: lobby, owner: me' };
 
-const kOwn = "the scene's";
-// Under "More options": [name, label, what it is when left out]; texts take the whole width.
-const kMore = [['noise', 'Stop at noise', 'never'], ['priority', 'Priority', '0'],
-  ['labels', 'Labels', 'project: lobby, owner: me'], ['max_depth', 'Longest path', kOwn],
-  ['learning_samples', 'Learning samples', 'all'], ['alpha', 'Alpha (huang)', '0.02'],
-  ['gamma', 'Gamma (huang)', '0.2'], ['grid', 'Grid (huang)', '24'],
-  ['camera.vertical_fov_deg', 'Field of view (°)', kOwn],
-  ['camera.position', 'Camera at (x, y, z)', kOwn], ['camera.target', 'Looking at (x, y, z)', kOwn],
-  ['camera.up', 'Up (x, y, z)', kOwn], ['camera.aperture_radius', 'Aperture radius (m)', kOwn],
-  ['camera.focus_distance', 'Focus distance (m)', kOwn]];
-const kTexts = ['labels', ...kCameraVectors.map((name) => `camera.${name}`)];
+const make = (tag, values) => Object.assign(document.createElement(tag), values);
+const name_of = ({ path }) => path.replace('/', '.');
+// Those that show_fields() made an input for.
+const made = ({ path, label }) => label && !kOwn.includes(path);
 
-export function add_more_fields(parent) {
-  const make = (tag, values) => Object.assign(document.createElement(tag), values);
-  parent.append(...kMore.map(([name, label, placeholder]) => {
-    const is_text = kTexts.includes(name);
-    const id = `field-${name}`;
-    const input = make('input', { id, name, placeholder, type: is_text ? 'text' : 'number' });
-    if (!is_text) input.step = 'any';
-    input.setAttribute('aria-describedby', `${name}-error`);
-    const field = make('div', { className: is_text ? 'field wide' : 'field' });
-    field.append(make('label', { htmlFor: id, textContent: label }), input,
-      make('p', { id: `${name}-error`, className: 'field-error' }));
-    return field;
-  }));
+const range_words = (field) => {
+  if (field.maximum === undefined) return '';
+  const least = field.exclusive_minimum === undefined ? `${field.minimum} to` :
+    `over ${field.exclusive_minimum} up to`;
+  return ` ${least} ${field.maximum}${field.unit && ` ${field.unit}`}.`;
+};
+
+function make_field(field) {
+  const name = name_of(field);
+  const id = `field-${name}`;
+  const error = make('p', { id: `${name}-error`, className: 'field-error' });
+  const help = make('p', { id: `${name}-help`, className: 'visually-hidden',
+    textContent: field.help + range_words(field) });
+  const unit = kUnits[field.type] ?? (field.unit && ` (${field.unit})`);
+  const label = make('label', { htmlFor: id, title: help.textContent,
+    textContent: field.label + unit });
+  const of = make('div', { className: 'field' });
+  of.dataset.methods = (field.methods ?? []).join(' ');
+  let input;
+  if (field.type === 'boolean') {
+    of.className = 'field wide check';
+    input = make('input', { type: 'checkbox', checked: field.default });
+  } else if (kTexts.includes(field.type)) {
+    of.className = 'field wide';
+    input = make('input', { type: 'text', placeholder: kExamples[field.type] ?? "the scene's" });
+  } else {
+    input = make('input', { type: 'number', step: 'any',
+      placeholder: field.default ?? (name === 'noise' ? 'never' : "the scene's") });
+  }
+  Object.assign(input, { id, name });
+  input.setAttribute('aria-describedby', `${help.id} ${error.id}`);
+  of.append(...(field.type === 'boolean' ? [input, label] : [label, input]), help, error);
+  return of;
+}
+
+// What index.html has already gets the server's choices and words.
+function complete_own(form, field) {
+  const own = form.elements[field.path];
+  if (!own) return;
+  own.title = field.help;
+  if (own.tagName !== 'SELECT' || !field.choices) return;
+  const chosen = own.value || field.default;
+  const others = [...own.querySelectorAll('option[data-own]')];
+  const choices = field.choices.map(({ value, label }) => new Option(label, value));
+  own.replaceChildren(...choices, ...others);
+  own.value = chosen;
+}
+
+// Once: the server's fields do not change while it runs.
+export function add_fields(form, fields) {
+  for (const field of fields) complete_own(form, field);
+  form.querySelector('.fields').replaceChildren(...fields.filter(made).map(make_field));
+}
+
+// A setting of a guide shows for its own methods alone.
+export function show_for_method(form, method) {
+  for (const of of form.querySelectorAll('.fields > .field')) {
+    const { methods } = of.dataset;
+    of.hidden = methods !== '' && !methods.split(' ').includes(method);
+  }
 }
 
 // What is no number stays text, so that the server says what it expects.
@@ -44,49 +85,70 @@ const to_labels = (text) => Object.fromEntries(text.split(',').filter((part) => 
     return at < 0 ? [part.trim(), ''] : [part.slice(0, at).trim(), part.slice(at + 1).trim()];
   }));
 
-export function read_request(fields) {
-  const request = { nee: fields.nee.checked };
-  for (const name of kPlain) request[name] = fields[name].value;
-  if (!fields.table.disabled) request.table = fields.table.value;
-  const put = (to, name, input, read = Number) => {
-    if (input.value.trim() !== '') to[name] = read(input.value);
-  };
-  put(request, fields.budget.value, fields.amount);
-  for (const name of kNumbers) put(request, name, fields[name]);
-  put(request, 'labels', fields.labels, to_labels);
-  const camera = {};
-  for (const name of kCameraVectors) put(camera, name, fields[`camera.${name}`], to_vector);
-  for (const name of kCameraNumbers) put(camera, name, fields[`camera.${name}`]);
-  if (Object.keys(camera).length) request.camera = camera;
+const kRead = { vector: to_vector, labels: to_labels };
+const kShow = {
+  vector: (value) => value.join(', '),
+  labels: (value) => Object.entries(value).map((label) => label.join(': ')).join(', '),
+};
+
+// The object that holds the path's member, made where it is not there yet.
+const holder_of = (request, path) => {
+  const [group, member] = path.split('/');
+  return member ? [request[group] ??= {}, member] : [request, group];
+};
+const value_at = (request, path) => path.split('/').reduce((at, name) => at?.[name], request);
+
+function put(request, { path, type }, input) {
+  if (input.closest('[hidden]')) return;
+  if (type === 'boolean') {
+    const [to, name] = holder_of(request, path);
+    to[name] = input.checked;
+  } else if (input.value.trim() !== '') {
+    const [to, name] = holder_of(request, path);
+    to[name] = kRead[type]?.(input.value) ?? Number(input.value);
+  }
+}
+
+// `form`: its elements; `fields`: the server's.
+export function read_request(form, fields) {
+  const request = { nee: form.nee.checked };
+  for (const name of ['scene', 'method', 'pixels', 'recover']) request[name] = form[name].value;
+  if (!form.table.disabled) request.table = form.table.value;
+  const number = (path, input) => put(request, { path, type: 'number' }, input);
+  number(form.budget.value, form.amount);
+  for (const path of ['width', 'height', 'seed']) number(path, form[path]);
+  for (const field of fields.filter(made)) put(request, field, form[name_of(field)]);
   return request;
 }
 
 // `request` as a job has it. A value that a select does not offer (a table that is gone) leaves it
 // at its first.
-export function fill_fields(fields, request) {
+export function fill_fields(form, fields, request) {
   const set = (name, value) => {
-    const field = fields[name];
+    const field = form[name];
     const known = field.tagName !== 'SELECT' ||
       [...field.options].some((option) => option.value === value);
-    field.value = known ? value ?? '' : field.options[0].value;
+    field.value = known ? value ?? '' : field.options[0]?.value ?? '';
   };
-  for (const name of kPlain) set(name, request[name]);
+  for (const name of ['scene', 'method', 'pixels', 'recover', 'width', 'height', 'seed']) {
+    set(name, request[name]);
+  }
   set('table', request.table ?? 'auto');
-  fields.nee.checked = request.nee;
+  form.nee.checked = request.nee;
   const budget = request.seconds ? 'seconds' : 'samples';
   set('budget', budget);
   set('amount', request[budget]);
-  for (const name of kNumbers) set(name, request[name]);
-  set('labels', Object.entries(request.labels ?? {}).map((label) => label.join(': ')).join(', '));
-  for (const name of kCameraVectors) {
-    set(`camera.${name}`, request.camera?.[name]?.join(', '));
+  for (const field of fields.filter(made)) {
+    const value = value_at(request, field.path);
+    const input = form[name_of(field)];
+    if (field.type === 'boolean') input.checked = value ?? field.default;
+    else input.value = value === undefined ? '' : kShow[field.type]?.(value) ?? value;
   }
-  for (const name of kCameraNumbers) set(`camera.${name}`, request.camera?.[name]);
 }
 
 // The field that a pointer of the server's message is about.
 export function field_of(pointer) {
   const [name, member] = pointer.split('/').slice(1);
   if (name === 'samples' || name === 'seconds') return 'amount';
-  return name === 'camera' && member ? `camera.${member}` : name ?? '';
+  return ['camera', 'guide'].includes(name) && member ? `${name}.${member}` : name ?? '';
 }

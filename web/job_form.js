@@ -2,7 +2,7 @@
 // fields they name.
 import { ApiError, post_job } from './api.js';
 import { ago } from './format.js';
-import { add_more_fields, field_of, fill_fields, read_request } from './job_fields.js';
+import { add_fields, field_of, fill_fields, read_request, show_for_method } from './job_fields.js';
 
 // Integers above this lose digits on the way through JSON numbers.
 const kMaxSafe = Number.MAX_SAFE_INTEGER;
@@ -12,12 +12,12 @@ export class JobForm {
   #on_posted;
   #sizes = new Map(); // scene name -> its own {width, height}
   #tables = [];
+  #fields = []; // the server's
 
   // on_posted(jobs): one job, or the job and its twin without learning or with all pixels.
   constructor(form, on_posted) {
     this.#form = form;
     this.#on_posted = on_posted;
-    add_more_fields(form.querySelector('.fields'));
     form.addEventListener('submit', (event) => {
       event.preventDefault();
       this.#submit();
@@ -26,6 +26,14 @@ export class JobForm {
       this.#follow();
       if (event.target.name) this.#show_error(event.target.name, '');
     });
+    this.#follow();
+  }
+
+  // What a job may be told, as the server says it.
+  show_fields(fields) {
+    if (this.#fields.length) return;
+    this.#fields = fields;
+    add_fields(this.#form, fields);
     this.#follow();
   }
 
@@ -61,10 +69,10 @@ export class JobForm {
   fill(request) {
     this.#clear_errors();
     const fields = this.#form.elements;
-    fill_fields(fields, { ...request, table: 'auto' });
+    fill_fields(fields, this.#fields, { ...request, table: 'auto' });
     fields.twin.checked = fields.full.checked = false;
     this.#follow(); // offers the tables of its scene
-    fill_fields(fields, request);
+    fill_fields(fields, this.#fields, request);
     this.#follow();
     fields.scene.focus();
   }
@@ -88,6 +96,7 @@ export class JobForm {
     const learns = method.value !== 'none';
     table.disabled = twin.disabled = !learns;
     full.disabled = pixels.value === 'all' && recover.value === 'none';
+    show_for_method(this.#form, method.value);
     this.#list_tables();
   }
 
@@ -128,13 +137,13 @@ export class JobForm {
     const button = this.#form.querySelector('button[type=submit]');
     button.disabled = true;
     try {
-      const request = read_request(this.#form.elements);
+      const request = read_request(this.#form.elements, this.#fields);
       const { twin, full } = this.#form.elements;
       const jobs = [await post_job(request)];
       if (full.checked && !full.disabled) {
         jobs.push(await post_job({ ...request, pixels: 'all', recover: 'none' }));
       } else if (twin.checked && !twin.disabled) {
-        const { table, ...without } = { ...request, method: 'none' };
+        const { table, guide, ...without } = { ...request, method: 'none' };
         jobs.push(await post_job(without));
       }
       this.#on_posted(jobs);

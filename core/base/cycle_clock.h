@@ -15,4 +15,21 @@ inline uint64_t cycle_count() {
 #endif
 }
 
+// Adds the cycles of a scope to `total` when `on`.
+class CycleScope {
+ public:
+  CycleScope(bool on, uint64_t& total) : total_(on ? &total : nullptr) {
+    if (total_) start_ = cycle_count();
+  }
+  ~CycleScope() {
+    if (total_) *total_ += cycle_count() - start_;
+  }
+  CycleScope(const CycleScope&) = delete;
+  CycleScope& operator=(const CycleScope&) = delete;
+
+ private:
+  uint64_t* total_;
+  uint64_t start_ = 0;
+};
+
 }  // namespace qray

@@ -9,7 +9,7 @@
 
 #include "core/base/build_commit.h"
 #include "core/cmd/render_options.h"
-#include "core/render/variant.h"
+#include "core/settings/variant.h"
 
 namespace qray::cmd {
 namespace {
@@ -69,11 +69,9 @@ std::string today() {
 
 void add_chart_options(CLI::App& app, ChartOptions& o) {
   app.add_option("scenes", o.scenes, "names of included scenes, folders or files")->required();
-  app.add_option(
-      "--methods", o.methods,
-      "method[:key=value[;key=value]...], by commas; default: every method. Keys: nee, "
-      "roulette, light-table, gate (on, off), depth, learning, grid, alpha, gamma; adaptive's "
-      "split, keep, glossy, shrinkage, share, least-gain, even, least-worth, levels");
+  app.add_option("--methods", o.methods,
+                 "method[:key=value[;key=value]...], by commas; default: every method. Keys: " +
+                     variant_keys() + "; those of a guide are its method's alone");
   app.add_option("--seconds", o.seconds, "of rendering, each run; default 60")
       ->check(CLI::Range(0.01, 86400.0));
   app.add_option("--seeds", o.seeds, "runs of each method; default 5")->check(CLI::Range(2, 1000));

@@ -5,7 +5,7 @@
 #include "core/image/image_io.h"
 #include "core/laboratory/chart/names.h"
 #include "core/laboratory/chart/summarize.h"
-#include "core/render/variant.h"
+#include "core/settings/variant.h"
 
 namespace qray::cmd {
 namespace {

@@ -11,7 +11,7 @@ namespace {
 struct Options {
   std::string id;
   ServerAddress server;
-  proto::MoreSubmission more;
+  proto::ExtendRequest more;
 };
 
 Status act(const Options& o, const std::string& action) {

@@ -55,7 +55,8 @@ Status render_beauty(const Options& o, const PreparedScene& scene, RenderSetting
   if (!table) return table.error();
   if (table.value() && !o.render.method) settings.method = table.value()->header.method;
 
-  const Result<std::optional<Recovery>> recovery = find_recovery(o.render.recover.value_or("none"));
+  const Result<std::optional<Recovery>> recovery =
+      find_recovery(o.render.given.get(field::kRecover));
   if (!recovery) return recovery.error();
 
   Film film(settings.width, settings.height);
@@ -118,7 +119,7 @@ Status run(const Options& o) {
 void add_render(CLI::App& app, int& exit_code) {
   auto o = std::make_shared<Options>();
   CLI::App* sub = app.add_subcommand("render", "render a scene to a picture");
-  add_render_options(*sub, o->render);
+  add_render_options(*sub, o->render, kRender);
   sub->add_option("--passes", o->passes,
                   "replay: samples of each pass, such as 1,1,2,4 (docs/stats.md)")
       ->delimiter(',');

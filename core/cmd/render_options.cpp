@@ -3,37 +3,67 @@
 #include <CLI/CLI.hpp>
 #include <charconv>
 
-#include "core/render/variant.h"
+#include "core/settings/job_settings.h"
+#include "core/settings/variant.h"
 
 namespace qray::cmd {
+namespace {
 
-void add_render_options(CLI::App& app, RenderOptions& o) {
+constexpr double kNoiseSeconds = 3600;  // that bound a picture's noise, as the server has it
+
+std::string text_of(const FieldValue& value) {
+  if (const auto* text = std::get_if<std::string>(&value)) return *text;
+  if (const auto* whole = std::get_if<int64_t>(&value)) return std::to_string(*whole);
+  if (const auto* whole = std::get_if<uint64_t>(&value)) return std::to_string(*whole);
+  if (const auto* number = std::get_if<double>(&value)) return number_text(*number);
+  return "";
+}
+
+std::string help_of(const Field& field, unsigned caller) {
+  std::string out = field.help;
+  if (field.type == FieldType::kSwitch) return "Off: " + out;
+  out += " Expects " + expected(field, caller);
+  if (!field.unit.empty()) out += " (" + field.unit + ")";
+  if (field.fallback) out += "; default " + text_of(*field.fallback);
+  return out;
+}
+
+void add_option(CLI::App& app, const Field& field, unsigned caller, JobRequest& given) {
+  const std::string name = field.option_name(), help = help_of(field, caller);
+  if (field.type == FieldType::kSwitch) {
+    app.add_flag_callback(
+        name, [&given, path = field.path] { given.set(path, FieldValue(false)); }, help);
+    return;
+  }
+  const auto take = [&given, field, caller, name](const std::vector<std::string>& texts) {
+    for (const std::string& text : texts)
+      if (const Status set = set_from_text(field, text, caller, given); !set.ok())
+        throw CLI::ValidationError(name, set.error().message);
+  };
+  CLI::Option* option = app.add_option_function<std::vector<std::string>>(name, take, help);
+  option->expected(1)->type_name(field.type == FieldType::kLabels ? "NAME:VALUE" : "");
+  if (field.type == FieldType::kLabels) option->take_all();
+  if (!field.group().empty()) option->group(std::string(field.group()));
+}
+
+}  // namespace
+
+void add_render_options(CLI::App& app, RenderOptions& o, unsigned caller,
+                        const FieldTable& fields) {
   app.add_option("scene", o.scene, "an included scene's name, a folder with scene.json, or a file")
       ->required();
-  app.add_option("--method", o.method,
-                 "none, huang-published (biased), huang, dahm-keller, ppg, adaptive (default); "
-                 "rendered here also with settings, as qray chart --methods");
-  app.add_flag("--no-nee", o.no_nee, "no direct light sampling");
-  auto* samples = app.add_option("--spp", o.samples, "samples a pixel, learning counted");
-  app.add_option("--seconds", o.seconds, "render as long as this instead")->excludes(samples);
-  app.add_option(
-      "--noise", o.noise,
-      "stop when the picture's relative error, as its samples tell it, is that low; --spp "
-      "or --seconds bound it (default: an hour)");
-  app.add_option("--seed", o.seed, "of the random numbers; default 1");
   app.add_option("--size", o.size, "WIDTHxHEIGHT in pixels; default: the scene's");
-  app.add_option("--pixels", o.pixels,
-                 "which are sampled: all (default), quarter (one of each 2 x 2), adaptive (those, "
-                 "more often where they are noisy)")
-      ->check(CLI::IsMember({"all", "quarter", "adaptive"}));
-  app.add_option("--recover", o.recover,
-                 "make the picture whole by: none (default), auto (the scene's own network, else "
-                 "the default one), default, untrained, bilinear; weights: docs/recover.md");
-  app.add_option("--max-depth", o.max_depth, "surfaces on a path, at most");
-  app.add_option("--learning-samples", o.learning_samples, "a pixel, at most a quarter of --spp");
-  app.add_option("--alpha", o.alpha, "learning rate, 0..1");
-  app.add_option("--gamma", o.gamma, "discount of what comes later, 0..1");
-  app.add_option("--grid", o.grid, "cells along the scene's longest side, about");
+  for (const Field& field : fields) {
+    if (!(field.callers & caller)) continue;
+    if (field.path == field::kMethod.path)
+      app.add_option("--method", o.method,
+                     field.help + " Expects " + expected(field, caller) +
+                         ", also with settings: 'huang:grid=12;alpha=.1'; default " +
+                         text_of(*field.fallback));
+    else if (field.group() != "guide")  // which stand in --method
+      add_option(app, field, caller, o.given);
+  }
+  app.get_option("--seconds")->excludes("--spp");
 }
 
 Result<std::pair<int, int>> parse_size(const std::string& text) {
@@ -49,69 +79,32 @@ Result<std::pair<int, int>> parse_size(const std::string& text) {
                "--size"};
 }
 
-Result<RenderSettings> make_settings(const RenderOptions& o, const Scene& scene) {
-  RenderSettings settings;
-  settings.width = scene.width;
-  settings.height = scene.height;
-  settings.max_depth = scene.max_depth;
+Result<JobRequest> make_request(const RenderOptions& o, unsigned caller, const FieldTable& fields) {
+  JobRequest request;
+  if (o.method) {
+    // Here all that a chart may set can be set.
+    Result<JobRequest> variant =
+        parse_variant(*o.method, caller == kRender ? unsigned{kVariant} : caller, fields);
+    if (!variant) return variant.error();
+    request = std::move(variant).value();
+  }
   if (!o.size.empty()) {
     const Result<std::pair<int, int>> size = parse_size(o.size);
     if (!size) return size.error();
-    std::tie(settings.width, settings.height) = size.value();
+    request.set(field::kWidth, size.value().first);
+    request.set(field::kHeight, size.value().second);
   }
-  settings.nee = !o.no_nee;
-  if (o.method) {
-    Result<RenderSettings> variant = apply_variant(*o.method, settings);
-    if (!variant) return variant.error();
-    settings = std::move(variant).value();
-  }
-  if (o.seconds) {
-    settings.seconds = *o.seconds;
-    settings.samples = 0;
-  }
-  if (o.noise) {
-    constexpr double kNoiseSeconds = 3600;  // as the server has it
-    settings.noise = *o.noise;
-    if (!o.seconds) settings.seconds = kNoiseSeconds;
-    settings.samples = 0;
-  }
-  if (o.samples) {
-    settings.samples = *o.samples;
-    settings.seconds = 0;
-  }
-  if (o.seed) settings.seed = *o.seed;
-  if (o.pixels) settings.pixels = *pixels_named(*o.pixels);
-  if (o.max_depth) settings.max_depth = *o.max_depth;
-  if (o.learning_samples) settings.learning_samples = *o.learning_samples;
-  if (o.alpha) settings.huang.alpha = *o.alpha;
-  if (o.gamma) settings.huang.gamma = *o.gamma;
-  if (o.grid) settings.huang.grid = *o.grid;
-  return settings;
+  for (const auto& [path, value] : o.given.values()) request.set(path, value);
+  if (!o.scene.empty()) request.set(field::kScene, o.scene);
+  return request;
 }
 
-Result<proto::JobSubmission> make_submission(const RenderOptions& o) {
-  proto::JobSubmission submission;
-  submission.scene = o.scene;
-  submission.method = o.method;
-  if (o.no_nee) submission.nee = false;
-  submission.samples = o.samples;
-  submission.seconds = o.seconds;
-  submission.noise = o.noise;
-  submission.seed = o.seed;
-  submission.max_depth = o.max_depth;
-  submission.learning_samples = o.learning_samples;
-  submission.alpha = o.alpha;
-  submission.gamma = o.gamma;
-  submission.grid = o.grid;
-  submission.pixels = o.pixels;
-  submission.recover = o.recover;
-  if (!o.size.empty()) {
-    const Result<std::pair<int, int>> size = parse_size(o.size);
-    if (!size) return size.error();
-    submission.width = size.value().first;
-    submission.height = size.value().second;
-  }
-  return submission;
+Result<RenderSettings> make_settings(const RenderOptions& o, const Scene& scene,
+                                     const FieldTable& fields) {
+  Result<JobRequest> request = make_request(o, kRender, fields);
+  if (!request) return request.error();
+  complete_budget(request.value(), kNoiseSeconds);
+  return settings_of(request.value(), scene, fields);
 }
 
 }  // namespace qray::cmd

@@ -1,13 +1,13 @@
-// The options that say what to render, shared by `render` and `submit`. One thread.
+// The options that say what to render, shared by `render` and `submit`: those of the table of job
+// fields. One thread.
 #pragma once
 
 #include <optional>
 #include <string>
 #include <utility>
 
-#include "core/render/prepared_scene.h"
-#include "core/render/settings.h"
-#include "proto/client_json.h"
+#include "core/scene/scene.h"
+#include "core/settings/job_fields.h"
 
 namespace CLI {
 class App;
@@ -17,24 +17,23 @@ namespace qray::cmd {
 
 struct RenderOptions {
   std::string scene;
-  std::optional<std::string> method;
-  bool no_nee = false;
-  std::optional<int> samples, max_depth, learning_samples, grid;
-  std::optional<double> seconds, noise;
-  std::optional<uint64_t> seed;
-  std::optional<float> alpha, gamma;
-  std::string size;  // "WxH"
-  std::optional<std::string> pixels, recover;
+  std::optional<std::string> method;  // "huang", "huang:grid=12" (variant.h)
+  std::string size;                   // "WxH"
+  JobRequest given;                   // by all other options
 };
 
-void add_render_options(CLI::App& app, RenderOptions& options);
+// Those that the table gives `caller`: kRender or kSubmit.
+void add_render_options(CLI::App& app, RenderOptions& options, unsigned caller,
+                        const FieldTable& fields = job_fields());
 
 // "640x480" -> {640, 480}.
 Result<std::pair<int, int>> parse_size(const std::string& text);
 
-// What is not given comes from the scene (size, depth), else from RenderSettings' defaults.
-Result<RenderSettings> make_settings(const RenderOptions& options, const Scene& scene);
-// What is not given is left to the server.
-Result<proto::JobSubmission> make_submission(const RenderOptions& options);
+// What was given and nothing else; options go before what the method's text says.
+Result<JobRequest> make_request(const RenderOptions& options, unsigned caller,
+                                const FieldTable& fields = job_fields());
+// Of `render`. What is not given comes from the scene (size, depth, camera), else from the table.
+Result<RenderSettings> make_settings(const RenderOptions& options, const Scene& scene,
+                                     const FieldTable& fields = job_fields());
 
 }  // namespace qray::cmd

@@ -133,9 +133,9 @@ Result<proto::SceneView> ServiceClient::post_scene(const proto::SceneSubmission&
   return proto::parse_scene(result->body);
 }
 
-Result<proto::JobView> ServiceClient::submit(const proto::JobSubmission& submission) {
+Result<proto::JobView> ServiceClient::submit(const JobRequest& request) {
   return impl_->job_of(
-      impl_->http.Post("/v1/jobs", proto::job_submission_json(submission), "application/json"));
+      impl_->http.Post("/v1/jobs", proto::job_request_to_json(request), "application/json"));
 }
 
 Result<proto::JobView> ServiceClient::job(const std::string& id) {
@@ -149,10 +149,10 @@ Result<proto::JobView> ServiceClient::act(const std::string& id, const std::stri
 }
 
 Result<proto::JobView> ServiceClient::extend(const std::string& id,
-                                             const proto::MoreSubmission& more) {
+                                             const proto::ExtendRequest& more) {
   if (Status s = check_id(id); !s) return s.error();
   return impl_->job_of(impl_->http.Post("/v1/jobs/" + id + "/extend",
-                                        proto::more_submission_json(more), "application/json"));
+                                        proto::extend_request_to_json(more), "application/json"));
 }
 
 Result<std::string> ServiceClient::log(const std::string& id) {

@@ -12,6 +12,7 @@
 #include "core/base/result.h"
 #include "core/cmd/event_reader.h"
 #include "proto/client_json.h"
+#include "proto/messages.h"
 
 namespace CLI {
 class App;
@@ -34,11 +35,11 @@ class ServiceClient {
   // Sends the file's `bytes` bytes unless the server has them.
   Status put_asset(const std::string& sha256, const std::filesystem::path& file, uint64_t bytes);
   Result<proto::SceneView> post_scene(const proto::SceneSubmission& submission);
-  Result<proto::JobView> submit(const proto::JobSubmission& submission);
+  Result<proto::JobView> submit(const JobRequest& request);
   Result<proto::JobView> job(const std::string& id);
   // `action`: cancel, pause, resume.
   Result<proto::JobView> act(const std::string& id, const std::string& action);
-  Result<proto::JobView> extend(const std::string& id, const proto::MoreSubmission& more);
+  Result<proto::JobView> extend(const std::string& id, const proto::ExtendRequest& more);
   Result<std::string> log(const std::string& id);
   // `format`: "exr" or "png"; `exposure` in stops, for png.
   Result<Bytes> image(const std::string& id, const std::string& format, float exposure);

@@ -1,20 +1,23 @@
-// The table that grows where its data supports it (design, section 4): places by a SpatialTree,
+// The table that grows where its data supports it (docs/guiding.md): places by a SpatialTree,
 // directions by DirectionTrees, integer sums of what each direction was paid, and of what arrives
-// in all, which Russian roulette reads (path.cpp). What tables hold, and how two become one, is in
-// adaptive_table.cpp.
+// in all, which Russian roulette reads (path.cpp). How it grows between passes is in
+// adaptive_growth.cpp; saving, loading and merging its tables in adaptive_table.cpp.
 //
 // Sums are added to while a pass runs, each state's behind its lock: neither threads nor order
 // change a bit. Radiance counts in units of the scene's brightest light.
 #pragma once
 
-#include <array>
 #include <memory>
 
 #include "core/base/spin_lock.h"
+#include "core/guide/arrival_sums.h"
+#include "core/guide/direction_tree.h"
 #include "core/guide/guide.h"
 #include "core/guide/spatial_tree.h"
 
 namespace qray {
+
+struct AdaptiveRecord;
 
 class AdaptiveGuide final : public Guide {
  public:
@@ -27,12 +30,15 @@ class AdaptiveGuide final : public Guide {
   float guide_fraction(const GuidePoint& point, bool diffuse) const override;
   GuideSample sample(const GuidePoint& point, Vec2 u) const override;
   float pdf_w(const GuidePoint& point, Vec3 wi) const override;
-  float gain(const GuidePoint& point) const override;
-  std::vector<DirectionCell> directions(const GuidePoint& point) const override;
-  StateSummary summary(const GuidePoint& point) const override;
   bool expects() const override { return true; }
   GuideExpectation expectation(const GuidePoint& point) const override;
 
+  float gain(const GuidePoint& point) const override;
+  std::vector<DirectionCell> directions(const GuidePoint& point) const override;
+  StateSummary summary(const GuidePoint& point) const override;
+  std::vector<GuidePoint> known_points(size_t most) const override;
+
+  GuideNeeds needs() const override { return {}; }
   std::unique_ptr<GuideDelta> make_delta() const override;
   void record(std::span<const GuideVertex> path, GuideDelta& delta) const override;
   void update(GuideDelta& delta) override;
@@ -44,9 +50,8 @@ class AdaptiveGuide final : public Guide {
   Status load(std::span<const TableSection> sections) override;
   void save_state(SnapshotWriter& out) const override;
   void load_state(SnapshotReader& in) override;
-  Status merge(const Guide& other) override;
+  Status merge(const GuideTable& other) override;
   void doubt() override;
-  std::vector<GuidePoint> known_points(size_t most) const override;
 
  private:
   using Cell = DirectionTrees::Cell;
@@ -67,19 +72,12 @@ class AdaptiveGuide final : public Guide {
       archive(self.key, self.root, self.arriving, self.deviation, self.credible, self.guides);
     }
   };
-  // What is learned of it: n samples of y = radiance x cos / (pi pdf), in fixed point.
-  struct alignas(64) Sums {
-    int64_t n = 0, second = 0, y[3]{};  // `second`: of n, in the leaf's second half
-    // Of luminance squared: whole parts and what is left of them, since squares range widely.
-    int64_t square_hi = 0, square_lo = 0;
+  // What is learned of it.
+  struct alignas(64) Sums : ArrivalSums {
     SpinLock lock;  // of the state's directions too
-    std::array<int64_t*, 7> all() {
-      return {&n, &second, &y[0], &y[1], &y[2], &square_hi, &square_lo};
-    }
-    void scale(int64_t numerator, int64_t denominator);
     template <class Self, class Archive>
     static void exchange(Self& self, Archive& archive) {
-      archive(self.n, self.second, self.y, self.square_hi, self.square_lo);
+      archive(self.n, self.n_upper, self.y, self.square_hi, self.square_lo);
     }
   };
 
@@ -103,7 +101,7 @@ class AdaptiveGuide final : public Guide {
   void refine_as(const AdaptiveGuide& other);
   void summarize(State& state, const Sums& sums) const;
   void put(State& state, Cells cells, DirectionTrees& to) const;
-  Status load_state(ByteReader& in, uint32_t leaf);
+  void load_record(uint32_t leaf, AdaptiveRecord&& record);
 
   AdaptiveParams params_;
   size_t max_bytes_;

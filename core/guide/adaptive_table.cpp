@@ -1,23 +1,11 @@
-// AdaptiveGuide's tables: two made one, and what stands in a file.
-#include <cmath>
-#include <limits>
+// AdaptiveGuide's tables: two made one, saved, loaded. Their bytes are adaptive_layout.h's.
 #include <utility>
 
 #include "core/base/check.h"
 #include "core/guide/adaptive.h"
-#include "core/guide/tree_sections.h"
+#include "core/guide/adaptive_layout.h"
 
 namespace qray {
-namespace {
-
-constexpr uint32_t kMaxLoadedDepth = 16;  // of directions
-constexpr uint32_t kMaxCount = std::numeric_limits<uint32_t>::max();
-
-bool fit_together(const DirectionTrees::Sums& a, const DirectionTrees::Sums& b) {
-  return a.s <= DirectionTrees::kMaxSum - b.s && a.n <= kMaxCount - b.n;
-}
-
-}  // namespace
 
 // Cuts wherever the other table did.
 void AdaptiveGuide::refine_as(const AdaptiveGuide& other) {
@@ -34,9 +22,9 @@ void AdaptiveGuide::refine_as(const AdaptiveGuide& other) {
   rebuild(growth, kShareOne);
 }
 
-Status AdaptiveGuide::merge(const Guide& other) {
+Status AdaptiveGuide::merge(const GuideTable& other) {
   const auto* table = dynamic_cast<const AdaptiveGuide*>(&other);
-  if (!table) return Guide::merge(other);
+  if (!table) return cannot_merge(*this, other);
   if (table->tree_.cube_exponent() != tree_.cube_exponent() ||
       !(table->tree_.origin() == tree_.origin()) || table->radiance_unit_ != radiance_unit_)
     return Error{ErrorCode::kConflict, "the tables' cubes or units differ", "table"};
@@ -75,78 +63,40 @@ Status AdaptiveGuide::merge(const Guide& other) {
   return {};
 }
 
-// Sections: ACUB (the cube, the unit, the samples seen), AQTD (a record per state: key, sums, then
-// the direction cells with a leaf's sums).
 std::vector<TableSection> AdaptiveGuide::save() const {
-  ByteWriter cube, out;
-  write_cube(cube, tree_);
-  cube.f64(radiance_unit_);
-  cube.u64(samples_seen_);
   std::vector<uint32_t> known = leaves_by_key(tree_);
   std::erase_if(known, [&](uint32_t leaf) { return sums_[leaf].n == 0; });
-  out.u64(known.size());
-  for (uint32_t s : known) {
-    out.u64(states_[s].key);
-    for (const auto* v : sums_[s].all()) out.i64(*v);
-    write_cells(out, directions_.take(states_[s].root), [&](const Cell& c, const Cell* four) {
-      if (four) return;
-      out.i64(c.sums.s);
-      out.u32(c.sums.n);
-    });
-  }
-  return {{"ACUB", cube.take()}, {"AQTD", out.take()}};
+  return encode_adaptive(tree_, {{}, radiance_unit_, samples_seen_}, known, [&](uint32_t leaf) {
+    return AdaptiveRecord{sums_[leaf], directions_.take(states_[leaf].root)};
+  });
 }
 
-Status AdaptiveGuide::load_state(ByteReader& in, uint32_t leaf) {
-  Sums sums;
-  bool good = true;
-  for (auto* v : sums.all()) {
-    *v = in.i64();
-    good = good && *v >= 0 && *v <= DirectionTrees::kMaxSum;
-  }
-  good = good && sums.n > 0 && sums.second <= sums.n;
-  DirectionTrees::Sums total;
-  Cells cells = read_cells(in, kMaxLoadedDepth, [&](Cell& c, const Cell* four) {
-    if (four) return true;
-    c.sums = {in.i64(), in.u32()};
-    if (c.sums.s < 0 || !fit_together(c.sums, total)) return false;
-    total = {total.s + c.sums.s, total.n + c.sums.n};
-    return true;
-  });
-  if (!good || cells.empty())
-    return Error{ErrorCode::kCorrupt, "expected sums of 0..2^60 and whole trees", ""};
+void AdaptiveGuide::load_record(uint32_t leaf, AdaptiveRecord&& record) {
   add_states();
-  DirectionTrees::estimate(cells, params_.direction.shrinkage);
-  states_[leaf].root = directions_.put(cells);
-  summarize(states_[leaf], sums);
-  sums_[leaf] = sums;
-  return {};
+  DirectionTrees::estimate(record.cells, params_.direction.shrinkage);
+  states_[leaf].root = directions_.put(record.cells);
+  static_cast<ArrivalSums&>(sums_[leaf]) = record.sums;
+  summarize(states_[leaf], sums_[leaf]);
 }
 
 Status AdaptiveGuide::load(std::span<const TableSection> sections) {
   QRAY_CHECK(samples_seen_ == 0);
-  double unit = 0;
-  uint64_t samples_seen = 0;
-  const Status cube = read_cube(sections, "ACUB", "AQTD", tree_, [&](ByteReader& in) {
-    unit = in.f64();
-    samples_seen = in.u64();
-  });
-  if (!cube.ok()) return cube;
-  if (!(unit > 0) || !std::isfinite(unit))
-    return Error{ErrorCode::kCorrupt, "expected a unit of radiance over 0", "table:ACUB"};
-  radiance_unit_ = unit;  // it goes on with the table's, should lights have changed
-  const Error too_large = over_memory("the table needs", max_bytes_, "table:AQTD");
-  const auto record = [&](ByteReader& in, uint32_t leaf) -> Status {
-    const Status status = load_state(in, leaf);
-    const bool large = status.ok() && bytes() / 2 > max_bytes_;  // with what load leaves over
-    return large ? too_large : status;
+  const Result<AdaptiveHead> head = decode_adaptive_head(sections);
+  if (!head.ok()) return head.error();
+  if (Status s = check_cube(head.value().cube, tree_, adaptive_head_place()); !s.ok()) return s;
+  // It goes on with the table's unit, should lights have changed.
+  radiance_unit_ = head.value().radiance_unit;
+  const Error too_large = over_memory("the table needs", max_bytes_, adaptive_records_place());
+  const auto add = [&](uint32_t leaf, AdaptiveRecord&& record) -> Status {
+    load_record(leaf, std::move(record));
+    if (bytes() / 2 > max_bytes_) return too_large;  // with what load leaves over
+    return {};
   };
-  const Result<uint64_t> count =
-      read_records(sections[1], "state", tree_, SpatialTree::kFaces, record);
+  const Result<uint64_t> count = decode_adaptive_records(sections, tree_, add);
   if (!count.ok()) return count.error();
   rebuild(whole_trees(), kShareOne);
   if (count.value() > 0 && bytes() > max_bytes_) return too_large;
-  samples_seen_ = samples_seen;
+  samples_seen_ = head.value().samples_seen;
   return {};
 }
 

@@ -5,15 +5,15 @@
 #include <numeric>
 
 #include "core/base/check.h"
-#include "core/guide/cell_records.h"
 #include "core/guide/direction_tree.h"
 #include "core/guide/gain.h"
+#include "core/guide/grid_table.h"
 #include "core/math/warp.h"
 
 namespace qray {
 namespace {
 
-constexpr CellFormat kFormat{"DGRD", "DQ64", DahmKellerGuide::kCells};
+static_assert(kDahmKellerLayout.cells == DahmKellerGuide::kCells);
 // Added to every cell, in means of the state's Q: the paper does not say how cells that were dark
 // so far stay possible.
 constexpr float kLeast = 0.25f;
@@ -129,6 +129,10 @@ StateSummary DahmKellerGuide::summary(const GuidePoint& point) const {
   return {grid_.cell_m(), std::accumulate(visits.begin(), visits.end(), uint64_t{0})};
 }
 
+std::vector<GuidePoint> DahmKellerGuide::known_points(size_t most) const {
+  return points_of(frozen_index_, most);
+}
+
 std::unique_ptr<GuideDelta> DahmKellerGuide::make_delta() const {
   return std::make_unique<Delta>();
 }
@@ -140,9 +144,10 @@ void DahmKellerGuide::record(std::span<const GuideVertex> path, GuideDelta& delt
     if (!v.guidable) continue;
     const Vec3 local = v.at.frame.to_local(v.wi);
     if (local.z <= 0) continue;
-    const bool lands = v.lands && i + 1 < path.size();
-    transitions.push_back({v.at.key, lands ? path[i + 1].at.key : Delta::kNowhere, v.emitted,
-                           lands ? path[i + 1].albedo : 0, static_cast<uint32_t>(cell_of(local))});
+    const bool lands = v.transition.lands && i + 1 < path.size();
+    transitions.push_back({v.at.key, lands ? path[i + 1].at.key : Delta::kNowhere,
+                           v.transition.emitted, lands ? path[i + 1].transition.albedo : 0,
+                           static_cast<uint32_t>(cell_of(local))});
   }
 }
 
@@ -234,9 +239,10 @@ const DahmKellerGuide::Values* DahmKellerGuide::values(uint64_t key) const {
 }
 
 std::vector<TableSection> DahmKellerGuide::save() const {
-  return save_cells(kFormat, grid_, samples_seen_, learned_index_.keys(), [this](size_t i) {
-    return CellRecord{learned_[i].q, learned_[i].visits};
-  });
+  return save_cells(kDahmKellerLayout, grid_, samples_seen_, learned_index_.keys(),
+                    [this](size_t i) {
+                      return CellRecord{learned_[i].q, learned_[i].visits};
+                    });
 }
 
 template <class Self, class Archive>
@@ -258,16 +264,16 @@ Status DahmKellerGuide::load(std::span<const TableSection> sections) {
     state.scattered = scattered_of(state.q);
   };
   const Result<uint64_t> samples_seen =
-      load_cells(sections, kFormat, grid_, max_states_, max_bytes_, add);
+      load_cells(sections, kDahmKellerLayout, grid_, max_states_, max_bytes_, add);
   if (!samples_seen.ok()) return samples_seen.error();
   samples_seen_ = samples_seen.value();
   end_pass();
   return {};
 }
 
-Status DahmKellerGuide::merge(const Guide& other) {
+Status DahmKellerGuide::merge(const GuideTable& other) {
   const auto* from = dynamic_cast<const DahmKellerGuide*>(&other);
-  if (!from) return Guide::merge(other);
+  if (!from) return cannot_merge(*this, other);
   if (Status s = check_mergeable(grid_, from->grid_, learned_index_, from->learned_index_,
                                  max_states_, max_bytes_);
       !s.ok())
@@ -282,10 +288,6 @@ Status DahmKellerGuide::merge(const Guide& other) {
   samples_seen_ += from->samples_seen_;
   end_pass();
   return {};
-}
-
-std::vector<GuidePoint> DahmKellerGuide::known_points(size_t most) const {
-  return points_of(frozen_index_, most);
 }
 
 }  // namespace qray

@@ -34,7 +34,9 @@ class DahmKellerGuide final : public Guide {
   float gain(const GuidePoint& point) const override;
   std::vector<DirectionCell> directions(const GuidePoint& point) const override;
   StateSummary summary(const GuidePoint& point) const override;
+  std::vector<GuidePoint> known_points(size_t most) const override;
 
+  GuideNeeds needs() const override { return {.transition = true}; }
   std::unique_ptr<GuideDelta> make_delta() const override;
   void record(std::span<const GuideVertex> path, GuideDelta& delta) const override;
   void update(GuideDelta& delta) override;
@@ -46,8 +48,7 @@ class DahmKellerGuide final : public Guide {
   void save_state(SnapshotWriter& out) const override;
   void load_state(SnapshotReader& in) override;
   // Values become means over all visits.
-  Status merge(const Guide& other) override;
-  std::vector<GuidePoint> known_points(size_t most) const override;
+  Status merge(const GuideTable& other) override;
 
   const Values* values(uint64_t key) const;  // learned; for tests
 

@@ -1,5 +1,5 @@
 // Which way, for one state: a quadtree over the unit square, which the concentric map lays over the
-// projected hemisphere (design, section 4), so that a tree without data samples by the cosine and
+// projected hemisphere, so that a tree without data samples by the cosine and
 // no cell lies below the horizon. What is learned are integer sums, exactly associative: the same
 // bits whatever the threads and the order.
 //
@@ -16,21 +16,13 @@
 #include <cstdint>
 #include <vector>
 
+#include "core/guide/adaptive_params.h"
 #include "core/math/vec.h"
 
 namespace qray {
 
 // The inverse of square_to_disk(); within 2e-5. Results lie in [0, 1).
 Vec2 disk_to_square(Vec2 d);
-
-struct DirectionParams {
-  float shrinkage = 16;       // k, in samples
-  float split_share = 0.03f;  // of what arrives: a cell with more is cut in four, one with less
-                              // than a quarter of it is not
-  float least_gain = 0.001f;  // of the second moment: a cut that brings less is taken back
-  int max_depth = 6;          // cells are at least 2^-max_depth wide
-  bool operator==(const DirectionParams&) const = default;
-};
 
 class DirectionTrees {
  public:
@@ -45,8 +37,8 @@ class DirectionTrees {
     Sums sums;
     uint32_t child = 0;  // the first of four; 0: a leaf
     uint32_t depth = 0;
-    double mean = 1;    // of Y, shrunk
-    bool even = false;  // a leaf that was cut once, and its quarters were alike
+    double mean = 1;      // of Y, shrunk
+    bool joined = false;  // a leaf that was cut once, and its quarters were alike
   };
   using Cells = std::vector<Cell>;
   // Of a tree that is read or merged: far more than is learned, and what is added to it still fits.
@@ -56,7 +48,7 @@ class DirectionTrees {
   float pdf(uint32_t root, Vec2 u) const;
   // Follows the density; `density` is pdf() at the result.
   Vec2 sample(uint32_t root, Vec2 u, float& density) const;
-  // The integral of the squared density over the unit square: 1 where it is even, else more.
+  // The integral of the squared density over the unit square: 1 where it is uniform, else more.
   double second_moment(uint32_t root) const;
   void add(uint32_t root, Vec2 u, int64_t s);
   void prefetch(uint32_t root) const {
@@ -95,9 +87,9 @@ class DirectionTrees {
   static void estimate(Cells& cells, float shrinkage);
   // Cuts and joins cells as their shares ask for; the estimates must be filled, and stay so.
   static void adapt(Cells& cells, const DirectionParams& params);
-  // Adds an even part to the means, `part` of the whole square's over the second moment: so that
+  // Adds a uniform part to the means, `part` of the whole square's over the second moment: so that
   // cells thought dark, which are believed least, do not weigh much when they are drawn.
-  static void add_even(Cells& cells, float part);
+  static void add_uniform(Cells& cells, float part);
   // Adds to each cell the sums of `other`'s, cut alike first. In either order the result is the
   // same.
   static void add_cells(Cells& cells, const Cells& other);
@@ -120,14 +112,14 @@ class DirectionTrees {
     uint8_t p[4];    // chances of the quadrants in kChances, at least 1 each
     uint16_t first;  // node of the first child, counted from the root
     uint8_t inner;   // bit q: quadrant q has a node of its own
-    uint8_t even;    // bit q: Cell::even
+    uint8_t joined;  // bit q: Cell::joined
     bool has_child(int q) const { return inner >> q & 1; }
     uint32_t child(int q) const {
       return first + static_cast<uint32_t>(__builtin_popcount(inner & ((1u << q) - 1)));
     }
     template <class Self, class Archive>
     static void exchange(Self& self, Archive& archive) {
-      archive(self.p, self.first, self.inner, self.even);
+      archive(self.p, self.first, self.inner, self.joined);
     }
   };
   struct Quad {

@@ -11,13 +11,13 @@ namespace qray {
 // sum a m^2 / (sum a m)^2. 1 without light.
 inline float gain_of_cells(std::span<const float> shares, std::span<const float> means,
                            std::span<const float> weights) {
-  double even = 0, learned = 0;
+  double uniform = 0, learned = 0;
   for (size_t i = 0; i < shares.size(); ++i) {
     const double square = static_cast<double>(shares[i]) * means[i] * means[i];
-    even += square;
+    uniform += square;
     learned += square / weights[i];
   }
-  return learned > 0 ? static_cast<float>(even / learned) : 1;
+  return learned > 0 ? static_cast<float>(uniform / learned) : 1;
 }
 
 }  // namespace qray

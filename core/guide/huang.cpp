@@ -6,8 +6,8 @@
 #include <numeric>
 
 #include "core/base/check.h"
-#include "core/guide/cell_records.h"
 #include "core/guide/gain.h"
+#include "core/guide/grid_table.h"
 #include "core/math/frame.h"
 #include "core/math/hash.h"
 #include "core/math/warp.h"
@@ -16,7 +16,6 @@ namespace qray {
 namespace {
 
 constexpr uint32_t kNormalMask = (1u << 30) - 1;
-constexpr CellFormat kFormat{"HGRD", "HQ26", kDirections26};
 
 constexpr size_t kDirtyBytes = 1 + 2 * sizeof(uint32_t);
 // A normal's shares in their map: the entry, its links, its hash bucket.
@@ -96,7 +95,7 @@ GuideSample HuangGuide::sample(const GuidePoint& point, Vec2 u) const {
 }
 
 float HuangGuide::pdf_w(const GuidePoint& point, Vec3 wi) const {
-  if (dot(point.frame.z, wi) <= 0) return 0;
+  if (!point.covers(wi)) return 0;
   if (!point.state.valid() || density_ == Density::kAsPublished) return kUniformHemispherePdfW;
   const size_t a = static_cast<size_t>(nearest_direction26(wi));
   return frozen_[point.state.value].weight[a] * kUniformHemispherePdfW;
@@ -125,6 +124,10 @@ StateSummary HuangGuide::summary(const GuidePoint& point) const {
   return {grid_.cell_m(), std::accumulate(count.begin(), count.end(), uint64_t{0})};
 }
 
+std::vector<GuidePoint> HuangGuide::known_points(size_t most) const {
+  return points_of(frozen_index_, most);
+}
+
 std::unique_ptr<GuideDelta> HuangGuide::make_delta() const { return std::make_unique<Delta>(); }
 
 void HuangGuide::record(std::span<const GuideVertex> path, GuideDelta& delta) const {
@@ -132,9 +135,10 @@ void HuangGuide::record(std::span<const GuideVertex> path, GuideDelta& delta) co
   for (size_t i = 0; i < path.size(); ++i) {
     const GuideVertex& v = path[i];
     if (!v.guidable) continue;
-    const uint64_t next = v.lands && i + 1 < path.size() ? path[i + 1].at.key : Delta::kNowhere;
+    const uint64_t next =
+        v.transition.lands && i + 1 < path.size() ? path[i + 1].at.key : Delta::kNowhere;
     transitions.push_back(
-        {v.at.key, next, v.emitted, static_cast<uint32_t>(nearest_direction26(v.wi))});
+        {v.at.key, next, v.transition.emitted, static_cast<uint32_t>(nearest_direction26(v.wi))});
   }
 }
 
@@ -176,9 +180,9 @@ void HuangGuide::update(GuideDelta& delta) {
   transitions.clear();
 }
 
-const HuangGuide::Values& HuangGuide::shares_of(Vec3 n, uint32_t normal_code) {
-  const auto [entry, inserted] = shares_.try_emplace(normal_code);
-  if (inserted) entry->second = hemisphere_shares26(n);
+const HuangGuide::Values& HuangGuide::shares_of(uint64_t key) {
+  const auto [entry, inserted] = shares_.try_emplace(static_cast<uint32_t>(key & kNormalMask));
+  if (inserted) entry->second = hemisphere_shares26(SurfaceGrid::normal_of(key));
   return entry->second;
 }
 
@@ -210,11 +214,10 @@ void HuangGuide::end_pass() {
     const uint64_t key = learned_index_.keys()[i];
     const StateId id = frozen_index_.find_or_insert(key);
     if (id.value >= frozen_.size()) grow(frozen_, id.value + 1, max_states_);
-    const uint32_t normal_code = static_cast<uint32_t>(key & kNormalMask);
     const Values& q = learned_[i].q;
     const float max_q = *std::max_element(q.begin(), q.end());
     Frozen& state = frozen_[id.value];
-    const Values& shares = shares_of(SurfaceGrid::normal_of(key), normal_code);
+    const Values& shares = shares_of(key);
     state.weight = density_weights(q, shares);
     state.gain = gain_of_cells(shares, q, state.weight);
     for (size_t a = 0; a < q.size(); ++a) state.level[a] = level_of(q[a], max_q);
@@ -242,12 +245,6 @@ void HuangGuide::set_values(uint64_t key, const Values& values) {
   mark(id);
 }
 
-std::vector<TableSection> HuangGuide::save() const {
-  return save_cells(kFormat, grid_, samples_seen_, learned_index_.keys(), [this](size_t i) {
-    return CellRecord{learned_[i].q, learned_[i].count};
-  });
-}
-
 template <class Self, class Archive>
 void HuangGuide::exchange_state(Self& self, Archive& archive) {
   archive(self.samples_seen_, self.refused_, self.learned_index_, self.learned_, self.is_dirty_,
@@ -258,66 +255,7 @@ void HuangGuide::save_state(SnapshotWriter& out) const { exchange_state(*this, o
 
 void HuangGuide::load_state(SnapshotReader& in) {
   exchange_state(*this, in);
-  for (uint64_t key : frozen_index_.keys())
-    shares_of(SurfaceGrid::normal_of(key), static_cast<uint32_t>(key & kNormalMask));
-}
-
-Status HuangGuide::load(std::span<const TableSection> sections) {
-  QRAY_CHECK(learned_.empty());
-  const auto add = [this](uint64_t key, const CellRecord& record) {
-    const StateId id = learned_state(key);
-    std::ranges::copy(record.values, learned_[id.value].q.begin());
-    std::ranges::copy(record.counts, learned_[id.value].count.begin());
-    mark(id);
-  };
-  const Result<uint64_t> samples_seen =
-      load_cells(sections, kFormat, grid_, max_states_, max_bytes_, add);
-  if (!samples_seen.ok()) return samples_seen.error();
-  samples_seen_ = samples_seen.value();
-  end_pass();
-  return check_densities();
-}
-
-Status HuangGuide::merge(const Guide& other) {
-  const auto* from = dynamic_cast<const HuangGuide*>(&other);
-  if (!from) return Guide::merge(other);
-  if (Status s = check_mergeable(grid_, from->grid_, learned_index_, from->learned_index_,
-                                 max_states_, max_bytes_);
-      !s.ok())
-    return s;
-  const auto& keys = from->learned_index_.keys();
-  for (size_t i = 0; i < keys.size(); ++i) {
-    const StateId id = learned_state(keys[i]);
-    Learned& state = learned_[id.value];
-    for (size_t a = 0; a < kDirections26; ++a)
-      merge_cell(state.q[a], state.count[a], from->learned_[i].q[a], from->learned_[i].count[a]);
-    mark(id);
-  }
-  samples_seen_ += from->samples_seen_;
-  end_pass();
-  return {};
-}
-
-std::vector<GuidePoint> HuangGuide::known_points(size_t most) const {
-  return points_of(frozen_index_, most);
-}
-
-// A loaded table must sample densities that integrate to one (design, section 6).
-Status HuangGuide::check_densities() {
-  for (size_t i = 0; i < frozen_.size(); ++i) {
-    const uint64_t key = frozen_index_.keys()[i];
-    const Values& shares =
-        shares_of(SurfaceGrid::normal_of(key), static_cast<uint32_t>(key & kNormalMask));
-    double sum = 0;
-    for (size_t a = 0; a < kDirections26; ++a)
-      sum += static_cast<double>(shares[a]) * static_cast<double>(frozen_[i].weight[a]);
-    if (!(std::abs(sum - 1) < 1e-3)) {
-      return Error{ErrorCode::kCorrupt,
-                   "the density integrates to " + std::to_string(sum) + ", expected 1",
-                   "table:HQ26, state " + std::to_string(i)};
-    }
-  }
-  return {};
+  for (uint64_t key : frozen_index_.keys()) shares_of(key);
 }
 
 }  // namespace qray

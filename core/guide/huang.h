@@ -1,9 +1,9 @@
 // The thesis' method: Q-learning over 26 directions (section 4.2) and Algorithm 1's choice of the
 // reflecting direction (section 4.3). As `huang` the choice is divided by its exact density; as
 // `huang-published` it is treated as the uniform choice it is not, as the thesis prints it, which
-// brightens the picture.
+// brightens the picture. Saving, loading and merging its tables is in huang_table.cpp.
 //
-// The exact density (design, section 3). M = max_a Q_a, mu_a the share of the hemisphere nearest to
+// The exact density. M = max_a Q_a, mu_a the share of the hemisphere nearest to
 // direction a, R_j = sum_a mu_a [Q_a <= j M/8], S_7 = 1, S_k = S_{k+1} R_{k+1}:
 //   p(d) = w_a(d) / (2 pi),  w_a = S_1 + sum_{k=2..7} S_k [Q_a > k M/8].
 #pragma once
@@ -36,7 +36,9 @@ class HuangGuide final : public Guide {
   float gain(const GuidePoint& point) const override;
   std::vector<DirectionCell> directions(const GuidePoint& point) const override;
   StateSummary summary(const GuidePoint& point) const override;
+  std::vector<GuidePoint> known_points(size_t most) const override;
 
+  GuideNeeds needs() const override { return {.transition = true}; }
   std::unique_ptr<GuideDelta> make_delta() const override;
   void record(std::span<const GuideVertex> path, GuideDelta& delta) const override;
   void update(GuideDelta& delta) override;
@@ -48,8 +50,7 @@ class HuangGuide final : public Guide {
   void save_state(SnapshotWriter& out) const override;
   void load_state(SnapshotReader& in) override;
   // Values become means over all updates.
-  Status merge(const Guide& other) override;
-  std::vector<GuidePoint> known_points(size_t most) const override;
+  Status merge(const GuideTable& other) override;
 
   // The learned values and how often each was updated; for views and tests.
   const Values* values(uint64_t key) const;
@@ -80,9 +81,9 @@ class HuangGuide final : public Guide {
 
   template <class Self, class Archive>
   static void exchange_state(Self& self, Archive& archive);
-  StateId learned_state(uint64_t key);  // invalid: there is no room for a new one
-  void mark(StateId state);             // end_pass() will freeze it
-  const Values& shares_of(Vec3 n, uint32_t normal_code);
+  StateId learned_state(uint64_t key);    // invalid: there is no room for a new one
+  void mark(StateId state);               // end_pass() will freeze it
+  const Values& shares_of(uint64_t key);  // of the hemisphere about the key's normal
   Status check_densities();
 
   Density density_;

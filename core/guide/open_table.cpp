@@ -4,13 +4,11 @@
 #include <cmath>
 #include <numbers>
 
-#include "core/guide/surface_grid.h"
 #include "core/math/warp.h"
 
 namespace qray {
 namespace {
 
-constexpr int kMaxExponent = 100;  // of the grid's cells and of the cube, both ways
 constexpr size_t kDensitiesChecked = 32;
 constexpr double kDensityTolerance = 0.01;
 
@@ -18,32 +16,6 @@ Error at_table(const Error& error, const std::string& id) {
   const size_t rest = error.where.find_first_of(":,");  // behind "table"
   return {error.code, error.message,
           "table " + id + (rest == std::string::npos ? "" : error.where.substr(rest))};
-}
-
-// What the guide was made for that wrote the table, as far as tables depend on it: bounds that give
-// its grid, or its cube, again.
-Result<GuideSetup> setup_of(const TableFile& table) {
-  const Error corrupt{ErrorCode::kCorrupt, "expected a grid or a cube first", "table"};
-  if (table.sections.empty()) return corrupt;
-  const std::string& tag = table.sections[0].tag;
-  ByteReader in(table.sections[0].bytes);
-  const int64_t exponent = in.i64();
-  Vec3 origin;
-  for (int axis = 0; axis < 3; ++axis) origin[axis] = in.f32();
-  if (!in.ok() || std::abs(exponent) > kMaxExponent || !is_finite(origin)) return corrupt;
-  const float side = std::ldexp(1.0f, static_cast<int>(exponent));
-  GuideSetup setup;
-  if (tag == "HGRD" || tag == "DGRD") {
-    setup.bounds.lo = SurfaceGrid::inside_first_cell(origin, side);
-    const float cells = static_cast<float>(setup.huang.grid);
-    setup.bounds.hi = setup.bounds.lo + Vec3{side, side, side} * cells;
-  } else {
-    // Well within the cube, so that rounding takes nothing out of it.
-    setup.bounds.lo = origin + Vec3{side, side, side} * 0.0625f;
-    setup.bounds.hi = origin + Vec3{side, side, side} * 0.9375f;
-    if (tag == "ACUB") setup.brightest_light = static_cast<float>(in.f64());
-  }
-  return setup;
 }
 
 Status check_same(const TableHeader& a, const TableHeader& b) {
@@ -65,29 +37,29 @@ Status check_same(const TableHeader& a, const TableHeader& b) {
 }  // namespace
 
 Result<std::unique_ptr<Guide>> open_table(const TableFile& table, size_t max_bytes) {
-  Result<GuideSetup> setup = setup_of(table);
+  Result<GuideSetup> setup = setup_of_table(table.header.method, table.sections);
   if (!setup.ok()) return setup.error();
   setup.value().max_bytes = max_bytes;
   Result<std::unique_ptr<Guide>> guide = make_guide(table.header.method, setup.value());
-  if (!guide.ok() || !guide.value())
-    return Error{ErrorCode::kUnsupported,
-                 "method '" + table.header.method + "' has no tables in this program", "table"};
+  if (!guide.ok()) return guide.error();
   if (Status loaded = guide.value()->load(table.sections); !loaded.ok()) return loaded.error();
   return guide;
 }
 
-double density_integral(const Guide& guide, const GuidePoint& point) {
+double density_integral(const GuideSampler& guide, const GuidePoint& point) {
   constexpr int kPoints = 1 << 15;  // of a rank-1 lattice by the golden ratio, twice
   double sum = 0;
-  const auto add = [&](float pdf_w) {
+  const auto add = [&](Vec3 wi) {
+    if (!point.covers(wi)) return;
+    const float pdf_w = guide.pdf_w(point, wi);
     sum += static_cast<double>(pdf_w / (pdf_w + kUniformSpherePdfW)) / kPoints;
   };
   for (int i = 0; i < kPoints; ++i) {
     const double y = (i + 0.5) * (std::numbers::phi - 1);
     const Vec2 u{(static_cast<float>(i) + 0.5f) / kPoints,
                  std::min(static_cast<float>(y - std::floor(y)), kOneMinusEpsilon)};
-    add(guide.pdf_w(point, guide.sample(point, u).wi));
-    add(guide.pdf_w(point, square_to_uniform_sphere(u)));
+    add(guide.sample(point, u).wi);
+    add(square_to_uniform_sphere(u));
   }
   return sum;
 }

@@ -12,10 +12,10 @@ constexpr size_t kAnyTableBytes = size_t{1} << 60;  // for a look at a table of 
 // A guide that holds the table. Everything that load() checks is checked.
 Result<std::unique_ptr<Guide>> open_table(const TableFile& table, size_t max_bytes);
 
-// The integral over the sphere of the guide's density at a state, by directions of which half are
-// the guide's own and half uniform: 1, within .005 for the densities of tables' cells. A sampler
-// that does not follow its density shows, too.
-double density_integral(const Guide& guide, const GuidePoint& point);
+// The integral of the guide's density over the point's domain, by directions of which half are the
+// guide's own and half uniform over the sphere: 1, within .005 for the densities of tables' cells.
+// A sampler that does not follow its density shows, too, and one that leaves the domain.
+double density_integral(const GuideSampler& guide, const GuidePoint& point);
 
 struct TableCheck {
   std::unique_ptr<Guide> guide;

@@ -5,8 +5,7 @@
 #include <cmath>
 #include <mutex>
 
-#include "core/base/check.h"
-#include "core/guide/tree_sections.h"
+#include "core/guide/ppg_layout.h"
 #include "core/math/hash.h"
 #include "core/math/warp.h"
 
@@ -17,11 +16,9 @@ constexpr double kRadianceOne = 0x1p32;  // of radiance_unit_, in fixed point
 constexpr double kMaxPaid = 1024;        // radiance units
 constexpr float kSplitSamples = 4000;    // c, of the spatial tree's c sqrt(2^k)
 constexpr DirectionParams kDirection{
-    .shrinkage = 0, .split_share = 0.01f, .least_gain = -1, .max_depth = 12};
+    .shrinkage = 0, .split_share = 0.01f, .min_split_gain = -1, .max_depth = PpgRecord::kMaxDepth};
 // Adam (Kingma and Ba 2015), with the course notes' rate and regularisation.
 constexpr float kRate = 0.01f, kBeta1 = 0.9f, kBeta2 = 0.999f, kRegular = 0.01f;
-constexpr float kMaxTheta = 20;
-constexpr double kMeanOne = DirectionTrees::kChances / 4;  // a chance that leaves the mean as it is
 
 Vec3 to_direction(Vec2 u) {
   const float z = 2 * u.x - 1, r = std::sqrt(std::max(0.0f, 1 - z * z)), phi = 2 * kPi * u.y;
@@ -65,9 +62,14 @@ PpgGuide::PpgGuide(const GuideSetup& setup)
   leaves_.emplace_back().root = directions_.put(cells);
 }
 
+GuidePoint PpgGuide::point_of(uint32_t leaf) const {
+  return {StateId(leaf), tree_.key(leaf), Frame({1, 0, 0}, {0, 1, 0}, {0, 0, 1}),
+          GuideDomain::kSphere};
+}
+
 GuidePoint PpgGuide::find(Vec3 p, Vec3 n) const {
   const uint32_t leaf = tree_.leaf_at(tree_.beside(p, n));
-  return {StateId(leaf), tree_.key(leaf), Frame({1, 0, 0}, {0, 1, 0}, {0, 0, 1})};
+  return point_of(leaf);
 }
 
 float PpgGuide::guide_fraction(const GuidePoint& point, bool) const {
@@ -133,8 +135,8 @@ void PpgGuide::record(std::span<const GuideVertex> path, GuideDelta& delta) cons
     if (at.ready && at.paid > 0) {  // in units of what the place is usually paid
       const float guide_pdf_w = pdf_w(v.at, v.wi);
       const float product =
-          v.f_cos * luminance(v.arriving) / (static_cast<float>(radiance_unit_) * at.paid);
-      gradient = -product * (guide_pdf_w - v.bsdf_pdf_w) / (v.pdf_w * v.pdf_w) * at.fraction *
+          v.bsdf.f_cos * luminance(v.arriving) / (static_cast<float>(radiance_unit_) * at.paid);
+      gradient = -product * (guide_pdf_w - v.bsdf.pdf_w) / (v.pdf_w * v.pdf_w) * at.fraction *
                  (1 - at.fraction);
     }
     static_cast<Delta&>(delta).events.push_back({v.at.state.value, gradient});
@@ -150,7 +152,7 @@ void PpgGuide::step(Leaf& leaf, float gradient) {
   const float first = leaf.first_moment / (1 - std::pow(kBeta1, steps));
   const float second = leaf.second_moment / (1 - std::pow(kBeta2, steps));
   leaf.theta -= kRate * first / (std::sqrt(second) + 1e-8f);
-  leaf.theta = std::clamp(leaf.theta, -kMaxTheta, kMaxTheta);
+  leaf.theta = std::clamp(leaf.theta, -PpgRecord::kMaxTheta, PpgRecord::kMaxTheta);
 }
 
 void PpgGuide::update(GuideDelta& delta) {
@@ -237,65 +239,8 @@ GuideStats PpgGuide::stats() const {
 std::vector<GuidePoint> PpgGuide::known_points(size_t most) const {
   std::vector<GuidePoint> points;
   for (uint32_t i = 0; i < leaves_.size(); ++i)
-    if (leaves_[i].ready)
-      points.push_back({StateId(i), tree_.key(i), Frame({1, 0, 0}, {0, 1, 0}, {0, 0, 1})});
+    if (leaves_[i].ready) points.push_back(point_of(i));
   return spread_over(std::move(points), most);
-}
-
-// Sections: PCUB (the cube, the samples seen, iterations), PDTR (a record per leaf: key, the
-// chance's state, then the direction cells with the chances of a cut one's quarters). What the
-// current iteration has learned so far is left out.
-std::vector<TableSection> PpgGuide::save() const {
-  ByteWriter cube, out;
-  write_cube(cube, tree_);
-  cube.u64(samples_seen_);
-  cube.i64(last_iteration_samples_);
-  cube.u32(static_cast<uint32_t>(iteration_));
-  out.u64(leaves_.size());
-  for (uint32_t i : leaves_by_key(tree_)) {
-    const Leaf& leaf = leaves_[i];
-    out.u64(tree_.key(i));
-    out.u8(leaf.ready);
-    for (float v : {leaf.theta, leaf.first_moment, leaf.second_moment}) out.f32(v);
-    out.u32(leaf.steps);
-    write_cells(out, directions_.take(leaf.root), [&](const Cell& c, const Cell* four) {
-      for (int q = 0; four && q < 4; ++q)
-        out.u8(static_cast<uint8_t>(std::lround(four[q].mean / c.mean * kMeanOne)));
-    });
-  }
-  return {{"PCUB", cube.take()}, {"PDTR", out.take()}};
-}
-
-Status PpgGuide::load_leaf(ByteReader& in, uint32_t place) {
-  Leaf leaf;
-  const uint8_t ready = in.u8();
-  bool good = ready <= 1;
-  leaf.ready = ready != 0;
-  for (float* v : {&leaf.theta, &leaf.first_moment, &leaf.second_moment}) {
-    *v = in.f32();
-    good = good && std::isfinite(*v);
-  }
-  leaf.steps = in.u32();
-  good = good && std::abs(leaf.theta) <= kMaxTheta && leaf.second_moment >= 0;
-  leaf.fraction = 1 / (1 + std::exp(-leaf.theta));
-  const auto chances = [&](const Cell& c, Cell* four) {
-    if (!four) return !c.even;  // which this method does not know
-    int sum = 0;
-    for (int q = 0; q < 4; ++q) {
-      const int chance = in.u8();
-      if (chance == 0) return false;
-      sum += chance;
-      four[q].mean = c.mean * chance / kMeanOne;
-    }
-    return sum == DirectionTrees::kChances;
-  };
-  const DirectionTrees::Cells cells = read_cells(in, kDirection.max_depth, chances);
-  if (!good || cells.empty())
-    return Error{ErrorCode::kCorrupt, "expected a finite chance and whole trees", ""};
-  leaves_.resize(tree_.leaves());
-  leaf.root = directions_.put(cells);
-  leaves_[place] = leaf;
-  return {};
 }
 
 template <class Self, class Archive>
@@ -307,38 +252,5 @@ void PpgGuide::exchange_state(Self& self, Archive& archive) {
 void PpgGuide::save_state(SnapshotWriter& out) const { exchange_state(*this, out); }
 
 void PpgGuide::load_state(SnapshotReader& in) { exchange_state(*this, in); }
-
-Status PpgGuide::load(std::span<const TableSection> sections) {
-  QRAY_CHECK(samples_seen_ == 0);
-  uint64_t samples_seen = 0;
-  int64_t last_iteration_samples = 0;
-  uint32_t iteration = 0;
-  const Status cube = read_cube(sections, "PCUB", "PDTR", tree_, [&](ByteReader& in) {
-    samples_seen = in.u64();
-    last_iteration_samples = in.i64();
-    iteration = in.u32();
-  });
-  if (!cube.ok()) return cube;
-  if (last_iteration_samples < 0 || last_iteration_samples > int64_t{1} << 60 || iteration > 64)
-    return Error{ErrorCode::kCorrupt, "wrong iterations", "table:PCUB"};
-  const Error too_large = over_memory("the table needs", max_bytes_, "table:PDTR");
-  directions_.clear();
-  const auto record = [&](ByteReader& in, uint32_t place) -> Status {
-    const Status status = load_leaf(in, place);
-    const bool large = status.ok() && bytes() / 2 > max_bytes_ && stats().states > 0;
-    return large ? too_large : status;
-  };
-  const Result<uint64_t> count = read_records(sections[1], "place", tree_, 1, record);
-  if (!count.ok()) return count.error();
-  index();
-  if (stats().bytes > max_bytes_) return too_large;
-  // The leaves must share out all of space.
-  if (count.value() != leaves_.size())
-    return Error{ErrorCode::kCorrupt, "places are missing", "table:PDTR"};
-  samples_seen_ = samples_seen;
-  last_iteration_samples_ = last_iteration_samples;
-  iteration_ = static_cast<int>(iteration);
-  return {};
-}
 
 }  // namespace qray

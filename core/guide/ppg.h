@@ -5,7 +5,8 @@
 // the chance to draw from the tree rather than the BSDF learned per leaf (Adam, on the KL
 // divergence); samples splatted at a place and direction moved at random within a leaf's size.
 // Its passes' combination by inverse variance is the renderer's (render_loop.cpp).
-// Its tables hold densities without the weight behind each, so two of them cannot be merged.
+// Its tables hold densities without the weight behind each, so two of them cannot be merged; saving
+// and loading them is in ppg_table.cpp.
 #pragma once
 
 #include "core/base/spin_lock.h"
@@ -14,6 +15,8 @@
 #include "core/guide/spatial_tree.h"
 
 namespace qray {
+
+struct PpgRecord;
 
 class PpgGuide final : public Guide {
  public:
@@ -26,11 +29,13 @@ class PpgGuide final : public Guide {
   float guide_fraction(const GuidePoint& point, bool diffuse) const override;
   GuideSample sample(const GuidePoint& point, Vec2 u) const override;
   float pdf_w(const GuidePoint& point, Vec3 wi) const override;
-  // Over directions drawn evenly from the sphere: a leaf knows no normal.
+  // Over directions drawn uniformly from the sphere.
   float gain(const GuidePoint& point) const override;
   std::vector<DirectionCell> directions(const GuidePoint& point) const override;
   StateSummary summary(const GuidePoint& point) const override;
+  std::vector<GuidePoint> known_points(size_t most) const override;
 
+  GuideNeeds needs() const override { return {.bsdf = true}; }
   std::unique_ptr<GuideDelta> make_delta() const override;
   void record(std::span<const GuideVertex> path, GuideDelta& delta) const override;
   void update(GuideDelta& delta) override;
@@ -41,10 +46,9 @@ class PpgGuide final : public Guide {
   Status load(std::span<const TableSection> sections) override;
   void save_state(SnapshotWriter& out) const override;
   void load_state(SnapshotReader& in) override;
-  std::vector<GuidePoint> known_points(size_t most) const override;
+  Status merge(const GuideTable& other) override { return cannot_merge(*this, other); }
 
  private:
-  using Cell = DirectionTrees::Cell;
   struct Leaf {
     uint32_t root = 0;  // of its directions
     bool ready = false;
@@ -68,7 +72,8 @@ class PpgGuide final : public Guide {
   size_t bytes() const;
   void index();
   void step(Leaf& leaf, float gradient);
-  Status load_leaf(ByteReader& in, uint32_t place);
+  void load_record(uint32_t place, const PpgRecord& record);
+  GuidePoint point_of(uint32_t leaf) const;  // over the sphere: a leaf knows no normal
 
   size_t max_bytes_;
   double radiance_unit_;

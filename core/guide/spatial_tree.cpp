@@ -52,19 +52,19 @@ uint64_t SpatialTree::code_of(Vec3 p) const {
 
 uint32_t SpatialTree::split(uint32_t leaf) {
   const uint32_t first = static_cast<uint32_t>(links_.size());
-  const uint32_t second_leaf = static_cast<uint32_t>(leaves_.size());
+  const uint32_t upper_leaf = static_cast<uint32_t>(leaves_.size());
   Leaf& half = leaves_[leaf];
   links_[half.link] = first;
   links_.push_back(kLeaf | leaf);
-  links_.push_back(kLeaf | second_leaf);
+  links_.push_back(kLeaf | upper_leaf);
   ++half.depth;
   half.prefix <<= 1;
   half.link = first;
-  Leaf second = half;
-  second.prefix |= 1;
-  second.link = first + 1;
-  leaves_.push_back(second);
-  return second_leaf;
+  Leaf upper = half;
+  upper.prefix |= 1;
+  upper.link = first + 1;
+  leaves_.push_back(upper);
+  return upper_leaf;
 }
 
 uint64_t SpatialTree::key(uint32_t leaf) const {

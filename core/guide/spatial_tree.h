@@ -42,12 +42,12 @@ class SpatialTree {
   // A point of a surface, taken off it along n: where the surface lies in the plane of a cut,
   // rounding would scatter its points over both sides.
   Vec3 beside(Vec3 p, Vec3 n) const { return p + n * off_surface_; }
-  // Whether p lies in the half of its leaf that split() would make the second.
-  bool in_second_half(Vec3 p, uint32_t leaf) const {
+  // Whether p lies in the upper half of its leaf, which split() would make a leaf of its own.
+  bool in_upper_half(Vec3 p, uint32_t leaf) const {
     return code_of(p) >> (kMaxDepth - 1 - leaves_[leaf].depth) & 1;
   }
 
-  // A leaf becomes its first half, and the second is the new leaf that is returned. Call
+  // A leaf becomes its lower half, and the upper is the new leaf that is returned. Call
   // index_top() after a round of cuts.
   uint32_t split(uint32_t leaf);
   // The leaf at the end of a key, cut out where the tree is not as fine yet; kNone where it is

@@ -122,4 +122,19 @@ Result<TableFile> decode_table(std::span<const uint8_t> bytes) {
   return table;
 }
 
+std::string place_of(std::string_view tag) { return "table:" + std::string(tag); }
+
+Status expect_sections(std::span<const TableSection> sections, std::string_view first,
+                       std::string_view second) {
+  if (sections.size() == 2 && sections[0].tag == first && sections[1].tag == second) return {};
+  return Error{ErrorCode::kCorrupt,
+               "expected the sections " + std::string(first) + " and " + std::string(second),
+               "table"};
+}
+
+Error over_memory(const std::string& what, size_t max_bytes, const std::string& where) {
+  return {ErrorCode::kTooLarge,
+          what + " more than the " + std::to_string(max_bytes) + " bytes allowed", where};
+}
+
 }  // namespace qray

@@ -3,7 +3,9 @@
 // section.
 #pragma once
 
+#include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "core/base/byte_io.h"
@@ -14,6 +16,7 @@ namespace qray {
 
 constexpr uint32_t kTableFormatVersion = 2;
 constexpr size_t kMaxTableParents = 64;
+constexpr int kMaxTableExponent = 100;  // of a grid's cells or a cube, in metres, both ways
 
 struct TableHeader {
   std::string id;                    // 32 hex digits: table_id()
@@ -40,5 +43,13 @@ std::string table_id(TableFile table);
 // Checks magic, version, sizes (before allocating) and checksums. Errors are kCorrupt or
 // kUnsupported with the byte offset.
 Result<TableFile> decode_table(std::span<const uint8_t> bytes);
+
+// Where an error in a section is: "table:ACUB".
+std::string place_of(std::string_view tag);
+// kCorrupt unless the sections are these two.
+Status expect_sections(std::span<const TableSection> sections, std::string_view first,
+                       std::string_view second);
+// kTooLarge. `what`: "the table needs".
+Error over_memory(const std::string& what, size_t max_bytes, const std::string& where);
 
 }  // namespace qray

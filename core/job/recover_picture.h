@@ -6,7 +6,7 @@
 #include "core/film/film.h"
 #include "core/recover/recover.h"
 #include "core/render/prepared_scene.h"
-#include "core/render/settings.h"
+#include "core/settings/render_settings.h"
 
 namespace qray {
 

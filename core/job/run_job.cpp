@@ -29,7 +29,7 @@ ImageMetadata metadata_of(const RenderStats& stats, const PreparedScene& scene,
 
 }  // namespace
 
-TableFile table_of(const Guide& guide, const SceneHash& scene,
+TableFile table_of(const GuideTable& guide, const SceneHash& scene,
                    const std::optional<TableHeader>& parent) {
   TableFile table;
   if (parent) table.header.parents.push_back(parent->id);
@@ -82,26 +82,34 @@ Result<JobResult> run_job(const PreparedScene& scene, RenderSettings settings,
       checkpoints.resume_from ? make_guide(settings.method, scene.guide_setup(settings))
                               : load_guide(scene, settings, table_in);
   if (!made.ok()) return made.error();
-  const std::unique_ptr<Guide> guide = std::move(made).value();
-  std::optional<TableHeader> parent;
-  if (table_in) parent = std::move(table_in->header);
+  StartingGuide start{std::move(made).value(), {}};
+  if (table_in) start.table = std::move(table_in->header);
+  return run_guided_job(scene, std::move(settings), std::move(start), film, pool, observer,
+                        std::move(stop), clock, recovery, checkpoints);
+}
+
+Result<JobResult> run_guided_job(const PreparedScene& scene, RenderSettings settings,
+                                 StartingGuide start, Film& film, TaskPool& pool,
+                                 RenderObserver& observer, std::stop_token stop, const Clock& clock,
+                                 const Recovery* recovery, const Checkpoints& checkpoints) {
+  Guide* guide = start.guide.get();
   settings.estimates_noise |= recovery != nullptr;
   Result<RenderStats> stats =
-      render(scene, settings, guide.get(), film, pool, observer, stop, clock, checkpoints);
+      render(scene, settings, guide, film, pool, observer, stop, clock, checkpoints);
   if (!stats.ok()) return stats.error();
   JobResult result;
   result.stats = std::move(stats).value();
   if (recovery) {
-    const double start = clock.seconds();
+    const double begin = clock.seconds();
     Result<Image> picture =
         recover_picture(scene, settings, recovery->network, film, pool, std::move(stop));
     if (!picture.ok()) return picture.error();
     result.recovered = std::move(picture).value();
     result.stats.recovery = recovery->name;
-    result.stats.recovery_seconds = clock.seconds() - start;
+    result.stats.recovery_seconds = clock.seconds() - begin;
   }
-  if (guide) result.table = table_of(*guide, scene.hash, parent);
-  result.metadata = metadata_of(result.stats, scene, parent, result.table);
+  if (guide) result.table = table_of(*guide, scene.hash, start.table);
+  result.metadata = metadata_of(result.stats, scene, start.table, result.table);
   if (recovery) {
     result.recovered_metadata = result.metadata;
     result.recovered_metadata["recovery"] = recovery->name;

@@ -24,13 +24,19 @@ Result<std::unique_ptr<Guide>> load_guide(const PreparedScene& scene,
                                           const std::optional<TableFile>& table);
 
 // What a guide knows, as a file. `parent`: the table that it began with.
-TableFile table_of(const Guide& guide, const SceneHash& scene,
+TableFile table_of(const GuideTable& guide, const SceneHash& scene,
                    const std::optional<TableHeader>& parent);
 
 // How the picture is made whole.
 struct Recovery {
   std::string name;  // for the metadata: an included network's, or an id
   Network network;
+};
+
+// What a job begins with: its guide, and the table that this was loaded from.
+struct StartingGuide {
+  std::unique_ptr<Guide> guide;      // null: method none
+  std::optional<TableHeader> table;  // none: the guide knows nothing yet
 };
 
 // `table_in` must be of the settings' method (else kInvalid). It is moved into the guide.
@@ -40,6 +46,13 @@ Result<JobResult> run_job(const PreparedScene& scene, RenderSettings settings,
                           std::optional<TableFile> table_in, Film& film, TaskPool& pool,
                           RenderObserver& observer, std::stop_token stop, const Clock& clock,
                           const Recovery* recovery = nullptr, const Checkpoints& checkpoints = {});
+
+// The same, of a guide that is loaded already; with `checkpoints.resume_from`, of a fresh one.
+Result<JobResult> run_guided_job(const PreparedScene& scene, RenderSettings settings,
+                                 StartingGuide start, Film& film, TaskPool& pool,
+                                 RenderObserver& observer, std::stop_token stop, const Clock& clock,
+                                 const Recovery* recovery = nullptr,
+                                 const Checkpoints& checkpoints = {});
 
 // Fit of a table to a scene by exact hashes; kConflict names what differs.
 Status table_fits(const TableHeader& header, const SceneHash& hash);

@@ -20,7 +20,8 @@ constexpr ViewName kViewNames[] = {
     {DebugView::kGain, "gain", "1 (dark) to 64 (bright), logarithmic"},
 };
 
-Rgb guide_color(DebugView view, const Guide& guide, bool learned, const SeenSurface& seen) {
+Rgb guide_color(DebugView view, const GuideInspector& guide, bool learned,
+                const SeenSurface& seen) {
   const GuidePoint at = guide.find(seen.point.p, seen.facing);
   if (view == DebugView::kState) return learned && !at.state.valid() ? Rgb{} : state_color(at.key);
   if (seen.mesh->kind == BsdfKind::kDelta) return {};
@@ -28,7 +29,7 @@ Rgb guide_color(DebugView view, const Guide& guide, bool learned, const SeenSurf
   return viridis(guide.guide_fraction(at, seen.mesh->kind == BsdfKind::kDiffuse));
 }
 
-Rgb value_at(const PreparedScene& scene, DebugView view, const Guide* guide, bool learned,
+Rgb value_at(const PreparedScene& scene, DebugView view, const GuideInspector* guide, bool learned,
              const Ray& ray) {
   const std::optional<SeenSurface> seen = surface_seen(scene, ray);
   if (!seen) return {};

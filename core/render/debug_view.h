@@ -7,9 +7,10 @@
 #include <string_view>
 
 #include "core/base/task_pool.h"
+#include "core/guide/guide.h"
 #include "core/image/image.h"
 #include "core/render/prepared_scene.h"
-#include "core/render/settings.h"
+#include "core/settings/render_settings.h"
 
 namespace qray {
 
@@ -20,7 +21,7 @@ enum class DebugView {
   kState,   // one colour a state (figure 8 of the thesis), black where the table has none; of a
             // guide that has learned nothing: the states that it would have
   kBeta,    // the chance to draw from the guide rather than the BSDF, 0 to 1
-  kGain,    // Guide::gain(), 1 to kGainHigh, logarithmic
+  kGain,    // GuideInspector::gain(), 1 to kGainHigh, logarithmic
 };
 constexpr float kGainHigh = 64;
 

@@ -9,7 +9,7 @@
 #include "core/base/task_pool.h"
 #include "core/image/image.h"
 #include "core/render/prepared_scene.h"
-#include "core/render/settings.h"
+#include "core/settings/render_settings.h"
 
 namespace qray {
 

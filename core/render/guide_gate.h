@@ -20,6 +20,9 @@ struct PassCost {
   double per_path(double lookup_rays) const {
     return paths > 0 ? (rays + lookup_rays * lookups) / paths : 0;
   }
+  PassCost operator-(const PassCost& o) const {
+    return {paths - o.paths, rays - o.rays, lookups - o.lookups};
+  }
 };
 
 class GuideGate {
@@ -31,8 +34,10 @@ class GuideGate {
 
   // Of a pass that starts after `samples` a pixel, with a table that has seen so many events.
   bool guides(uint64_t samples, uint64_t table_samples_seen) const {
-    return open_ || (on_ && samples >= kControlSamples && table_samples_seen >= kLeastSeen);
+    return open_ || (on_ && samples >= kControlSamples && knows_enough(table_samples_seen));
   }
+  // Fewer events make noise.
+  static bool knows_enough(uint64_t table_samples_seen) { return table_samples_seen >= kLeastSeen; }
   bool learns() const { return on_ && learns_; }
   bool grows() const { return grows_; }
   bool on() const { return on_; }
@@ -52,7 +57,7 @@ class GuideGate {
 
  private:
   static constexpr uint64_t kControlSamples = 2;
-  static constexpr uint64_t kLeastSeen = 50'000;  // less makes noise
+  static constexpr uint64_t kLeastSeen = 50'000;
   struct Check {
     uint64_t samples = 0;
     double gain = 0;

@@ -16,7 +16,8 @@ Vec3 direction_of(int x, int y) {
   return {-std::cos(up) * std::sin(phi), std::sin(up), std::cos(up) * std::cos(phi)};
 }
 
-void draw_sphere(const Guide& guide, const GuidePoint& at, bool known, Vec3 facing, Image& image) {
+void draw_sphere(const GuideSampler& guide, const GuidePoint& at, bool known, Vec3 facing,
+                 Image& image) {
   for (int y = 0; y < kLobeHeight; ++y)
     for (int x = 0; x < kLobeWidth; ++x) {
       const Vec3 w = direction_of(x, y);
@@ -44,7 +45,7 @@ void draw_cube(const HuangGuide& guide, const GuidePoint& at, Image& image) {
 }  // namespace
 
 Result<LobeView> render_lobe_view(const PreparedScene& scene, const RenderSettings& settings,
-                                  const Guide& guide, int x, int y) {
+                                  const GuideInspector& guide, int x, int y) {
   const Result<std::optional<PixelProbe>> probe = probe_pixel(scene, settings, &guide, x, y);
   if (!probe.ok()) return probe.error();
   if (!probe.value())

@@ -3,12 +3,13 @@
 
 #include <string_view>
 
+#include "core/guide/guide_inspector.h"
 #include "core/image/image.h"
 #include "core/render/prepared_scene.h"
 
 namespace qray {
 
-// Densities per steradian at the ends of the scale, which is logarithmic (viridis). The even
+// Densities per steradian at the ends of the scale, which is logarithmic (viridis). The uniform
 // hemisphere's is 0.16.
 constexpr float kLobeLow = 0.01f, kLobeHigh = 100;
 constexpr std::string_view kLobeScale =
@@ -27,6 +28,6 @@ struct LobeView {
 // its learned value from 0 (dark) to the largest (bright), grey below the horizon.
 // kInvalid names "/x" or "/y": outside of the picture, or no surface is seen.
 Result<LobeView> render_lobe_view(const PreparedScene& scene, const RenderSettings& settings,
-                                  const Guide& guide, int x, int y);
+                                  const GuideInspector& guide, int x, int y);
 
 }  // namespace qray

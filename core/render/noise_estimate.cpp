@@ -14,6 +14,7 @@ constexpr float kKeep = 0.5f;          // of earlier passes, each pass: the guid
 constexpr float kDeviation = 1.2533f;  // over the mean absolute distance (of a normal variable),
                                        // which outliers move less than the mean square
 constexpr double kTrimmed = 0.001;     // of the pixels: fireflies decide nothing
+constexpr double kMostFade = 16;       // at once: a noisy estimate must not undo a picture
 
 // Means over 2 kRadiusPx + 1 values along a line, fewer at its ends.
 void blur_line(float* values, int count, size_t stride, std::vector<double>& sums) {
@@ -94,6 +95,11 @@ bool NoiseEstimate::end_pass() {
   if (!first) variance_before_ = trimmed_mean(before_, mean_);
   if (!unguided_.empty()) unguided_variance_ = trimmed_mean(unguided_, mean_);
   return true;
+}
+
+float NoiseEstimate::weight_of_earlier() const {
+  if (!(variance_ > 0) || !(variance_before_ > 0)) return 1;
+  return static_cast<float>(std::clamp(variance_ / variance_before_, 1 / kMostFade, kMostFade));
 }
 
 float NoiseEstimate::relative_deviation(int x, int y) const {

@@ -34,6 +34,9 @@ class NoiseEstimate {
   // Of the estimate before; by the same means.
   double variance_before() const { return variance_before_; }
   double unguided_variance() const { return unguided_variance_; }
+  // What a film's samples from before the last estimate count against those to come, by their
+  // noise, so that the sum has the least: Film::fade(). 1 where it is not known.
+  float weight_of_earlier() const;
 
   // Of the pixel's mean so far: standard error over what it and its neighbours are like on average,
   // at most kMostError; that where it is not known.

@@ -1,4 +1,5 @@
-// Hands tiles' deltas to the guide in tile order, whatever order they finish in. Any thread.
+// Hands deltas to the guide in the order of their numbers, whatever order they finish in. Any
+// thread.
 #pragma once
 
 #include <map>
@@ -6,13 +7,21 @@
 #include <mutex>
 #include <vector>
 
-#include "core/guide/guide.h"
+#include "core/base/clock.h"
+#include "core/guide/guide_learner.h"
 
 namespace qray {
 
 class OrderedUpdates {
  public:
-  explicit OrderedUpdates(Guide* guide) : guide_(guide) {}
+  // Both outlive this.
+  OrderedUpdates(GuideLearner* guide, const Clock& clock) : guide_(guide), clock_(clock) {}
+
+  // `first`: the number of the first delta that will finish. None are under way.
+  void start(size_t first) {
+    next_ = first;
+    waiting_.clear();
+  }
 
   std::unique_ptr<GuideDelta> empty_delta() {
     std::lock_guard lock(mutex_);
@@ -21,22 +30,27 @@ class OrderedUpdates {
     free_.pop_back();
     return delta;
   }
-  void finish(size_t tile, std::unique_ptr<GuideDelta> delta) {
+  void finish(size_t number, std::unique_ptr<GuideDelta> delta) {
     std::lock_guard lock(mutex_);
-    waiting_[tile] = std::move(delta);
+    const double start = clock_.seconds();
+    waiting_[number] = std::move(delta);
     for (auto first = waiting_.begin(); first != waiting_.end() && first->first == next_;
          first = waiting_.begin(), ++next_) {
       guide_->update(*first->second);
       free_.push_back(std::move(first->second));
       waiting_.erase(first);
     }
+    seconds_ += clock_.seconds() - start;
   }
-  void start_pass(size_t first_tile) { next_ = first_tile; }
+  // That the guide took for them, of one thread; while no delta is under way.
+  double seconds() const { return seconds_; }
 
  private:
-  Guide* guide_;
+  GuideLearner* guide_;
+  const Clock& clock_;
   std::mutex mutex_;
   size_t next_ = 0;
+  double seconds_ = 0;
   std::map<size_t, std::unique_ptr<GuideDelta>> waiting_;
   std::vector<std::unique_ptr<GuideDelta>> free_;
 };

@@ -5,13 +5,8 @@
 #include <numeric>
 
 namespace qray {
-namespace {
-
-constexpr int kMaxPassSamples = 64;
-
-}  // namespace
-
-PassPlan::PassPlan(const RenderSettings& settings) : settings_(settings) {
+PassPlan::PassPlan(const RenderSettings& settings, int most_samples)
+    : settings_(settings), most_samples_(most_samples) {
   if (!settings.passes.empty()) {
     total_ = std::accumulate(settings.passes.begin(), settings.passes.end(), int64_t{0});
   } else if (settings.samples > 0) {
@@ -23,8 +18,8 @@ int PassPlan::next(const RenderAge& age, double last_pass_seconds) const {
   if (!settings_.passes.empty())
     return passes_.size() < settings_.passes.size() ? settings_.passes[passes_.size()] : 0;
   if (settings_.noise > 0 && age.noise > 0 && age.noise <= settings_.noise) return 0;
-  int64_t n = std::clamp<int64_t>(static_cast<int64_t>(std::bit_floor(age.samples) / 2), 1,
-                                  kMaxPassSamples);
+  int64_t n =
+      std::clamp<int64_t>(static_cast<int64_t>(std::bit_floor(age.samples) / 2), 1, most_samples_);
   if (total_ > 0) n = std::clamp<int64_t>(total_ - static_cast<int64_t>(age.samples), 0, n);
   if (settings_.seconds > 0 && !passes_.empty()) {
     const double sample_seconds = std::max(last_pass_seconds / passes_.back(), 1e-9);

@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "core/render/settings.h"
+#include "core/settings/render_settings.h"
 
 namespace qray {
 
@@ -19,7 +19,8 @@ struct RenderAge {
 
 class PassPlan {
  public:
-  explicit PassPlan(const RenderSettings& settings);
+  static constexpr int kMostSamples = 64;  // a pixel, of a job's pass
+  explicit PassPlan(const RenderSettings& settings, int most_samples = kMostSamples);
 
   // Samples a pixel of the next pass; 0: the job is done.
   int next(const RenderAge& age, double last_pass_seconds) const;
@@ -36,7 +37,8 @@ class PassPlan {
 
  private:
   const RenderSettings& settings_;
-  int64_t total_ = 0;  // samples a pixel; 0: no bound
+  const int most_samples_;  // a pixel, of a pass
+  int64_t total_ = 0;       // samples a pixel; 0: no bound
   std::vector<int> passes_;
 };
 

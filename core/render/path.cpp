@@ -3,15 +3,11 @@
 #include <cmath>
 
 #include "core/base/cycle_clock.h"
-#include "core/bsdf/diffuse.h"
-#include "core/math/frame.h"
-#include "core/scene/surface.h"
 
 namespace qray {
 namespace {
 
 constexpr uint64_t kTimedEvery = 64;
-constexpr size_t kRaysAtOnce = 1024;
 // A scattered ray stands for a cone of its share of the sphere; textures are averaged over a tenth
 // of that across.
 constexpr float kSpreadOfScattering = 0.1f, kWidestSpread = 0.3f;  // radians
@@ -19,23 +15,6 @@ constexpr float kLeastSurvival = 0.05f;
 // The root of the cost of a path so far over that of its going on, were noises known exactly (Rath
 // et al. 2022); they are not: see docs/guiding.md.
 constexpr float kRouletteFactor = 4;
-
-// Adds the cycles of a scope to `total` when `on`.
-class CycleScope {
- public:
-  CycleScope(bool on, uint64_t& total) : total_(on ? &total : nullptr) {
-    if (total_) start_ = cycle_count();
-  }
-  ~CycleScope() {
-    if (total_) *total_ += cycle_count() - start_;
-  }
-  CycleScope(const CycleScope&) = delete;
-  CycleScope& operator=(const CycleScope&) = delete;
-
- private:
-  uint64_t* total_;
-  uint64_t start_ = 0;
-};
 
 // Beer and Lambert's law.
 Rgb transmittance(Rgb absorption, float distance) {
@@ -49,44 +28,6 @@ float power_heuristic(float pdf, float other_pdf) {
 }
 
 }  // namespace
-
-// A surface on the path, seen from wo.
-struct PathTracer::Vertex {
-  SurfacePoint surface;
-  Frame frame;  // about the shading normal
-  Vec3 wo;      // local, to the previous vertex
-  const Bsdf& bsdf;
-  BsdfKind kind;
-  ShadingPoint sp;
-  float ray_offset;  // metres off the surface where rays may start
-  const MaterialShading& material;
-  const Rgb* inside;  // absorption where the path comes from; null: none
-  GuidePoint at;
-  float guide_fraction;
-
-  // Lambert surfaces are called directly, which the compiler can inline.
-  BsdfEval eval(Vec3 wi) const {
-    return kind == BsdfKind::kDiffuse ? Diffuse::eval_at(sp, wo, wi) : bsdf.eval(sp, wo, wi);
-  }
-  std::optional<BsdfSample> sample(float u_lobe, Vec2 u) const {
-    return kind == BsdfKind::kDiffuse ? Diffuse::sample_at(sp, wo, u)
-                                      : bsdf.sample(sp, wo, u_lobe, u);
-  }
-  // Both normals must agree on which side a direction lies, or light leaks through the surface.
-  bool sides_agree(Vec3 wi, Vec3 wi_local) const { return dot(wi, surface.ng) * wi_local.z > 0; }
-  // What a ray that leaves along wi passes through: beyond a solid's boundary its inside or, coming
-  // from there, the open (solids within solids are not kept apart).
-  const Rgb* inside_along(Vec3 wi) const {
-    const bool inward = dot(wi, surface.ng) < 0;
-    if (!material.bounds_solid || inward == (dot(frame.to_world(wo), surface.ng) < 0))
-      return inside;
-    return inward && !material.material->absorption.is_black() ? &material.material->absorption
-                                                               : nullptr;
-  }
-  Vec3 ray_origin(Vec3 wi) const {
-    return surface.p + surface.ng * std::copysign(ray_offset, dot(surface.ng, wi));
-  }
-};
 
 PathCounters& PathCounters::operator+=(const PathCounters& o) {
   paths += o.paths;
@@ -125,28 +66,61 @@ void PathTracer::sample(const Ray& ray, Sampler& sampler, GuideDelta* learn, flo
   } else {
     ++counters_.dropped_samples;
   }
-  if (waiting_.size() >= kRaysAtOnce) flush();
+  if (shadow_rays_.enough()) flush();
 }
 
-inline bool PathTracer::intersect(const Ray& ray, Hit& hit) {
-  ++counters_.rays;
-  const CycleScope scope(timed_, counters_.timed_tracing);
-  return scene_.accel->intersect(ray, hit);
+Rgb PathTracer::walk(const Ray& ray, Sampler& sampler, float pixel_deviation, Rgb& pixel) {
+  if (lights_.empty()) return {};  // black, whatever the path
+  PathState path{.ray = ray, .spread = pixel_angle_};
+  for (;;) {
+    // Drawn before the ray is traced: the processor then does both at once.
+    const VertexNumbers u = VertexNumbers::draw(sampler);
+
+    // 1. The next surface, or the way out.
+    Hit hit;
+    if (!intersect(path.ray, hit)) {
+      add_environment(path);
+      break;
+    }
+    if (textured_) path.width += path.spread * hit.t;
+    SurfacePoint surface = scene_.surface_at(path.ray, hit, path.width);
+    const Vec3 wo = -path.ray.d;
+    const float cos_geometric = dot(wo, surface.ng);
+    absorb(path, hit.t);
+
+    // 2. Light that the surface emits.
+    add_emission(path, hit, surface, cos_geometric);
+    if (path.depth >= settings_.max_depth) break;
+
+    // 3. What the surface is made of, and what the guide knows about it.
+    const MaterialShading& material = material_at(hit, wo, surface, u.u_blend);
+    if (material.one_sided && cos_geometric < 0) break;
+    PathVertex v = vertex_at(path, material, surface, wo, cos_geometric, hit.t);
+    ask_guide(v, cos_geometric > 0);
+
+    // 4. Light straight from a light.
+    if (!add_direct_light(path, v, u.u_light, u.u_light_point, pixel)) break;
+
+    // 5. Russian roulette.
+    if (!survive(path, v, pixel_deviation, u.u_roulette)) break;
+
+    // 6. The next direction.
+    if (!go_on(path, v, u.u_lobe, u.u_direction)) break;
+  }
+  return path.radiance;
 }
 
 void PathTracer::flush() {
   const uint64_t start = cycle_count();
-  if (!waiting_.empty()) scene_.accel->occluded(waiting_rays_);
+  shadow_rays_.trace(*scene_.accel);
   const uint64_t traced = cycle_count();
-  counters_.rays += waiting_rays_.size();
-  for (size_t i = 0; i < waiting_.size(); ++i) {
-    const Waiting& w = waiting_[i];
-    if (waiting_rays_[i].occluded()) continue;
-    *w.pixel += w.light;
-    if (w.vertex != PathLearner::kNoVertex) learner_.direct(w.vertex, w.scattered, w.punctual);
-  }
-  waiting_.clear();
-  waiting_rays_.clear();
+  counters_.rays += shadow_rays_.size();
+  shadow_rays_.for_each_free([this](const AwaitedLight& awaited) {
+    *awaited.pixel += awaited.light;
+    if (awaited.vertex != PathLearner::kNoVertex)
+      learner_.direct(awaited.vertex, awaited.scattered, awaited.punctual);
+  });
+  shadow_rays_.clear();
   learner_.flush();
   // As paths are timed: one in many.
   const uint64_t learned = cycle_count();
@@ -156,12 +130,17 @@ void PathTracer::flush() {
 }
 
 void PathTracer::discard() {
-  waiting_.clear();
-  waiting_rays_.clear();
+  shadow_rays_.clear();
   learner_.discard();
 }
 
-inline float PathTracer::mixture_pdf_w(const Vertex& v, Vec3 wi, float bsdf_pdf_w) {
+inline bool PathTracer::intersect(const Ray& ray, Hit& hit) {
+  ++counters_.rays;
+  const CycleScope scope(timed_, counters_.timed_tracing);
+  return scene_.accel->intersect(ray, hit);
+}
+
+inline float PathTracer::mixture_pdf_w(const PathVertex& v, Vec3 wi, float bsdf_pdf_w) {
   if (v.guide_fraction == 0) return bsdf_pdf_w;
   const CycleScope guiding(timed_, counters_.timed_guiding);
   return lerp(v.guide_fraction, bsdf_pdf_w, guide_->pdf_w(v.at, wi));
@@ -173,10 +152,101 @@ inline float PathTracer::ray_offset(Vec3 p, float t) const {
   return std::max(largest * kRayOffset, scene_.ray_epsilon);
 }
 
-// Light from a point of a light, should nothing be in between; black: none.
-inline PathTracer::Connection PathTracer::connect(const Vertex& v, Vec2 u, float u_light) {
+// The light that a path meets where it leaves the scene, weighted against nee having drawn this
+// direction.
+inline void PathTracer::add_environment(PathState& path) {
+  if (!lights_.has_environment() || (hides_lights_ && path.depth == 1)) return;
+  const Rgb emitted = lights_.environment_radiance(path.ray.d);
+  const float mis = path.delta || !settings_.nee
+                        ? 1.0f
+                        : power_heuristic(path.pdf_w, lights_.pdf_w_environment(path.ray.d));
+  path.radiance += path.throughput * emitted * mis;
+  learner_.emitted(emitted, mis);
+}
+
+inline void PathTracer::absorb(PathState& path, float distance) {
+  if (!path.inside) return;
+  const Rgb kept = transmittance(*path.inside, distance);
+  path.throughput *= kept;
+  learner_.attenuated(kept);
+}
+
+// Light that the surface emits, weighted against nee having drawn this point.
+inline void PathTracer::add_emission(PathState& path, const Hit& hit, const SurfacePoint& surface,
+                                     float cos_light) {
+  const MeshShading& mesh = scene_.meshes[hit.mesh.value];
+  if (!mesh.emits || (hides_lights_ && path.depth == 1)) return;
+  if (!(cos_light > 0 || mesh.material->emission_two_sided)) return;
+  const Rgb emitted = mesh.emission_textured()
+                          ? scene_.textures->color(mesh.material->emission, surface.uv)
+                          : mesh.material->emission.value;
+  float mis = 1;
+  if (!path.delta && settings_.nee) {
+    mis = power_heuristic(
+        path.pdf_w, lights_.pdf_w_triangle(hit.mesh, hit.triangle, hit.t, std::abs(cos_light)));
+  }
+  path.radiance += path.throughput * emitted * mis;
+  learner_.emitted(emitted, mis);
+}
+
+// Of a blend, the part that is drawn.
+inline const MaterialShading& PathTracer::material_at(const Hit& hit, Vec3 wo,
+                                                      SurfacePoint& surface, float u_blend) const {
+  const MeshShading& mesh = scene_.meshes[hit.mesh.value];
+  if (!mesh.blends) return mesh;
+  const MaterialShading& part = scene_.resolve(mesh, surface.uv, u_blend);
+  if (part.bends) scene_.bend(part, hit, wo, surface);
+  return part;
+}
+
+inline PathVertex PathTracer::vertex_at(const PathState& path, const MaterialShading& material,
+                                        const SurfacePoint& surface, Vec3 wo, float cos_geometric,
+                                        float distance) const {
+  const bool shading_normal_usable = dot(wo, surface.ns) * cos_geometric > 0;
+  const Frame frame(shading_normal_usable ? surface.ns : surface.ng);
+  return {.surface = surface,
+          .frame = frame,
+          .wo = frame.to_local(wo),
+          .bsdf = *material.bsdf,
+          .kind = material.kind,
+          .sp = scene_.shading_point(material, surface),
+          .ray_offset = ray_offset(surface.p, distance),
+          .material = material,
+          .inside = path.inside};
+}
+
+inline void PathTracer::ask_guide(PathVertex& v, bool from_front) {
+  if (!guide_ || guiding_ == Guiding::kOff || v.kind == BsdfKind::kDelta) return;
+  ++counters_.lookups;
+  const CycleScope guiding(timed_, counters_.timed_guiding);
+  v.at = guide_->find(v.surface.p, from_front ? v.surface.ng : -v.surface.ng);
+  if (guiding_ == Guiding::kOn)
+    v.guide_fraction = guide_->guide_fraction(v.at, v.kind == BsdfKind::kDiffuse);
+  if (learner_.on()) learner_.vertex(v.at, v.surface.p);
+  if (learner_.on() && learner_.wants_albedo()) learner_.albedo(luminance(v.albedo()));
+}
+
+// Light straight from a light, paid if its ray turns out to be free. Nothing else finds a light
+// without an extent. False: it is no number, and the sample will be dropped.
+inline bool PathTracer::add_direct_light(PathState& path, const PathVertex& v, float u_light,
+                                         Vec2 u_light_point, Rgb& pixel) {
+  if (!connects_ || v.kind == BsdfKind::kDelta) return true;
+  const Connection connection = connect(v, u_light, u_light_point);
+  if (connection.light.is_black()) return true;
+  const Rgb light = path.throughput * connection.light;
+  if (!is_finite(light)) {
+    path.radiance = light;
+    return false;
+  }
+  shadow_rays_.add(connection.ray,
+                   {light, &pixel, connection.light, learner_.current(), connection.punctual});
+  return true;
+}
+
+inline PathTracer::Connection PathTracer::connect(const PathVertex& v, float u_light,
+                                                  Vec2 u_light_point) {
   LightSample light;
-  if (!lights_.sample(v.surface.p, u_light, u, light)) return {};
+  if (!lights_.sample(v.surface.p, u_light, u_light_point, light)) return {};
   if (!settings_.nee && !light.punctual) return {};
   const Vec3 wi_local = v.frame.to_local(light.wi);
   if (!v.sides_agree(light.wi, wi_local)) return {};
@@ -195,11 +265,28 @@ inline PathTracer::Connection PathTracer::connect(const Vertex& v, Vec2 u, float
           light.punctual};
 }
 
-// Russian roulette. Where the table is credible, by the noise that what follows would bring into
-// the pixel, with the table's expectation as control variate (after Rath et al. 2022, "EARS", and
-// Mueller et al. 2020, "Neural Control Variates"); else by throughput from some depth on.
-inline PathTracer::Survival PathTracer::survival(const Vertex& v, Rgb throughput,
-                                                 float pixel_deviation, int depth) {
+// Russian roulette.
+inline bool PathTracer::survive(PathState& path, const PathVertex& v, float pixel_deviation,
+                                float u_roulette) {
+  const Survival survival = this->survival(path, v, pixel_deviation);
+  path.survivors = 1;
+  if (!(survival.chance < 1)) return true;
+  const Rgb control = path.throughput * survival.control;
+  if (!(u_roulette < survival.chance)) {
+    path.radiance += control;
+    return false;
+  }
+  path.survivors = 1 / survival.chance;
+  path.radiance += control * (1 - path.survivors);
+  path.throughput *= path.survivors;
+  return true;
+}
+
+// Where the table is credible, by the noise that what follows would bring into the pixel, with the
+// table's expectation as control variate (after Rath et al. 2022, "EARS", and Mueller et al. 2020,
+// "Neural Control Variates"); else by throughput from some depth on.
+inline PathTracer::Survival PathTracer::survival(const PathState& path, const PathVertex& v,
+                                                 float pixel_deviation) {
   if (guide_expects_ && guiding_ != Guiding::kOff && v.kind == BsdfKind::kDiffuse) {
     const CycleScope guiding(timed_, counters_.timed_guiding);
     const GuideExpectation expected = guide_->expectation(v.at);
@@ -209,172 +296,72 @@ inline PathTracer::Survival PathTracer::survival(const Vertex& v, Rgb throughput
       if (guiding_ == Guiding::kOn) {
         if (!settings_.russian_roulette || !(pixel_deviation > 0)) return {};
         const float noise =
-            kRouletteFactor * luminance(throughput * v.sp.reflectance) * expected.deviation;
+            kRouletteFactor * luminance(path.throughput * v.sp.reflectance) * expected.deviation;
         return {std::clamp(noise / pixel_deviation, kLeastSurvival, 1.0f), control};
       }
     }
   }
-  if (!settings_.russian_roulette || depth < kRouletteFromDepth) return {};
-  return {std::min(0.95f, max_component(throughput)), {}};
+  if (!settings_.russian_roulette || path.depth < kRouletteFromDepth) return {};
+  return {std::min(0.95f, max_component(path.throughput)), {}};
 }
 
-// Chooses wi_ with weight_, pdf_w_ and delta_. False: the path ends here.
-inline bool PathTracer::scatter(const Vertex& v, float u_lobe, Vec2 u) {
-  delta_ = false;
-  if (u_lobe < v.guide_fraction) {
-    float guide_pdf_w;
-    {
-      const CycleScope guiding(timed_, counters_.timed_guiding);
-      const GuideSample s = guide_->sample(v.at, u);
-      wi_ = s.wi;
-      guide_pdf_w = s.pdf_w;
-    }
-    const Vec3 wi_local = v.frame.to_local(wi_);
-    const BsdfEval eval = v.eval(wi_local);
-    bsdf_pdf_w_ = eval.pdf_w;
-    pdf_w_ = lerp(v.guide_fraction, eval.pdf_w, guide_pdf_w);
-    if (eval.f_cos.is_black() || !v.sides_agree(wi_, wi_local)) return false;
-    weight_ = eval.f_cos / pdf_w_;
-    return true;
+// The next direction.
+inline bool PathTracer::go_on(PathState& path, const PathVertex& v, float u_lobe,
+                              Vec2 u_direction) {
+  const std::optional<ScatterSample> next = scatter(v, u_lobe, u_direction);
+  if (!next) return false;
+  const bool absorbed = next->weight.is_black();
+  if (!next->delta) {
+    learner_.scattered(next->wi, next->pdf_w, next->bsdf_pdf_w, next->weight, path.survivors);
+  } else if (!absorbed) {
+    learner_.scattered_delta(v.kind != BsdfKind::kDelta, next->weight * path.survivors);
   }
+  if (absorbed) return false;
+  path.throughput *= next->weight;
+  if (textured_ && !next->delta)
+    path.spread += std::min(kSpreadOfScattering / std::sqrt(next->pdf_w), kWidestSpread);
+  path.inside = v.inside_along(next->wi);
+  path.ray = {v.ray_origin(next->wi), next->wi};
+  path.pdf_w = next->pdf_w;
+  path.delta = next->delta;
+  ++path.depth;
+  return true;
+}
+
+// Draws from the mixture of guide and BSDF. None: the BSDF absorbs the path, whatever direction it
+// might have taken.
+std::optional<ScatterSample> PathTracer::scatter(const PathVertex& v, float u_lobe,
+                                                 Vec2 u_direction) {
+  if (u_lobe < v.guide_fraction) return scatter_by_guide(v, u_direction);
   if (v.guide_fraction > 0) u_lobe = (u_lobe - v.guide_fraction) / (1 - v.guide_fraction);
-  const std::optional<BsdfSample> s = v.sample(u_lobe, u);
-  if (!s) {
-    delta_ = true;  // nothing to learn from
-    return false;
-  }
-  wi_ = v.frame.to_world(s->wi);
-  delta_ = s->delta;
-  weight_ = s->weight;
-  pdf_w_ = bsdf_pdf_w_ = s->pdf_w;
-  if (delta_) {
-    weight_ *= 1 / (1 - v.guide_fraction);
+  const std::optional<BsdfSample> s = v.sample(u_lobe, u_direction);
+  if (!s) return {};
+  ScatterSample next{v.frame.to_world(s->wi), s->weight, s->pdf_w, s->pdf_w, s->delta};
+  if (next.delta) {
+    next.weight *= 1 / (1 - v.guide_fraction);
   } else if (v.guide_fraction > 0) {
-    pdf_w_ = mixture_pdf_w(v, wi_, s->pdf_w);
-    weight_ *= s->pdf_w / pdf_w_;
+    next.pdf_w = mixture_pdf_w(v, next.wi, s->pdf_w);
+    next.weight *= s->pdf_w / next.pdf_w;
   }
-  return v.sides_agree(wi_, s->wi) && !weight_.is_black();
+  if (!v.sides_agree(next.wi, s->wi)) next.weight = {};
+  return next;
 }
 
-Rgb PathTracer::walk(Ray ray, Sampler& sampler, float pixel_deviation, Rgb& pixel) {
-  if (lights_.empty()) return {};  // black, whatever the path
-  Rgb radiance, throughput{1.0f};
-  const Rgb* inside = nullptr;             // absorption along the ray; null: none
-  delta_ = true;                           // nee cannot make the camera's ray
-  float width = 0, spread = pixel_angle_;  // metres that the ray stands for, and more each metre
-  for (int depth = 1;; ++depth) {
-    // Drawn before the ray is traced: the processor then does both at once.
-    const Sampler::Pairs u = sampler.next_pairs();
-    Hit hit;
-    if (!intersect(ray, hit)) {
-      // 1a. The environment, weighted against nee having drawn this direction.
-      if (lights_.has_environment() && !(hides_lights_ && depth == 1)) {
-        const Rgb emitted = lights_.environment_radiance(ray.d);
-        const float mis = delta_ || !settings_.nee
-                              ? 1.0f
-                              : power_heuristic(pdf_w_, lights_.pdf_w_environment(ray.d));
-        radiance += throughput * emitted * mis;
-        learner_.emitted(emitted, mis);
-      }
-      return radiance;
-    }
-    const MeshShading& mesh = scene_.meshes[hit.mesh.value];
-    if (textured_) width += spread * hit.t;
-    SurfacePoint surface = scene_.surface_at(ray, hit, width);
-    const Vec3 wo = -ray.d;
-    const float cos_geometric = dot(wo, surface.ng);
-
-    if (inside) {
-      const Rgb kept = transmittance(*inside, hit.t);
-      throughput *= kept;
-      learner_.attenuated(kept);
-    }
-
-    // 1b. Light that the surface emits.
-    if (mesh.emits && (cos_geometric > 0 || mesh.material->emission_two_sided) &&
-        !(hides_lights_ && depth == 1)) {
-      const Rgb emitted = mesh.emission_textured()
-                              ? scene_.textures->color(mesh.material->emission, surface.uv)
-                              : mesh.material->emission.value;
-      float mis = 1;
-      if (!delta_ && settings_.nee) {
-        mis = power_heuristic(
-            pdf_w_, lights_.pdf_w_triangle(hit.mesh, hit.triangle, hit.t, std::abs(cos_geometric)));
-      }
-      radiance += throughput * emitted * mis;
-      learner_.emitted(emitted, mis);
-    }
-    if (depth >= settings_.max_depth) return radiance;
-
-    // 2. What the surface is made of, and what the guide knows about it.
-    const MaterialShading* material = &mesh;
-    if (mesh.blends) {
-      material = &scene_.resolve(mesh, surface.uv, u.d.y);
-      if (material->bends) scene_.bend(*material, hit, wo, surface);
-    }
-    if (material->one_sided && cos_geometric < 0) return radiance;
-    const bool shading_normal_usable = dot(wo, surface.ns) * cos_geometric > 0;
-    const Frame frame(shading_normal_usable ? surface.ns : surface.ng);
-    Vertex v{surface,
-             frame,
-             frame.to_local(wo),
-             *material->bsdf,
-             material->kind,
-             scene_.shading_point(*material, surface),
-             ray_offset(surface.p, hit.t),
-             *material,
-             inside,
-             {},
-             0};
-    if (guide_ && guiding_ != Guiding::kOff && v.kind != BsdfKind::kDelta) {
-      ++counters_.lookups;
-      const CycleScope guiding(timed_, counters_.timed_guiding);
-      v.at = guide_->find(surface.p, cos_geometric > 0 ? surface.ng : -surface.ng);
-      if (guiding_ == Guiding::kOn)
-        v.guide_fraction = guide_->guide_fraction(v.at, v.kind == BsdfKind::kDiffuse);
-      if (learner_.on())
-        learner_.vertex(
-            v.at, surface.p,
-            luminance(v.kind == BsdfKind::kDiffuse ? v.sp.reflectance : v.bsdf.albedo(v.sp, v.wo)));
-    }
-
-    // 3. Light straight from a light. Its ray waits to be traced with others. Nothing else finds a
-    // light without an extent.
-    if (connects_ && v.kind != BsdfKind::kDelta) {
-      const Connection connection = connect(v, u.a, u.c.x);
-      if (!connection.light.is_black()) {
-        const Rgb light = throughput * connection.light;
-        if (!is_finite(light)) return light;
-        waiting_.push_back(
-            {light, &pixel, connection.light, learner_.current(), connection.punctual});
-        waiting_rays_.emplace_back(connection.ray);
-      }
-    }
-
-    // 4. Russian roulette.
-    const Survival survival = this->survival(v, throughput, pixel_deviation, depth);
-    float inverse_chance = 1;
-    if (survival.chance < 1) {
-      if (!(u.d.x < survival.chance)) return radiance + throughput * survival.control;
-      inverse_chance = 1 / survival.chance;
-      radiance += throughput * survival.control * (1 - inverse_chance);
-      throughput *= inverse_chance;
-    }
-
-    // 5. The next direction.
-    const bool scattered = scatter(v, u.c.y, u.b);
-    if (delta_) {
-      if (scattered) learner_.scattered_delta(v.kind != BsdfKind::kDelta, weight_ * inverse_chance);
-    } else {
-      learner_.scattered(wi_, pdf_w_, bsdf_pdf_w_, scattered ? weight_ : Rgb{}, inverse_chance);
-    }
-    if (!scattered) return radiance;
-    throughput *= weight_;
-    if (textured_ && !delta_)
-      spread += std::min(kSpreadOfScattering / std::sqrt(pdf_w_), kWidestSpread);
-    inside = v.inside_along(wi_);
-    ray = {v.ray_origin(wi_), wi_};
+inline ScatterSample PathTracer::scatter_by_guide(const PathVertex& v, Vec2 u_direction) {
+  GuideSample s;
+  {
+    const CycleScope guiding(timed_, counters_.timed_guiding);
+    s = guide_->sample(v.at, u_direction);
   }
+  const Vec3 wi_local = v.frame.to_local(s.wi);
+  const BsdfEval eval = v.eval(wi_local);
+  ScatterSample next{.wi = s.wi,
+                     .weight = {},
+                     .pdf_w = lerp(v.guide_fraction, eval.pdf_w, s.pdf_w),
+                     .bsdf_pdf_w = eval.pdf_w};
+  if (!eval.f_cos.is_black() && v.sides_agree(s.wi, wi_local))
+    next.weight = eval.f_cos / next.pdf_w;
+  return next;
 }
 
 }  // namespace qray

@@ -3,14 +3,14 @@
 // One PathTracer per worker thread.
 #pragma once
 
-#include <vector>
-
 #include "core/guide/guide.h"
 #include "core/math/sampler.h"
 #include "core/render/path_learner.h"
+#include "core/render/path_state.h"
+#include "core/render/path_vertex.h"
 #include "core/render/prepared_scene.h"
-#include "core/render/settings.h"
-#include "core/scene/surface.h"
+#include "core/render/shadow_rays.h"
+#include "core/settings/render_settings.h"
 
 namespace qray {
 
@@ -56,9 +56,9 @@ class PathTracer {
   const PathCounters& counters() const { return counters_; }
 
  private:
-  struct Vertex;
+  // Light from a point of a light, should the ray be free; black: none.
   struct Connection {
-    Rgb light;  // weighted, if the ray is free
+    Rgb light;
     Ray ray;
     bool punctual = false;
   };
@@ -68,12 +68,28 @@ class PathTracer {
     float chance = 1;
     Rgb control;
   };
-  Rgb walk(Ray ray, Sampler& sampler, float pixel_deviation, Rgb& pixel);
+  // The steps of walk(). Those that return false end the path.
+  Rgb walk(const Ray& ray, Sampler& sampler, float pixel_deviation, Rgb& pixel);
   bool intersect(const Ray& ray, Hit& hit);
-  Connection connect(const Vertex& v, Vec2 u, float u_light);
-  Survival survival(const Vertex& v, Rgb throughput, float pixel_deviation, int depth);
-  bool scatter(const Vertex& v, float u_lobe, Vec2 u);
-  float mixture_pdf_w(const Vertex& v, Vec3 wi, float bsdf_pdf_w);
+  void add_environment(PathState& path);
+  void absorb(PathState& path, float distance);
+  void add_emission(PathState& path, const Hit& hit, const SurfacePoint& surface, float cos_light);
+  const MaterialShading& material_at(const Hit& hit, Vec3 wo, SurfacePoint& surface,
+                                     float u_blend) const;
+  PathVertex vertex_at(const PathState& path, const MaterialShading& material,
+                       const SurfacePoint& surface, Vec3 wo, float cos_geometric,
+                       float distance) const;
+  void ask_guide(PathVertex& v, bool from_front);
+  bool add_direct_light(PathState& path, const PathVertex& v, float u_light, Vec2 u_light_point,
+                        Rgb& pixel);
+  bool survive(PathState& path, const PathVertex& v, float pixel_deviation, float u_roulette);
+  bool go_on(PathState& path, const PathVertex& v, float u_lobe, Vec2 u_direction);
+
+  Connection connect(const PathVertex& v, float u_light, Vec2 u_light_point);
+  Survival survival(const PathState& path, const PathVertex& v, float pixel_deviation);
+  std::optional<ScatterSample> scatter(const PathVertex& v, float u_lobe, Vec2 u_direction);
+  ScatterSample scatter_by_guide(const PathVertex& v, Vec2 u_direction);
+  float mixture_pdf_w(const PathVertex& v, Vec3 wi, float bsdf_pdf_w);
   float ray_offset(Vec3 p, float t) const;
 
   const PreparedScene& scene_;
@@ -82,31 +98,14 @@ class PathTracer {
   const bool connects_;  // surfaces to lights
   const bool textured_;
   const float pixel_angle_;  // radians across a pixel
-  const Guide* guide_;
+  const GuideSampler* guide_;
   const bool guide_expects_;
   Guiding guiding_ = Guiding::kOn;
   bool hides_lights_ = false;  // from the camera
   PathCounters counters_;
-  bool timed_ = false;
-
-  // The path so far, or the direction just chosen by scatter().
-  Vec3 wi_;          // world
-  Rgb weight_;       // f |cos| / pdf
-  float pdf_w_ = 0;  // of the whole mixture
-  float bsdf_pdf_w_ = 0;
-  bool delta_ = true;
+  bool timed_ = false;  // the path under way is
   PathLearner learner_;
-
-  // Light that arrives if its ray is free, and where it belongs.
-  struct Waiting {
-    Rgb light;
-    Rgb* pixel;
-    Rgb scattered;    // the same, before the path's throughput
-    uint32_t vertex;  // the learner's
-    bool punctual;
-  };
-  std::vector<Waiting> waiting_;
-  std::vector<OcclusionRay> waiting_rays_;  // parallel to waiting_
+  ShadowRays shadow_rays_;
 };
 
 }  // namespace qray

@@ -11,18 +11,17 @@ void PathLearner::end() {
   if (has_vertex()) paths_.push_back({begin_, vertices_.size(), delta_});
 }
 
-void PathLearner::vertex(const GuidePoint& at, Vec3 p, float albedo) {
-  if (has_vertex()) vertices_.back().lands = true;
+void PathLearner::vertex(const GuidePoint& at, Vec3 p) {
+  if (has_vertex()) notes_.back().lands = vertices_.back().transition.lands = true;
   GuideVertex& v = vertices_.emplace_back();
   v.at = at;
   v.p = p;
-  v.albedo = albedo;
   notes_.emplace_back();
 }
 
 void PathLearner::emitted(Rgb radiance, float mis) {
   if (!has_vertex()) return;
-  vertices_.back().emitted = luminance(radiance);
+  if (needs_.transition) vertices_.back().transition.emitted = luminance(radiance);
   notes_.back().emitted += notes_.back().between * radiance * mis;
 }
 
@@ -32,8 +31,7 @@ void PathLearner::scattered(Vec3 wi, float pdf_w, float bsdf_pdf_w, Rgb weight,
   GuideVertex& v = vertices_.back();
   v.wi = wi;
   v.pdf_w = pdf_w;
-  v.bsdf_pdf_w = bsdf_pdf_w;
-  v.f_cos = luminance(weight) * pdf_w;
+  if (needs_.bsdf) v.bsdf = {bsdf_pdf_w, luminance(weight) * pdf_w};
   v.guidable = true;
   notes_.back().weight = weight * inverse_chance;
 }
@@ -49,11 +47,11 @@ void PathLearner::flush() {
     for (size_t i = path.end; i-- > path.begin;) {
       const Note& x = notes_[i];
       vertices_[i].arriving = x.emitted;
-      if (!vertices_[i].lands) continue;
+      if (!x.lands) continue;
       const Note& y = notes_[i + 1];
       const Rgb further = y.credible ? y.expected : y.weight * vertices_[i + 1].arriving;
       vertices_[i].arriving += x.between * (y.direct + further);
-      vertices_[i].emitted += luminance(x.between * y.as_emitted);
+      if (needs_.transition) vertices_[i].transition.emitted += luminance(x.between * y.as_emitted);
     }
     guide_->record(std::span(vertices_).subspan(path.begin, path.end - path.begin), *path.delta);
   }

@@ -5,7 +5,7 @@
 
 #include <vector>
 
-#include "core/guide/guide.h"
+#include "core/guide/guide_learner.h"
 
 namespace qray {
 
@@ -13,7 +13,9 @@ class PathLearner {
  public:
   static constexpr uint32_t kNoVertex = ~0u;
 
-  explicit PathLearner(const Guide* guide) : guide_(guide) {}
+  // Null: nothing is learned.
+  explicit PathLearner(const GuideLearner* guide)
+      : guide_(guide), needs_(guide ? guide->needs() : GuideNeeds{}) {}
 
   void begin(GuideDelta* delta);  // a path; null: nothing is learned from it
   void end();
@@ -21,7 +23,10 @@ class PathLearner {
 
   // The path's next vertex where a guide may learn. Mirrors and clear glass are passed over: what
   // is seen in them counts as seen directly.
-  void vertex(const GuidePoint& at, Vec3 p, float albedo);
+  void vertex(const GuidePoint& at, Vec3 p);
+  // Luminance of that vertex' surface, if the guide wants it.
+  bool wants_albedo() const { return needs_.transition; }
+  void albedo(float albedo) { vertices_.back().transition.albedo = albedo; }
   uint32_t current() const {
     return on() ? static_cast<uint32_t>(vertices_.size() - 1) : kNoVertex;
   }
@@ -58,6 +63,7 @@ class PathLearner {
     Rgb weight;         // of what arrives in the direction taken
     Rgb expected;
     bool credible = false;
+    bool lands = false;  // the next vertex of the path is where the ray landed
   };
   struct Path {
     size_t begin, end;
@@ -65,7 +71,8 @@ class PathLearner {
   };
   bool has_vertex() const { return on() && vertices_.size() > begin_; }
 
-  const Guide* guide_;
+  const GuideLearner* guide_;
+  const GuideNeeds needs_;
   GuideDelta* delta_ = nullptr;
   size_t begin_ = 0;
   std::vector<GuideVertex> vertices_;

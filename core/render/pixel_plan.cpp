@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/base/check.h"
 #include "core/math/hash.h"
 
 namespace qray {
@@ -13,12 +14,15 @@ constexpr int kRounds = 4;                            // to find the scale that 
 
 }  // namespace
 
-PixelPlan::PixelPlan(const RenderSettings& settings)
+PixelPlan::PixelPlan(const RenderSettings& settings, bool in_rounds)
     : adaptive_(settings.pixels == Pixels::kAdaptive),
+      in_rounds_(in_rounds),
       seed_(settings.seed),
       step_(settings.pixels == Pixels::kAll ? 1 : 2),
       width_((settings.width + step_ - 1) / step_),
-      height_((settings.height + step_ - 1) / step_) {}
+      height_((settings.height + step_ - 1) / step_) {
+  QRAY_CHECK(!in_rounds || settings.pixels == Pixels::kAll);
+}
 
 void PixelPlan::start_pass(int samples, const NoiseEstimate* noise) {
   samples_ = static_cast<uint32_t>(samples);

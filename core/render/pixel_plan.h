@@ -8,18 +8,32 @@
 #include <cstdint>
 #include <vector>
 
+#include "core/film/film.h"
 #include "core/render/noise_estimate.h"
-#include "core/render/settings.h"
+#include "core/settings/render_settings.h"
 
 namespace qray {
 
 class PixelPlan {
  public:
-  PixelPlan(const RenderSettings& settings);
+  // `in_rounds`: a pass takes every other pixel of every other row, then the others in three more
+  // rounds, so that its parts cover the picture evenly. Else it is one round. Of pixels kAll alone.
+  explicit PixelPlan(const RenderSettings& settings, bool in_rounds = false);
 
   int step() const { return step_; }    // pixels
   int width() const { return width_; }  // of the grid
   int height() const { return height_; }
+  int rounds() const { return in_rounds_ ? 4 : 1; }
+  // Calls body(x, y) for the picture's pixels that a round takes of a tile, row by row, while it
+  // returns true. False: it did not.
+  template <class Body>
+  bool for_each_in_round(int round, const TileRect& tile, Body body) const {
+    const int stride = in_rounds_ ? 2 : step_;
+    for (int y = tile.y + kRoundY[round]; y < tile.y + tile.height; y += stride)
+      for (int x = tile.x + kRoundX[round]; x < tile.x + tile.width; x += stride)
+        if (!body(x, y)) return false;
+    return true;
+  }
 
   // As many samples as `samples` for each pixel of the grid would be. `noise`: null, not used.
   void start_pass(int samples, const NoiseEstimate* noise);
@@ -39,7 +53,9 @@ class PixelPlan {
   }
   void share_out(int samples, const NoiseEstimate& noise);
 
-  bool adaptive_;
+  static constexpr int kRoundX[] = {0, 1, 1, 0}, kRoundY[] = {0, 1, 0, 1};
+
+  bool adaptive_, in_rounds_;
   uint64_t seed_;
   int step_, width_, height_;
   uint32_t samples_ = 0, done_ = 0;           // a pixel, while all are alike

@@ -11,8 +11,8 @@ Status check_coordinate(int value, int size, const char* pointer) {
       pointer};
 }
 
-ProbedState probe_state(const PreparedScene& scene, const CameraRays& camera, const Guide& guide,
-                        const SeenSurface& seen) {
+ProbedState probe_state(const PreparedScene& scene, const CameraRays& camera,
+                        const GuideInspector& guide, const SeenSurface& seen) {
   ProbedState state;
   state.at = guide.find(seen.point.p, seen.facing);
   if (!state.at.state.valid()) return state;
@@ -30,8 +30,8 @@ ProbedState probe_state(const PreparedScene& scene, const CameraRays& camera, co
 }  // namespace
 
 Result<std::optional<PixelProbe>> probe_pixel(const PreparedScene& scene,
-                                              const RenderSettings& settings, const Guide* guide,
-                                              int x, int y) {
+                                              const RenderSettings& settings,
+                                              const GuideInspector* guide, int x, int y) {
   if (Status s = check_coordinate(x, settings.width, "/x"); !s.ok()) return s.error();
   if (Status s = check_coordinate(y, settings.height, "/y"); !s.ok()) return s.error();
   const CameraRays camera(settings.camera.value_or(scene.scene.camera), settings.width,

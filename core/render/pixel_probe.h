@@ -5,7 +5,7 @@
 #include <optional>
 #include <vector>
 
-#include "core/guide/guide.h"
+#include "core/guide/guide_inspector.h"
 #include "core/render/debug_view.h"
 #include "core/render/prepared_scene.h"
 
@@ -35,7 +35,7 @@ struct PixelProbe {
 // Of the surface that is seen through the middle of the pixel (x, y) of the settings' picture; none
 // is seen: nullopt. `guide` may be null. kInvalid names "/x" or "/y": outside of the picture.
 Result<std::optional<PixelProbe>> probe_pixel(const PreparedScene& scene,
-                                              const RenderSettings& settings, const Guide* guide,
-                                              int x, int y);
+                                              const RenderSettings& settings,
+                                              const GuideInspector* guide, int x, int y);
 
 }  // namespace qray

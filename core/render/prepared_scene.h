@@ -8,12 +8,13 @@
 #include <vector>
 
 #include "core/accel/embree_scene.h"
+#include "core/guide/guide_setup.h"
 #include "core/render/bent_normal.h"
 #include "core/render/light_pick.h"
 #include "core/render/material_shading.h"
 #include "core/render/material_textures.h"
-#include "core/render/settings.h"
 #include "core/scene/surface.h"
+#include "core/settings/render_settings.h"
 
 namespace qray {
 

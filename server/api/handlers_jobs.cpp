@@ -4,11 +4,10 @@
 
 #include "core/base/sha256.h"
 #include "core/base/turn.h"
-#include "core/guide/surface_grid.h"
+#include "core/settings/job_settings.h"
 #include "server/api/references.h"
 #include "server/http/query.h"
 #include "server/http/reply.h"
-#include "server/jobs/job_settings.h"
 
 namespace qray::server {
 namespace {
@@ -20,16 +19,16 @@ constexpr size_t kMaxKeyBytes = 255;
 
 JobHandlers::JobHandlers(JobRunner& runner, Stores stores, const EventLog& events,
                          const proto::RequestLimits& limits)
-    : runner_(runner), stores_(stores), events_(events), limits_(limits), waiters_(kMaxWaiters) {
-  for (std::string_view name : method_names()) limits_.methods.emplace_back(name);
-  limits_.max_grid = SurfaceGrid::kMaxGrid;
-}
+    : runner_(runner), stores_(stores), events_(events), limits_(limits), waiters_(kMaxWaiters) {}
 
 void JobHandlers::add_to(Router& router) {
   router.add("POST", "/v1/jobs", [this](auto& req, auto& res, auto&) { create(req, res); });
   router.add("GET", "/v1/jobs", [this](auto& req, auto& res, auto&) { list(req, res); });
   router.add("GET", "/v1/jobs/{id}", [this](auto& req, auto& res, auto& id) { get(req, res, id); });
   router.add("DELETE", "/v1/jobs/{id}", [this](auto&, auto& res, auto& id) { remove(res, id); });
+  router.add("GET", "/v1/fields", [this](auto&, auto& res, auto&) {
+    reply_json(res, 200, proto::fields_to_json(limits_));
+  });
   router.add("GET", "/v1/jobs/{id}/log", [this](auto&, auto& res, auto& id) { log(res, id); });
   const auto action = [&](const char* name, Result<JobRecord> (JobRunner::*act)(JobId)) {
     router.add("POST", std::string("/v1/jobs/{id}/") + name,
@@ -53,23 +52,25 @@ void JobHandlers::reply_job(Response& res, int status, const Result<JobRecord>& 
 proto::JobInfo JobHandlers::info(const JobRecord& job) const {
   proto::JobInfo info = job.info();
   if (is_running(job.state)) {
-    if (const auto live = runner_.live(job.id)) info.progress = live->progress();
+    if (const auto running = runner_.running(job.id)) info.progress = running->progress();
   }
   info.extendable = job.state == JobState::kSucceeded && stores_.checkpoints.has(job.id);
   return info;
 }
 
 // What the request names must be there; sizes that it leaves out are filled in for its answer.
-std::optional<proto::Problem> JobHandlers::check_references(proto::JobRequest& request) {
+std::optional<proto::Problem> JobHandlers::check_references(JobRequest& request) {
   std::vector<proto::FieldError> errors;
-  check_scene(stores_, request.scene, request.width, request.height, limits_.max_pixels, errors);
-  check_table(stores_, request.table, request.method, errors);
-  for (const auto& [pointer, side] :
-       {std::pair{"/width", request.width}, {"/height", request.height}})
-    if (pixels_named(request.pixels) != Pixels::kAll && side && *side % 2 != 0)
+  std::optional<int> width = request.given(field::kWidth), height = request.given(field::kHeight);
+  check_scene(stores_, request.get(field::kScene), width, height, limits_.max_pixels, errors);
+  if (width) request.set(field::kWidth, *width);
+  if (height) request.set(field::kHeight, *height);
+  check_table(stores_, request.get(field::kTable), request.get(field::kMethod), errors);
+  for (const auto& [pointer, side] : {std::pair{"/width", width}, {"/height", height}})
+    if (pixels_named(request.get(field::kPixels)) != Pixels::kAll && side && *side % 2 != 0)
       errors.push_back({pointer, "expected an even number for a quarter of the pixels, got " +
                                      std::to_string(*side)});
-  check_recover(stores_, request.recover, errors);
+  check_recover(stores_, request.get(field::kRecover), errors);
   return problem_of(std::move(errors), "Wrong job request");
 }
 
@@ -79,7 +80,7 @@ void JobHandlers::create(const Request& req, Response& res) {
   if (const auto* problem = std::get_if<proto::Problem>(&parsed)) {
     return reply_problem(res, *problem);
   }
-  proto::JobRequest request = std::get<proto::JobRequest>(std::move(parsed));
+  JobRequest request = std::get<JobRequest>(std::move(parsed));
   if (const auto problem = check_references(request)) return reply_problem(res, *problem);
   fill_defaults(request);
   std::optional<JobStore::IdempotencyKey> key;

@@ -28,7 +28,7 @@ class JobHandlers {
 
   void reply_job(Response& res, int status, const Result<JobRecord>& job) const;
   proto::JobInfo info(const JobRecord& job) const;  // with a running job's progress
-  std::optional<proto::Problem> check_references(proto::JobRequest& request);
+  std::optional<proto::Problem> check_references(JobRequest& request);
 
   JobRunner& runner_;
   Stores stores_;

@@ -40,7 +40,6 @@ bool pump(Reader& reader, httplib::DataSink& sink) {
 LiveHandlers::LiveHandlers(LiveSessions& sessions, Stores stores,
                            const proto::RequestLimits& limits)
     : sessions_(sessions), stores_(stores), limits_(limits) {
-  for (std::string_view name : method_names()) limits_.methods.emplace_back(name);
   limits_.max_pixels = std::min(limits_.max_pixels, LiveSessions::kMaxPixels);
 }
 

@@ -38,13 +38,13 @@ void PictureHandlers::tiles(const Request& req, Response& res, const std::string
     if (!answer.ok()) return reply_error(res, answer.error());
     return reply_tagged(req, res, answer.value(), "application/octet-stream");
   }
-  int width = job.value().request.width.value_or(0);
-  int height = job.value().request.height.value_or(0);
+  int width = job.value().request.get(field::kWidth);
+  int height = job.value().request.get(field::kHeight);
   Film::Changes changes;
-  if (const auto live = runner_.live(job.value().id)) {
-    width = live->film().width();
-    height = live->film().height();
-    changes = live->film().tiles_since(since.value(), kTilesAtOnce);
+  if (const auto running = runner_.running(job.value().id)) {
+    width = running->film().width();
+    height = running->film().height();
+    changes = running->film().tiles_since(since.value(), kTilesAtOnce);
   } else if (const auto picture = stores_.results.load(job.value().id); picture.ok()) {
     width = picture.value()->image.width();
     height = picture.value()->image.height();
@@ -73,7 +73,7 @@ void PictureHandlers::exr(const Request& req, Response& res, const std::string& 
   if (!which.ok()) return reply_error(res, which.error());
   const bool recovered = which.value().kind == Which::Kind::kRecovered;
   const bool moment = which.value().kind == Which::Kind::kMoment;
-  if (recovered || (!moment && !runner_.live(record.id))) {
+  if (recovered || (!moment && !runner_.running(record.id))) {
     const Result<Bytes> file = read_file(recovered ? stores_.results.recovered_file(record.id)
                                                    : stores_.results.image_file(record.id),
                                          kMaxImageBytes);
@@ -82,11 +82,12 @@ void PictureHandlers::exr(const Request& req, Response& res, const std::string& 
   }
   const Result<Image> image = pictures_.image(record, which.value());
   if (!image.ok()) return reply_error(res, image.error());
-  const Result<Bytes> bytes = encode_image(ImageFormat::kExr, image.value(),
-                                           {{"scene", record.request.scene},
-                                            {"method", record.request.method},
-                                            {"seed", std::to_string(record.request.seed)},
-                                            {"unfinished", "true"}});
+  const Result<Bytes> bytes =
+      encode_image(ImageFormat::kExr, image.value(),
+                   {{"scene", record.request.get(field::kScene)},
+                    {"method", record.request.get(field::kMethod)},
+                    {"seed", std::to_string(record.request.get(field::kSeed))},
+                    {"unfinished", "true"}});
   if (!bytes.ok()) return reply_error(res, bytes.error());
   reply_tagged(req, res, bytes.value(), "image/x-exr");
 }

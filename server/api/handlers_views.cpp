@@ -9,9 +9,9 @@
 #include "core/image/tonemap.h"
 #include "core/render/lobe_view.h"
 #include "core/render/pixel_probe.h"
+#include "core/settings/job_settings.h"
 #include "server/http/query.h"
 #include "server/http/reply.h"
-#include "server/jobs/job_settings.h"
 
 namespace qray::server {
 namespace {
@@ -143,7 +143,8 @@ Result<std::shared_ptr<const ViewHandlers::Shown>> ViewHandlers::load(const Want
                                                                       bool needs_guide) {
   const JobRecord& job = wanted.job;
   auto shown = std::make_shared<Shown>();
-  Result<std::shared_ptr<const PreparedScene>> scene = stores_.scenes.prepare(job.request.scene);
+  Result<std::shared_ptr<const PreparedScene>> scene =
+      stores_.scenes.prepare(job.request.get(field::kScene));
   if (!scene.ok()) return conflict("the job's scene cannot be loaded any more");
   shown->scene = std::move(scene).value();
   const Result<FoundTable> found = find_table(wanted);
@@ -173,9 +174,9 @@ void ViewHandlers::pixel(const Request& req, Response& res, const std::string& i
   const Result<Wanted> wanted = this->wanted(req, id);
   if (!wanted.ok()) return reply_error(res, wanted.error());
   const JobRecord& job = wanted.value().job;
-  const Result<int> x = coordinate(req, "x", job.request.width.value_or(1));
+  const Result<int> x = coordinate(req, "x", job.request.given(field::kWidth).value_or(1));
   if (!x.ok()) return reply_error(res, x.error());
-  const Result<int> y = coordinate(req, "y", job.request.height.value_or(1));
+  const Result<int> y = coordinate(req, "y", job.request.given(field::kHeight).value_or(1));
   if (!y.ok()) return reply_error(res, y.error());
   const auto which = pictures_.which(req, job, /*best=*/true);
   if (!which.ok()) return reply_error(res, which.error());
@@ -271,10 +272,10 @@ void ViewHandlers::guide_view(const Request& req, Response& res, const std::stri
 void ViewHandlers::lobe(const Request& req, Response& res, const std::string& id) {
   const Result<Wanted> wanted = this->wanted(req, id);
   if (!wanted.ok()) return reply_error(res, wanted.error());
-  const proto::JobRequest& request = wanted.value().job.request;
-  const Result<int> x = coordinate(req, "x", request.width.value_or(1));
+  const JobRequest& request = wanted.value().job.request;
+  const Result<int> x = coordinate(req, "x", request.given(field::kWidth).value_or(1));
   if (!x.ok()) return reply_error(res, x.error());
-  const Result<int> y = coordinate(req, "y", request.height.value_or(1));
+  const Result<int> y = coordinate(req, "y", request.given(field::kHeight).value_or(1));
   if (!y.ok()) return reply_error(res, y.error());
   const Turn turn(turns_);
   if (!turn.mine()) return reply_problem(res, kBusy);

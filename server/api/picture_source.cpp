@@ -31,7 +31,7 @@ Result<PictureSource::Which> PictureSource::which(const httplib::Request& req, c
   if (wanted.empty()) return Which{best && there ? kRecovered : kSampled, 0};
   if (wanted == "sampled") return Which{};
   if (there) return Which{kRecovered, 0};
-  if (job.request.recover == "none")
+  if (job.request.get(field::kRecover) == "none")
     return Error{ErrorCode::kNotFound, "this job's picture is not recovered", ""};
   return Error{ErrorCode::kConflict, "this job's picture has not been recovered yet", ""};
 }
@@ -58,9 +58,9 @@ Result<Image> PictureSource::image(const JobRecord& job, Which which) const {
     if (!picture.ok()) return picture.error();
     return std::move(picture).value().image;
   }
-  if (const auto live = runner_.live(job.id)) {
-    if (live->film().version() == 0) return nothing_yet();
-    return live->film().develop();
+  if (const auto running = runner_.running(job.id)) {
+    if (running->film().version() == 0) return nothing_yet();
+    return running->film().develop();
   }
   const auto picture = sampled(job);
   if (!picture.ok()) return picture.error();
@@ -69,8 +69,8 @@ Result<Image> PictureSource::image(const JobRecord& job, Which which) const {
 
 Result<std::shared_ptr<const Image>> PictureSource::noise(const JobRecord& job) const {
   std::shared_ptr<const Image> noise;
-  if (const auto live = runner_.live(job.id)) {
-    noise = live->film().noise();
+  if (const auto running = runner_.running(job.id)) {
+    noise = running->film().noise();
   } else if (Result<Image> kept = stores_.results.load_noise(job.id); kept.ok()) {
     noise = std::make_shared<const Image>(std::move(kept).value());
   }
@@ -81,17 +81,17 @@ Result<std::shared_ptr<const Image>> PictureSource::noise(const JobRecord& job) 
 
 std::optional<PictureSource::PixelNoise> PictureSource::noise_at(const JobRecord& job, int x,
                                                                  int y) const {
-  const auto live = runner_.live(job.id);
+  const auto running = runner_.running(job.id);
   std::shared_ptr<const Image> noise;  // of an ended job the row of the pixel
-  if (live) {
-    noise = live->film().noise();
+  if (running) {
+    noise = running->film().noise();
   } else if (Result<Image> row = stores_.results.load_noise_row(job.id, y); row.ok()) {
     noise = std::make_shared<const Image>(std::move(row).value());
   }
   if (!noise || noise->channels() != kFilmNoiseChannels) return std::nullopt;
   PixelNoise values;
   for (int c = 0; c < kFilmNoiseChannels; ++c)
-    values[static_cast<size_t>(c)] = noise->at(x, live ? y : 0, c);
+    values[static_cast<size_t>(c)] = noise->at(x, running ? y : 0, c);
   return values;
 }
 
@@ -108,8 +108,8 @@ Result<PictureSource::Pixel> PictureSource::pixel(const JobRecord& job, Which wh
     return of(picture.value());
   }
   Pixel pixel;
-  if (const auto live = runner_.live(job.id)) {
-    const Film& film = live->film();
+  if (const auto running = runner_.running(job.id)) {
+    const Film& film = running->film();
     if (film.version() == 0) return nothing_yet();
     const Film::TileView tile = film.tile_view(static_cast<int>(tile_at(film.width(), x, y)));
     const TileRect rect = film.tile(tile.index);

@@ -12,7 +12,7 @@ constexpr size_t kMostTableBytes = 8u << 20;              // of memory
 }  // namespace
 
 JobMoments::JobMoments(MomentStore& store, JobId id, const Film& film,
-                       std::function<TableFile(const Guide&)> table_of)
+                       std::function<TableFile(const GuideTable&)> table_of)
     : store_(store), id_(id), film_(film), table_of_(std::move(table_of)) {
   for (const proto::Moment& moment : store.moments(id)) {
     if (moment.picture) picture_at_ = moment.samples;

@@ -12,7 +12,7 @@ class JobMoments {
  public:
   // `table_of`: the guide's table so far. All outlive this.
   JobMoments(MomentStore& store, JobId id, const Film& film,
-             std::function<TableFile(const Guide&)> table_of);
+             std::function<TableFile(const GuideTable&)> table_of);
 
   void add(const RenderProgress& progress, const RenderStats& stats, const Guide* guide);
   // Why the last attempt to write failed; empty when it did not.
@@ -22,7 +22,7 @@ class JobMoments {
   MomentStore& store_;
   const JobId id_;
   const Film& film_;
-  std::function<TableFile(const Guide&)> table_of_;
+  std::function<TableFile(const GuideTable&)> table_of_;
   uint64_t picture_at_ = 0, table_at_ = 0;  // samples a pixel, of the last ones kept
   std::string failure_;
 };

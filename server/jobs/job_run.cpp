@@ -4,31 +4,25 @@
 
 #include "core/job/stats_json.h"
 #include "core/recover/included_networks.h"
+#include "core/settings/job_settings.h"
 #include "proto/events.h"
 #include "server/jobs/job_moments.h"
-#include "server/jobs/job_settings.h"
 #include "server/jobs/load_ticker.h"
+#include "server/jobs/memory_needed.h"
+#include "server/jobs/network_choice.h"
 #include "server/jobs/progress_ticker.h"
+#include "server/jobs/table_choice.h"
 #include "server/operation/metrics.h"
 
 namespace qray::server {
 namespace {
 
-constexpr size_t kMaxTablesTried = 8;
 constexpr const char* kOtherBuild =
     "this job goes on from what another build of qray rendered; its bits may differ from an "
     "undisturbed run";
 
 bool learns(const RenderSettings& settings) {
   return settings.method != "none" && settings.learning_samples > 0;
-}
-
-// Bytes of the film, its noise and the table at most; of a network's work on the picture.
-size_t memory_needed(const RenderSettings& settings, bool recovers) {
-  constexpr size_t kPixelBytes = 110, kRecoveryBytes = 160;
-  const size_t pixels = static_cast<size_t>(settings.width) * static_cast<size_t>(settings.height);
-  return pixels * (kPixelBytes + (recovers ? kRecoveryBytes : 0)) +
-         (learns(settings) ? settings.max_table_bytes : 0);
 }
 
 }  // namespace
@@ -52,7 +46,7 @@ void JobRun::run(const std::function<bool()>& stopping) {
     if (!done.ok() && done.error().code == ErrorCode::kCanceled) return;  // before it began
     if (done.ok()) done = prepare();
     if (done.ok()) {
-      Result<Rendered> rendered = render();
+      Result<Rendered> rendered = resume_or_begin();
       done = rendered.ok() ? finish(std::move(rendered).value()) : Status(rendered.error());
     }
   } catch (const std::bad_alloc&) {
@@ -67,7 +61,7 @@ void JobRun::run(const std::function<bool()>& stopping) {
 Status JobRun::prepare() {
   LoadTicker ticker(context_.stores.jobs, id_, context_.clock, context_.stop);
   Result<std::shared_ptr<const PreparedScene>> scene =
-      context_.stores.scenes.prepare(job_.request.scene, ticker.watch());
+      context_.stores.scenes.prepare(job_.request.get(field::kScene), ticker.watch());
   if (!scene.ok()) return context_.stores.scenes.without_folder(scene.error());
   scene_ = std::move(scene).value();
   for (const std::string& warning : scene_->warnings) warn(warning);
@@ -75,23 +69,24 @@ Status JobRun::prepare() {
   settings_.max_table_bytes = context_.stores.tables.max_bytes();
   settings_.estimates_noise = true;  // for who looks at it
   if (Status s = check_settings(settings_, kMaxPicturePixels); !s.ok()) return s;
-  memory_ =
-      context_.memory.take(memory_needed(settings_, job_.request.recover != "none"), context_.stop);
+  memory_ = context_.memory.take(job_memory(settings_, job_.request.get(field::kRecover) != "none"),
+                                 context_.stop);
   if (context_.stop.stop_requested()) return Error{ErrorCode::kCanceled, "canceled", ""};
 
   show_film();
   JobStore::Change resolved;
   resolved.edit = [&](JobRecord& job) {
-    job.request.width = settings_.width;
-    job.request.height = settings_.height;
-    job.request.max_depth = settings_.max_depth;
+    job.request.set(field::kWidth, settings_.width);
+    job.request.set(field::kHeight, settings_.height);
+    job.request.set(field::kMaxDepth, settings_.max_depth);
   };
   return move(learns(settings_) ? JobState::kLearning : JobState::kRendering, resolved);
 }
 
 void JobRun::show_film() {
-  live_ = std::make_shared<LiveJob>(id_, std::make_shared<Film>(settings_.width, settings_.height));
-  context_.show(live_);
+  running_ =
+      std::make_shared<RunningJob>(id_, std::make_shared<Film>(settings_.width, settings_.height));
+  context_.show(running_);
 }
 
 void JobRun::warn(std::string text) {
@@ -118,11 +113,11 @@ std::optional<Checkpoint> JobRun::checkpoint() {
   return {};
 }
 
-Result<JobRun::Rendered> JobRun::render() {
+Result<JobRun::Rendered> JobRun::resume_or_begin() {
   context_.keeper.on_first_save([this] { (void)context_.stores.jobs.reset_attempts(id_); });
   if (const std::optional<Checkpoint> found = checkpoint()) {
     std::vector<std::string> warnings = warnings_;
-    Result<Rendered> rendered = go_on(*found);
+    Result<Rendered> rendered = resume(*found);
     if (rendered.ok() || rendered.error().code != ErrorCode::kCorrupt) return rendered;
     warnings_ = std::move(warnings);
     mixed_builds_ = false;
@@ -130,10 +125,10 @@ Result<JobRun::Rendered> JobRun::render() {
     context_.stores.checkpoints.remove(id_);
     show_film();
   }
-  return render_from_start();
+  return begin();
 }
 
-Result<JobRun::Rendered> JobRun::go_on(const Checkpoint& checkpoint) {
+Result<JobRun::Rendered> JobRun::resume(const Checkpoint& checkpoint) {
   log("going on from a checkpoint");
   const CheckpointHeader& header = checkpoint.header;
   warnings_ = header.warnings;
@@ -145,59 +140,51 @@ Result<JobRun::Rendered> JobRun::go_on(const Checkpoint& checkpoint) {
       warn(kOtherBuild);
     }
   }
-  std::optional<TableFile> table;
+  Result<std::unique_ptr<Guide>> guide =
+      make_guide(settings_.method, scene_->guide_setup(settings_));
+  if (!guide.ok()) return guide.error();
+  StartingGuide start{std::move(guide).value(), {}};
   if (!header.table_in.empty()) {  // what it held is in the checkpoint
-    table.emplace();
-    table->header.id = header.table_in;
-    table->header.method = table_method(settings_.method);
+    start.table.emplace();
+    start.table->id = header.table_in;
+    start.table->method = table_method(settings_.method);
   }
   SnapshotReader state = checkpoint.state();
-  return render_job(std::move(table), header.recovery.empty() ? "none" : header.recovery, &state);
+  return run_to_end(std::move(start), header.recovery.empty() ? "none" : header.recovery, &state);
 }
 
-Result<JobRun::Rendered> JobRun::render_from_start() {
-  const std::string& wanted = job_.request.table;
-  if (settings_.method == "none" || wanted == "none") return render_with(std::nullopt);
-  if (wanted == "auto") return render_from_fitting();
-  Result<TableFile> table = context_.stores.tables.load(wanted);
-  if (!table.ok()) return table.error();
-  if (!table_fits(table.value().header, scene_->hash)) {
-    return Error{ErrorCode::kConflict,
-                 "table " + wanted +
-                     " was learned from another scene: expected the same geometry, "
-                     "materials and lights",
-                 "/table"};
-  }
-  return render_with(std::move(table).value());
+Result<JobRun::Rendered> JobRun::begin() {
+  Result<StartingGuide> start =
+      choose_table(context_.stores.tables, *scene_, settings_, {job_.request.get(field::kTable)},
+                   [this](std::string text) { warn(std::move(text)); });
+  if (!start.ok()) return start.error();
+  return run_to_end(std::move(start).value(), job_.request.get(field::kRecover), nullptr);
 }
 
-Result<JobRun::Rendered> JobRun::render_with(std::optional<TableFile> table) {
-  return render_job(std::move(table), job_.request.recover, nullptr);
-}
-
-Result<JobRun::Rendered> JobRun::render_job(std::optional<TableFile> table,
-                                            const std::string& wanted,
+Result<JobRun::Rendered> JobRun::run_to_end(StartingGuide start, const std::string& network,
                                             SnapshotReader* resume_from) {
-  const ProgressTicker ticker(context_.stores.jobs, *live_, learns(settings_));
-  const std::string id = table ? table->header.id : std::string();
+  const ProgressTicker ticker(context_.stores.jobs, *running_, learns(settings_));
+  const std::optional<TableHeader> parent = start.table;
+  const std::string id = parent ? parent->id : std::string();
   warm_ = !id.empty();
   if (warm_) log("from table " + id);
   if (!resume_from) context_.stores.moments.remove(id_);
-  std::optional<TableHeader> parent;
-  if (table) parent = table->header;
-  JobMoments moments(context_.stores.moments, id_, live_->film(),
-                     [&](const Guide& guide) { return table_of(guide, scene_->hash, parent); });
-  live_->on_pass([&](const RenderProgress& progress, const RenderStats& stats, const Guide* guide) {
-    last_pass_ = stats;
-    moments.add(progress, stats, guide);
+  JobMoments moments(context_.stores.moments, id_, running_->film(), [&](const GuideTable& guide) {
+    return table_of(guide, scene_->hash, parent);
   });
-  const std::optional<Recovery> recovery = this->recovery(wanted);
+  running_->on_pass(
+      [&](const RenderProgress& progress, const RenderStats& stats, const Guide* guide) {
+        last_pass_ = stats;
+        moments.add(progress, stats, guide);
+      });
+  const std::optional<Recovery> recovery = this->recovery(network);
   context_.keeper.start({scene_->hash.whole().hex(), id, recovery ? recovery->name : std::string(),
                          warnings_, mixed_builds_});
-  Result<JobResult> result = run_job(
-      *scene_, settings_, std::move(table), live_->film(), context_.pool, *live_, context_.stop,
-      context_.clock, recovery ? &*recovery : nullptr, {&context_.keeper, resume_from});
-  live_->on_pass(nullptr);
+  Result<JobResult> result =
+      run_guided_job(*scene_, settings_, std::move(start), running_->film(), context_.pool,
+                     *running_, context_.stop, context_.clock, recovery ? &*recovery : nullptr,
+                     {&context_.keeper, resume_from});
+  running_->on_pass(nullptr);
   if (!moments.failure().empty()) warn(moments.failure());
   if (!result.ok()) return result.error();
   result.value().stats.mixed_builds = mixed_builds_;
@@ -206,44 +193,13 @@ Result<JobRun::Rendered> JobRun::render_job(std::optional<TableFile> table,
 
 // The network that the job asks for. One that cannot be read is no reason to fail: the untrained
 // one serves, and the job says so.
-std::optional<Recovery> JobRun::recovery(std::string wanted) {
+std::optional<Recovery> JobRun::recovery(const std::string& wanted) {
   if (wanted == "none") return {};
-  WeightsStore& store = context_.stores.weights;
-  if (wanted == "auto") wanted = store.fitting(scene_->hash).value_or("default");
-  if (Result<Network> included = included_network(wanted); included.ok())
-    return Recovery{wanted, std::move(included).value()};
-  Result<WeightsFile> weights = store.load(wanted);
-  if (weights.ok()) return Recovery{wanted, std::move(weights.value().network)};
-  warn("weights " + wanted +
-       " were not used, but an untrained network: " + weights.error().message);
+  const std::string name = network_name(context_.stores.weights, scene_->hash, wanted);
+  Result<Network> network = load_network(context_.stores.weights, name);
+  if (network.ok()) return Recovery{name, std::move(network).value()};
+  warn("weights " + name + " were not used, but an untrained network: " + network.error().message);
   return Recovery{"untrained", included_network("untrained").value()};
-}
-
-// The newest table that this job can use. One that cannot be read goes to quarantine; one of
-// another grid or too large is passed over. All are refused before anything is rendered.
-Result<JobRun::Rendered> JobRun::render_from_fitting() {
-  TableStore& tables = context_.stores.tables;
-  Result<std::vector<std::string>> ids =
-      tables.fitting(table_method(settings_.method), scene_->hash, kMaxTablesTried);
-  if (!ids.ok()) return ids.error();
-  for (const std::string& id : ids.value()) {
-    Result<TableFile> table = tables.load(id);
-    if (!table.ok()) {
-      warn("table " + id + " was not used: " + table.error().message);
-      continue;
-    }
-    Result<Rendered> rendered = render_with(std::move(table).value());
-    if (rendered.ok() || live_->film().version() > 0) return rendered;
-    const Error& error = rendered.error();
-    const bool passed_over =
-        error.code == ErrorCode::kConflict || error.code == ErrorCode::kTooLarge;
-    if (error.code != ErrorCode::kCorrupt && !passed_over) return rendered;
-    warn("table " + id + " was not used: " + error.message);
-    if (error.code == ErrorCode::kCorrupt) {
-      if (Status s = tables.quarantine(id); !s.ok()) return s.error();
-    }
-  }
-  return render_with(std::nullopt);
 }
 
 Status JobRun::finish(Rendered rendered) {
@@ -261,13 +217,13 @@ Status JobRun::finish(Rendered rendered) {
       return s;
     }
   }
-  if (Status s = context_.stores.results.save(id_, live_->film(), rendered.result.metadata);
+  if (Status s = context_.stores.results.save(id_, running_->film(), rendered.result.metadata);
       !s.ok()) {
     return s;
   }
   context_.show(nullptr);  // who sees the job ended finds the finished picture, not the forming one
   const std::optional<TableFile>& table = rendered.result.table;
-  const bool keep_table = table && job_.request.table != "none";
+  const bool keep_table = table && job_.request.get(field::kTable) != "none";
   JobStore::Change change;
   if (keep_table) {
     Result<uint64_t> bytes = context_.stores.tables.write(*table);
@@ -278,8 +234,8 @@ Status JobRun::finish(Rendered rendered) {
     change.also = [&, bytes = bytes.value()](Database::Session& session) {
       return TableStore::record(
           session, *table,
-          {header.id, job_.request.scene, header.method, header.parents, context_.now_ms(), bytes,
-           stats.states, header.samples_seen, id_.text()});
+          {header.id, job_.request.get(field::kScene), header.method, header.parents,
+           context_.now_ms(), bytes, stats.states, header.samples_seen, id_.text()});
     };
   }
   change.edit = [&](JobRecord& job) {
@@ -299,12 +255,12 @@ Status JobRun::finish(Rendered rendered) {
 }
 
 void JobRun::keep_partial_picture() {
-  if (!live_ || live_->film().version() == 0) return;
-  const ImageMetadata metadata = {{"scene", job_.request.scene},
+  if (!running_ || running_->film().version() == 0) return;
+  const ImageMetadata metadata = {{"scene", job_.request.get(field::kScene)},
                                   {"method", settings_.method},
                                   {"seed", std::to_string(settings_.seed)},
                                   {"unfinished", "true"}};
-  if (Status s = context_.stores.results.save(id_, live_->film(), metadata); !s.ok()) {
+  if (Status s = context_.stores.results.save(id_, running_->film(), metadata); !s.ok()) {
     spdlog::error("job={} the picture is lost: {}", id_.text(), s.error().text());
   }
 }
@@ -325,7 +281,7 @@ void JobRun::end(const Error& error, const std::function<bool()>& stopping) {
   if (has_ended(to)) context_.stores.checkpoints.remove(id_);
   context_.show(nullptr);
   change.edit = [&](JobRecord& job) {
-    if (live_) job.progress = live_->progress();
+    if (running_) job.progress = running_->progress();
     job.warnings = warnings_;
     if (to == JobState::kFailed) job.error = proto::JobError{error.message, error.where};
     if (to == JobState::kQueued || to == JobState::kPaused)

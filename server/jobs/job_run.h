@@ -11,7 +11,7 @@ struct RunContext {
   MemoryBudget& memory;
   const Clock& clock;
   const std::function<int64_t()>& now_ms;
-  std::function<void(std::shared_ptr<LiveJob>)> show;  // to readers; null: no more
+  std::function<void(std::shared_ptr<RunningJob>)> show;  // to readers; null: no more
   JobKeeper& keeper;
   std::stop_token stop;  // cancel or shutdown
 };
@@ -30,16 +30,15 @@ class JobRun {
     std::string table_in;
   };
   Status prepare();
-  Result<Rendered> render();
-  Result<Rendered> render_with(std::optional<TableFile> table);
-  std::optional<Recovery> recovery(std::string wanted);
+  Result<Rendered> resume_or_begin();
   std::optional<Checkpoint> checkpoint();
-  Result<Rendered> go_on(const Checkpoint& checkpoint);
-  Result<Rendered> render_from_start();
-  Result<Rendered> render_job(std::optional<TableFile> table, const std::string& recovery,
+  Result<Rendered> resume(const Checkpoint& checkpoint);
+  Result<Rendered> begin();
+  // `resume_from`: null where the job begins.
+  Result<Rendered> run_to_end(StartingGuide start, const std::string& network,
                               SnapshotReader* resume_from);
+  std::optional<Recovery> recovery(const std::string& wanted);
   void show_film();
-  Result<Rendered> render_from_fitting();
   Status finish(Rendered rendered);
   void end(const Error& error, const std::function<bool()>& stopping);
   void keep_partial_picture();
@@ -57,7 +56,7 @@ class JobRun {
   std::optional<RenderStats> last_pass_;
   bool warm_ = false;          // started from a table
   bool mixed_builds_ = false;  // another build of qray has rendered a part
-  std::shared_ptr<LiveJob> live_;
+  std::shared_ptr<RunningJob> running_;
   std::vector<std::string> warnings_;
 };
 

@@ -30,7 +30,7 @@ JobRunner::JobRunner(Stores stores, const Limits& limits, const Clock& clock,
       submits_([this](std::span<const JobStore::Posted> posted) { return accept(posted); }) {}
 
 void JobRunner::start(const std::vector<JobRecord>& recovered) {
-  for (const JobRecord& job : recovered) queue_.push(job.id, job.request.priority);
+  for (const JobRecord& job : recovered) queue_.push(job.id, job.request.get(field::kPriority));
   for (int i = 0; i < limits_.at_once; ++i)
     workers_.emplace_back([this](std::stop_token stop) { work(stop); });
 }
@@ -60,7 +60,7 @@ void JobRunner::work(std::stop_token stop) {
 
 void JobRunner::run(const JobRecord& record, std::stop_token stop) {
   const JobId id = record.id;
-  TaskPool share(pool_, std::exp2(record.request.priority));
+  TaskPool share(pool_, std::exp2(record.request.get(field::kPriority)));
   Running running{{}, std::make_shared<JobKeeper>(stores_.checkpoints, id, clock_), {}};
   const std::stop_token cancel = running.cancel.get_token();
   const std::shared_ptr<JobKeeper> keeper = running.keeper;
@@ -69,9 +69,9 @@ void JobRunner::run(const JobRecord& record, std::stop_token stop) {
     if (stop.stop_requested()) return;  // it stays queued, for the next start
     running_[id] = std::move(running);
   }
-  const auto show = [this, id](std::shared_ptr<LiveJob> live) {
+  const auto show = [this, id](std::shared_ptr<RunningJob> shown) {
     std::lock_guard lock(mutex_);
-    running_[id].live = std::move(live);
+    running_[id].shown = std::move(shown);
   };
   const auto start = clock_.seconds();
   JobRun({stores_, share, memory_, clock_, now_ms_, show, *keeper, cancel}, id).run([&] {
@@ -95,7 +95,7 @@ Status JobRunner::room() const {
   return Error{ErrorCode::kBusy, "the queue of jobs is full; try again later", ""};
 }
 
-Result<JobRecord> JobRunner::submit(const proto::JobRequest& request,
+Result<JobRecord> JobRunner::submit(const JobRequest& request,
                                     const std::optional<JobStore::IdempotencyKey>& key) {
   return submits_.run({request, key});
 }
@@ -116,14 +116,15 @@ std::vector<Result<JobRecord>> JobRunner::accept(std::span<const JobStore::Poste
 }
 
 Result<JobRecord> JobRunner::enqueue(const JobRecord& job) {
-  const proto::JobRequest& request = job.request;
+  const JobRequest& request = job.request;
   // From its insertion on the scene cannot be deleted; it may have been just before.
-  if (!stores_.scenes.has(request.scene)) {
+  if (!stores_.scenes.has(request.get(field::kScene))) {
     (void)stores_.jobs.move(job.id, JobState::kCanceled);
     return Error{ErrorCode::kInvalid, "the scene was deleted", "/scene"};
   }
-  queue_.push(job.id, request.priority);
-  spdlog::info("job={} queued: {} {}", job.id.text(), request.scene, request.method);
+  queue_.push(job.id, request.get(field::kPriority));
+  spdlog::info("job={} queued: {} {}", job.id.text(), request.get(field::kScene),
+               request.get(field::kMethod));
   return job;
 }
 
@@ -171,7 +172,7 @@ Result<JobRecord> JobRunner::pause(JobId id) {
   };
   return move_running(id, to_when, [](Running& running) {
     running.keeper->hold();
-    if (!running.live) running.cancel.request_stop();  // while its scene is loaded
+    if (!running.shown) running.cancel.request_stop();  // while its scene is loaded
   });
 }
 
@@ -184,7 +185,7 @@ Result<JobRecord> JobRunner::resume(JobId id) {
                  "the job is not paused: it is " + std::string(to_string(job.value().state)), ""};
   if (Status s = room(); !s.ok()) return s.error();
   job = stores_.jobs.move(id, JobState::kQueued);
-  if (job.ok()) queue_.push(id, job.value().request.priority);
+  if (job.ok()) queue_.push(id, job.value().request.get(field::kPriority));
   return job;
 }
 
@@ -200,7 +201,7 @@ Result<JobRecord> JobRunner::extend(JobId id, const proto::ExtendRequest& more) 
     return Error{ErrorCode::kConflict,
                  "what the job would go on from is not kept any more: post it anew", ""};
   if (Status s = room(); !s.ok()) return s.error();
-  proto::JobRequest request = job.value().request;
+  JobRequest request = job.value().request;
   const proto::JobProgress& done = job.value().progress;
   // Onto what was rendered: the limits that stood before have been reached.
   const int64_t samples = static_cast<int64_t>(done.samples) + more.samples.value_or(0);
@@ -208,11 +209,12 @@ Result<JobRecord> JobRunner::extend(JobId id, const proto::ExtendRequest& more) 
   if (samples > kMaxSamples || seconds > kMostSeconds)
     return Error{ErrorCode::kInvalid, "a job has at most 1000000 samples a pixel and 24 h",
                  more.samples ? "/samples" : "/seconds"};
-  request.samples.reset();
-  request.seconds.reset();
-  if (more.samples) request.samples = static_cast<int>(samples);
-  if (more.seconds) request.seconds = seconds;
-  request.noise = more.noise;
+  request.clear(field::kSamples);
+  request.clear(field::kSeconds);
+  if (more.samples) request.set(field::kSamples, static_cast<int>(samples));
+  if (more.seconds) request.set(field::kSeconds, seconds);
+  request.clear(field::kNoise);
+  if (more.noise) request.set(field::kNoise, *more.noise);
   JobStore::Change change;
   change.edit = [&](JobRecord& record) {
     record.request = request;
@@ -220,7 +222,7 @@ Result<JobRecord> JobRunner::extend(JobId id, const proto::ExtendRequest& more) 
     record.attempts = 0;
   };
   job = stores_.jobs.move(id, JobState::kQueued, change);
-  if (job.ok()) queue_.push(id, request.priority);
+  if (job.ok()) queue_.push(id, request.get(field::kPriority));
   return job;
 }
 
@@ -233,10 +235,10 @@ Status JobRunner::remove(JobId id) {
   return {};
 }
 
-std::shared_ptr<const LiveJob> JobRunner::live(JobId id) const {
+std::shared_ptr<const RunningJob> JobRunner::running(JobId id) const {
   std::lock_guard lock(mutex_);
   const auto found = running_.find(id);
-  return found == running_.end() ? nullptr : found->second.live;
+  return found == running_.end() ? nullptr : found->second.shown;
 }
 
 }  // namespace qray::server

@@ -13,8 +13,8 @@
 #include "server/jobs/gather.h"
 #include "server/jobs/job_keeper.h"
 #include "server/jobs/job_queue.h"
-#include "server/jobs/live_job.h"
 #include "server/jobs/memory_budget.h"
+#include "server/jobs/running_job.h"
 #include "server/store/job_store.h"
 #include "server/store/moment_store.h"
 #include "server/store/result_store.h"
@@ -57,7 +57,7 @@ class JobRunner {
 
   // Durable when it returns. kBusy: the queue is full; kConflict: the key was used for another
   // request. A job of the same key and request, of the last day, is the answer itself.
-  Result<JobRecord> submit(const proto::JobRequest& request,
+  Result<JobRecord> submit(const JobRequest& request,
                            const std::optional<JobStore::IdempotencyKey>& key = {});
   // kConflict: it has ended. A running job ends soon after.
   Result<JobRecord> cancel(JobId id);
@@ -73,7 +73,7 @@ class JobRunner {
   Status remove(JobId id);
 
   // A running job that has a film.
-  std::shared_ptr<const LiveJob> live(JobId id) const;
+  std::shared_ptr<const RunningJob> running(JobId id) const;
   // For others to share with jobs.
   const TaskPool& pool() const { return pool_; }
   MemoryBudget& memory() { return memory_; }
@@ -83,7 +83,7 @@ class JobRunner {
   struct Running {
     std::stop_source cancel;
     std::shared_ptr<JobKeeper> keeper;
-    std::shared_ptr<LiveJob> live;
+    std::shared_ptr<RunningJob> shown;  // null until it has a film
   };
   Status room() const;  // in the queue; kBusy: none
   std::vector<Result<JobRecord>> accept(std::span<const JobStore::Posted> posted);

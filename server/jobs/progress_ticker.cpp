@@ -16,16 +16,16 @@ constexpr milliseconds kBetween{500};  // progress events
 
 }  // namespace
 
-ProgressTicker::ProgressTicker(JobStore& jobs, const LiveJob& live, bool learning)
-    : thread_([this, &jobs, &live, learning](std::stop_token stop) {
+ProgressTicker::ProgressTicker(JobStore& jobs, const RunningJob& job, bool learning)
+    : thread_([this, &jobs, &job, learning](std::stop_token stop) {
         try {
-          watch(stop, jobs, live, learning);
+          watch(stop, jobs, job, learning);
         } catch (const std::exception& e) {
-          spdlog::error("job={} no more progress: {}", live.id().text(), e.what());
+          spdlog::error("job={} no more progress: {}", job.id().text(), e.what());
         }
       }) {}
 
-void ProgressTicker::watch(std::stop_token stop, JobStore& jobs, const LiveJob& live,
+void ProgressTicker::watch(std::stop_token stop, JobStore& jobs, const RunningJob& job,
                            bool learning) {
   std::mutex mutex;
   std::condition_variable_any never;
@@ -33,21 +33,21 @@ void ProgressTicker::watch(std::stop_token stop, JobStore& jobs, const LiveJob& 
   auto last = std::chrono::steady_clock::now() - kBetween;
   uint64_t last_version = 0;
   while (!never.wait_for(lock, stop, kLook, [] { return false; }) && !stop.stop_requested()) {
-    if (learning && live.past_learning()) {
+    if (learning && job.past_learning()) {
       learning = false;
-      const Result<JobRecord> moved = jobs.move(live.id(), JobState::kRendering);
+      const Result<JobRecord> moved = jobs.move(job.id(), JobState::kRendering);
       if (!moved.ok() && moved.error().code != ErrorCode::kConflict) {  // conflict: canceled
-        spdlog::error("job={} {}", live.id().text(), moved.error().text());
+        spdlog::error("job={} {}", job.id().text(), moved.error().text());
       }
     }
-    const uint64_t version = live.film().version();
+    const uint64_t version = job.film().version();
     const auto now = std::chrono::steady_clock::now();
     if (version == last_version || now - last < kBetween) continue;
     last = now;
     last_version = version;
-    const std::string name = live.id().text();
+    const std::string name = job.id().text();
     const Status published = jobs.publish_hint(
-        {0, name, "progress", proto::progress_event(name, live.progress(), version)});
+        {0, name, "progress", proto::progress_event(name, job.progress(), version)});
     if (!published.ok()) spdlog::error("job={} {}", name, published.error().text());
   }
 }

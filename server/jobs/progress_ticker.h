@@ -4,7 +4,7 @@
 
 #include <thread>
 
-#include "server/jobs/live_job.h"
+#include "server/jobs/running_job.h"
 #include "server/store/job_store.h"
 
 namespace qray::server {
@@ -12,10 +12,10 @@ namespace qray::server {
 class ProgressTicker {
  public:
   // `learning`: the job's state is kLearning, to be moved on when that is past.
-  ProgressTicker(JobStore& jobs, const LiveJob& live, bool learning);
+  ProgressTicker(JobStore& jobs, const RunningJob& job, bool learning);
 
  private:
-  void watch(std::stop_token stop, JobStore& jobs, const LiveJob& live, bool learning);
+  void watch(std::stop_token stop, JobStore& jobs, const RunningJob& job, bool learning);
   std::jthread thread_;
 };
 

@@ -4,7 +4,7 @@
 
 #include "core/live/lights.h"
 #include "core/scene/validate.h"
-#include "server/jobs/job_settings.h"
+#include "core/settings/job_settings.h"
 
 namespace qray::server {
 namespace {
@@ -22,7 +22,7 @@ std::array<double, 3> array_of(Vec3 v) {
   return {static_cast<double>(v.x), static_cast<double>(v.y), static_cast<double>(v.z)};
 }
 
-proto::CameraRequest request_of(const Camera& c) {
+CameraRequest request_of(const Camera& c) {
   return {array_of(c.position),
           array_of(c.target),
           array_of(c.up),

@@ -2,19 +2,25 @@
 
 #include <spdlog/spdlog.h>
 
-#include "core/recover/included_networks.h"
-#include "server/jobs/job_settings.h"
+#include "core/settings/job_settings.h"
+#include "server/jobs/memory_needed.h"
+#include "server/jobs/network_choice.h"
+#include "server/jobs/table_choice.h"
 #include "server/operation/metrics.h"
 
 namespace qray::server {
 namespace {
 
-constexpr size_t kMaxTablesTried = 8;
-constexpr size_t kPixelBytes = 600;  // of views, histories, film, recovery and pictures, about
-
-size_t memory_needed(const RenderSettings& settings) {
-  return static_cast<size_t>(settings.width) * static_cast<size_t>(settings.height) * kPixelBytes +
-         (settings.method == "none" ? 0 : settings.max_table_bytes);
+RenderSettings settings_of(const proto::LiveRequest& request, const Scene& scene) {
+  RenderSettings s;
+  s.method = request.method;
+  s.width = request.width.value_or(scene.width + scene.width % 2);
+  s.height = request.height.value_or(scene.height + scene.height % 2);
+  s.max_depth = request.max_depth.value_or(scene.max_depth);
+  s.pixels = pixels_named(request.pixels).value_or(Pixels::kAdaptive);
+  s.seed = request.seed;
+  s.camera = camera_of(request.camera.value_or(proto::CameraRequest{}), scene.camera);
+  return s;
 }
 
 }  // namespace
@@ -66,19 +72,19 @@ Result<LiveSession::Start> LiveSessions::prepare(const proto::LiveRequest& reque
   s.max_depth = request.max_depth.value_or(data.max_depth);
   s.pixels = pixels_named(request.pixels).value_or(Pixels::kAdaptive);
   s.seed = request.seed;
+  s.camera = camera_of(request.camera.value_or(CameraRequest{}), data.camera);
   s.max_table_bytes = stores_.tables.max_bytes();
-  s.camera = camera_of(request.camera.value_or(proto::CameraRequest{}), data.camera);
   if (Status status = check_settings(s, kMaxPixels); !status.ok()) return status.error();
-  std::optional<MemoryBudget::Part> memory = memory_.take_now(memory_needed(s));
+  std::optional<MemoryBudget::Part> memory = memory_.take_now(live_memory(s));
   if (!memory)
     return Error{ErrorCode::kBusy, "there is no memory beside the jobs that run: come again", ""};
   start.memory = std::move(*memory);
   start.settings.frame_seconds = request.frame_ms / 1000;
-  Result<std::unique_ptr<Guide>> made = guide(*start.scene, s, request.table, start.table);
-  if (!made.ok()) return made.error();
-  start.guide = std::move(made).value();
-  if (Status status = network(*start.scene, request.recover, start); !status.ok())
-    return status.error();
+  if (Status status = choose_table(request.table, start); !status.ok()) return status.error();
+  start.recover = network_name(stores_.weights, start.scene->hash, request.recover);
+  Result<Network> network = load_network(stores_.weights, start.recover);
+  if (!network.ok()) return Error{ErrorCode::kInvalid, network.error().message, "/recover"};
+  start.network = std::move(network).value();
   if (stores_.metrics)
     start.made = [metrics = stores_.metrics](const LiveFrame& frame) { metrics->add_frame(frame); };
   if (request.table != "none")
@@ -88,51 +94,16 @@ Result<LiveSession::Start> LiveSessions::prepare(const proto::LiveRequest& reque
   return start;
 }
 
-// From the newest table that can be used, as jobs do.
-Result<std::unique_ptr<Guide>> LiveSessions::guide(const PreparedScene& scene,
-                                                   const RenderSettings& settings,
-                                                   const std::string& wanted,
-                                                   std::optional<TableHeader>& parent) {
-  std::vector<std::string> ids;
-  if (wanted == "auto" && settings.method != "none") {
-    Result<std::vector<std::string>> fitting =
-        stores_.tables.fitting(table_method(settings.method), scene.hash, kMaxTablesTried);
-    if (!fitting.ok()) return fitting.error();
-    ids = std::move(fitting).value();
-  } else if (wanted != "none" && wanted != "auto") {
-    ids = {wanted};
-  }
-  for (const std::string& id : ids) {
-    Result<TableFile> table = stores_.tables.load(id);
-    std::optional<Error> why;
-    if (table.ok()) {
-      std::optional<TableFile> file = std::move(table).value();
-      Result<std::unique_ptr<Guide>> made = load_guide(scene, settings, file);
-      if (made.ok()) {
-        parent = std::move(file->header);
-        return made;
-      }
-      why = made.error();
-    } else {
-      why = table.error();
-    }
-    if (wanted != "auto") return Error{ErrorCode::kInvalid, why->message, "/table"};
-    spdlog::warn("table {} was not used for a live session: {}", id, why->message);
-  }
-  return make_guide(settings.method, scene.guide_setup(settings));
-}
-
-Status LiveSessions::network(const PreparedScene& scene, std::string wanted,
-                             LiveSession::Start& start) {
-  if (wanted == "auto") wanted = stores_.weights.fitting(scene.hash).value_or("default");
-  start.recover = wanted;
-  if (Result<Network> included = included_network(wanted); included.ok()) {
-    start.network = std::move(included).value();
-    return {};
-  }
-  Result<WeightsFile> weights = stores_.weights.load(wanted);
-  if (!weights.ok()) return Error{ErrorCode::kInvalid, weights.error().message, "/recover"};
-  start.network = std::move(weights.value().network);
+// As jobs do, but that a table of the scene under other light serves too.
+Status LiveSessions::choose_table(const std::string& wanted, LiveSession::Start& start) {
+  Result<StartingGuide> chosen = server::choose_table(
+      stores_.tables, *start.scene, start.settings.render, {wanted, /*must_fit=*/false},
+      [](const std::string& text) { spdlog::warn("a live session begins without: {}", text); });
+  if (!chosen.ok())
+    return wanted == "auto" ? chosen.error()
+                            : Error{ErrorCode::kInvalid, chosen.error().message, "/table"};
+  start.guide = std::move(chosen.value().guide);
+  start.table = std::move(chosen.value().table);
   return {};
 }
 

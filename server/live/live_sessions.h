@@ -37,10 +37,7 @@ class LiveSessions {
  private:
   void forget_ended();  // the mutex is held
   Result<LiveSession::Start> prepare(const proto::LiveRequest& request);
-  Result<std::unique_ptr<Guide>> guide(const PreparedScene& scene, const RenderSettings& settings,
-                                       const std::string& wanted,
-                                       std::optional<TableHeader>& parent);
-  Status network(const PreparedScene& scene, std::string wanted, LiveSession::Start& start);
+  Status choose_table(const std::string& wanted, LiveSession::Start& start);
   void keep(const proto::LiveRequest& request, const TableFile& table, const GuideStats& stats);
 
   Stores stores_;

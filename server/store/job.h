@@ -87,7 +87,7 @@ constexpr int kMaxAttempts = 3;  // runs that the server did not survive, withou
 struct JobRecord {
   JobId id;
   JobState state = JobState::kQueued;
-  proto::JobRequest request;
+  JobRequest request;
   int64_t created_ms = 0;  // since 1970-01-01 UTC
   std::optional<int64_t> started_ms, ended_ms;
   proto::JobProgress progress;

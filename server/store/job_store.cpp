@@ -3,7 +3,6 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
-#include <climits>
 
 #include "proto/events.h"
 #include "server/store/lines.h"
@@ -19,17 +18,12 @@ constexpr const char* kColumns =
     "id, state, request, created_ms, started_ms, ended_ms, fraction, samples, seconds, "
     "error_message, error_where, table_in, table_out, stats, biased, warnings, attempts";
 
-// What was accepted once is read back whatever today's limits are.
-Result<proto::JobRequest> stored_request(const std::string& json) {
-  proto::RequestLimits limits;
-  limits.max_seconds = 1e9;
-  limits.max_pixels = INT64_MAX;
-  limits.max_grid = INT_MAX;
-  auto parsed = proto::parse_job_request(json, limits);
+Result<JobRequest> stored_request(const std::string& json) {
+  auto parsed = proto::parse_stored_request(json);
   if (const auto* problem = std::get_if<proto::Problem>(&parsed)) {
     return Error{ErrorCode::kCorrupt, "stored request: " + problem->detail, ""};
   }
-  return std::get<proto::JobRequest>(std::move(parsed));
+  return std::get<JobRequest>(std::move(parsed));
 }
 
 Result<JobRecord> read_row(const Query& row) {
@@ -38,7 +32,7 @@ Result<JobRecord> read_row(const Query& row) {
   const std::optional<JobState> state = parse_job_state(row.text(1));
   if (!state) return Error{ErrorCode::kCorrupt, "unknown state " + row.text(1), job.id.text()};
   job.state = *state;
-  Result<proto::JobRequest> request = stored_request(row.text(2));
+  Result<JobRequest> request = stored_request(row.text(2));
   if (!request.ok()) return request.error();
   job.request = std::move(request).value();
   job.created_ms = row.integer(3);

@@ -29,7 +29,7 @@ class JobStore {
     std::string key, request;
   };
   struct Posted {
-    proto::JobRequest request;
+    JobRequest request;
     std::optional<IdempotencyKey> key;
   };
   struct Inserted {

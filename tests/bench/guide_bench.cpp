@@ -78,14 +78,14 @@ class Learned {
     v.p = at.p;
     const Vec3 local = square_to_cosine_hemisphere(u);
     v.wi = Frame(at.n).to_world(local);
-    v.pdf_w = v.bsdf_pdf_w = cosine_hemisphere_pdf_w(local.z);
-    v.f_cos = 0.5f * v.pdf_w;
-    v.albedo = 0.5f;
+    v.pdf_w = v.bsdf.pdf_w = cosine_hemisphere_pdf_w(local.z);
+    v.bsdf.f_cos = 0.5f * v.pdf_w;
+    v.transition.albedo = 0.5f;
     v.guidable = true;
     const float seconds = v.wi.x > 0 ? (kRoom.x - v.p.x) / v.wi.x : 1e9f;
     const Vec3 hit = v.p + v.wi * seconds;
-    v.emitted = hit.y > 1 && hit.y < 2 && hit.z > 1.5f && hit.z < 2 ? 20.0f : 0.3f;
-    v.arriving = Rgb{v.emitted};
+    v.transition.emitted = hit.y > 1 && hit.y < 2 && hit.z > 1.5f && hit.z < 2 ? 20.0f : 0.3f;
+    v.arriving = Rgb{v.transition.emitted};
     return v;
   }
 

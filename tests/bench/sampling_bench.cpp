@@ -91,7 +91,7 @@ struct TaughtGuide {
       vertex.wi = {local.x, local.z, local.y};
       vertex.pdf_w = kUniformHemispherePdfW;
       vertex.guidable = true;
-      vertex.emitted = local.z > 0.8f ? 10.0f : 0.1f;
+      vertex.transition.emitted = local.z > 0.8f ? 10.0f : 0.1f;
       guide->record({&vertex, 1}, *delta);
     }
     guide->update(*delta);

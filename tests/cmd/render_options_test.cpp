@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include "proto/messages.h"
+
 namespace qray::cmd {
 namespace {
 
@@ -32,15 +34,15 @@ TEST(RenderOptions, TakesWhatIsNotGivenFromTheScene) {
 
 TEST(RenderOptions, PassesOnWhatIsGiven) {
   RenderOptions options;
-  options.method = "none";
-  options.no_nee = true;
-  options.seconds = 2.5;
-  options.seed = 77;
+  options.method = "none:nee=off";
   options.size = "64x32";
-  options.max_depth = 3;
-  options.grid = 12;
-  options.alpha = 0.5f;
-  const auto made = make_settings(options, Scene());
+  options.given.set(field::kSeconds, 2.5);
+  options.given.set(field::kSeed, 77);
+  options.given.set(field::kMaxDepth, 3);
+  options.given.set("camera/target", Vector3{1, 2, 3});
+  Scene scene;
+  scene.camera.position = {7, 8, 9};
+  const auto made = make_settings(options, scene);
   ASSERT_TRUE(made.ok());
   const RenderSettings& s = made.value();
   EXPECT_EQ(s.method, "none");
@@ -51,27 +53,36 @@ TEST(RenderOptions, PassesOnWhatIsGiven) {
   EXPECT_EQ(s.width, 64);
   EXPECT_EQ(s.height, 32);
   EXPECT_EQ(s.max_depth, 3);
-  EXPECT_EQ(s.huang.grid, 12);
-  EXPECT_EQ(s.huang.alpha, 0.5f);
+  ASSERT_TRUE(s.camera);
+  EXPECT_EQ(s.camera->position, (Vec3{7, 8, 9}));
+  EXPECT_EQ(s.camera->target, (Vec3{1, 2, 3}));
+  options.method = "huang:grid=12;alpha=.5;depth=9";
+  const auto huang = make_settings(options, scene);
+  ASSERT_TRUE(huang.ok());
+  EXPECT_EQ(huang.value().huang.grid, 12);
+  EXPECT_EQ(huang.value().huang.alpha, 0.5f);
+  EXPECT_EQ(huang.value().max_depth, 3);  // the option goes first
   options.size = "64";
-  EXPECT_FALSE(make_settings(options, Scene()).ok());
+  EXPECT_FALSE(make_settings(options, scene).ok());
 }
 
 TEST(RenderOptions, LeaveTheRestToTheServer) {
   RenderOptions options;
   options.scene = "cornell-box";
-  const auto plain = make_submission(options);
+  const auto plain = make_request(options, kSubmit);
   ASSERT_TRUE(plain.ok());
-  EXPECT_EQ(plain.value().scene, "cornell-box");
-  EXPECT_FALSE(plain.value().nee.has_value());
-  EXPECT_FALSE(plain.value().samples.has_value());
-  options.no_nee = true;
+  EXPECT_EQ(proto::job_request_to_json(plain.value()), R"({"scene":"cornell-box"})");
+  options.given.set(field::kNee, false);
   options.size = "8x4";
-  const auto given = make_submission(options);
+  options.method = "adaptive:split=100;gate=off";
+  const auto given = make_request(options, kSubmit);
   ASSERT_TRUE(given.ok());
-  EXPECT_EQ(given.value().nee, false);
-  EXPECT_EQ(given.value().width, 8);
-  EXPECT_EQ(given.value().height, 4);
+  EXPECT_EQ(proto::job_request_to_json(given.value()),
+            R"({"scene":"cornell-box","width":8,"height":4,"method":"adaptive","nee":false,)"
+            R"("gate":false,"guide":{"split":100.0}})");
+  options.method = "adaptive:roulette=off";  // a chart's alone
+  EXPECT_FALSE(make_request(options, kSubmit).ok());
+  EXPECT_TRUE(make_request(options, kRender).ok());
 }
 
 }  // namespace

@@ -98,14 +98,14 @@ TEST_F(RenderCommand, GrowsATable) {
 }
 
 TEST_F(RenderCommand, KeepsATableWithinItsMemory) {
-  const std::vector<std::string> fine{"--method",    "huang",       "--spp",  "32",
-                                      "--grid",      "500",         "--json", file("s.json"),
-                                      "--table-out", file("t.qrt"), "-o",     file("a.exr")};
+  const std::vector<std::string> fine{"--method", "huang:grid=500", "--spp",       "32",
+                                      "--json",   file("s.json"),   "--table-out", file("t.qrt"),
+                                      "-o",       file("a.exr")};
   ASSERT_EQ(render(fine).code, 0);
   EXPECT_GT(read_json(file("s.json"))["table_bytes"], 1 << 20);
   EXPECT_EQ(read_json(file("s.json"))["table_refused"], 0);
-  const Outcome refused = render({"--method", "huang", "--spp", "4", "--grid", "500", "--table-mib",
-                                  "1", "--table-in", file("t.qrt"), "-o", file("b.exr")});
+  const Outcome refused = render({"--method", "huang:grid=500", "--spp", "4", "--table-mib", "1",
+                                  "--table-in", file("t.qrt"), "-o", file("b.exr")});
   EXPECT_EQ(refused.code, cmd::kExitBadInput);
   EXPECT_NE(refused.err.find(" 1048576 bytes"), std::string::npos) << refused.err;
   std::vector<std::string> capped = fine;

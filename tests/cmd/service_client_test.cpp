@@ -122,6 +122,23 @@ TEST_F(ClientCommand, SubmitPostsTheOptionsAndPrintsTheId) {
                                       "height":32,"table":"none"})"));
 }
 
+TEST_F(ClientCommand, SubmitTakesACameraLabelsAndSettingsOfTheGuide) {
+  const Outcome done =
+      client({"submit", "cornell-box", "--method", "huang:grid=12;alpha=.1", "--camera-position",
+              "0,1,-3.5", "--camera-vertical-fov-deg", "30", "--label", "project:lobby", "--label",
+              "kind:test", "--priority", "2"});
+  EXPECT_EQ(done.code, cmd::kExitOk) << done.err;
+  EXPECT_EQ(nlohmann::json::parse(server_.posted()),
+            nlohmann::json::parse(R"({"scene":"cornell-box","method":"huang",
+                "guide":{"alpha":0.1,"grid":12},"priority":2,
+                "camera":{"position":[0,1,-3.5],"vertical_fov_deg":30},
+                "labels":{"project":"lobby","kind":"test"}})"));
+  const Outcome wrong = client({"submit", "cornell-box", "--camera-up", "0,1"});
+  EXPECT_EQ(wrong.code, cmd::kExitBadInput);
+  EXPECT_NE(wrong.err.find("expected three numbers X,Y,Z, got '0,1'"), std::string::npos)
+      << wrong.err;
+}
+
 TEST_F(ClientCommand, ATokenIsSentWhenThereIsOne) {
   client({"submit", "cornell-box"});
   EXPECT_EQ(server_.authorization(), "");

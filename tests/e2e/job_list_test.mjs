@@ -74,7 +74,8 @@ test('a running job tells how long it will take, and one that was canceled who e
 
 test('Duplicate fills the form with all that the job was asked', async () => {
   const request = { ...kSmall, method: 'huang', seed: 9, nee: false, priority: 2, max_depth: 5,
-    alpha: 0.1, gamma: 0.3, grid: 12, learning_samples: 2, labels: { project: 'twin', who: 'me' },
+    guide: { alpha: 0.1, gamma: 0.3, grid: 12 }, gate: false, learning_samples: 2,
+    labels: { project: 'twin', who: 'me' },
     camera: { position: [0.1, 1, 3], vertical_fov_deg: 50 } };
   const original = await all.server.post(request);
   await all.server.wait_until(original, ({ state }) => state === 'succeeded');
@@ -97,11 +98,11 @@ test('what the server refuses is said at the field, also of those that are folde
   await page.locator('[name="camera.position"]').evaluate((field) => {
     field.value = '1, far, 3';
   });
-  await page.locator('[name="grid"]').evaluate((field) => {
+  await page.locator('[name="guide.grid"]').evaluate((field) => {
     field.value = '100000';
   });
   await page.getByRole('button', { name: 'Render' }).click();
-  for (const name of ['camera.position', 'grid']) {
+  for (const name of ['camera.position', 'guide.grid']) {
     await page.locator(`[id="${name}-error"]`).filter({ hasText: /expected/ }).waitFor();
     assert.equal(await page.locator(`[name="${name}"]`).getAttribute('aria-invalid'), 'true');
   }

@@ -17,12 +17,15 @@ void run(std::string_view json) {
   const auto merge = proto::parse_merge_request(json, limits);
   if (const auto* problem = std::get_if<proto::Problem>(&merge)) expect_said_why(*problem);
 
+  const auto stored = proto::parse_stored_request(json);
+  if (const auto* problem = std::get_if<proto::Problem>(&stored)) expect_said_why(*problem);
+
   const auto parsed = proto::parse_job_request(json, limits);
   if (const auto* problem = std::get_if<proto::Problem>(&parsed)) return expect_said_why(*problem);
-  const auto& request = std::get<proto::JobRequest>(parsed);
+  const auto& request = std::get<JobRequest>(parsed);
   const auto again = proto::parse_job_request(proto::job_request_to_json(request), limits);
-  QRAY_CHECK(std::holds_alternative<proto::JobRequest>(again));
-  QRAY_CHECK(std::get<proto::JobRequest>(again) == request);
+  QRAY_CHECK(std::holds_alternative<JobRequest>(again));
+  QRAY_CHECK(std::get<JobRequest>(again) == request);
 }
 
 }  // namespace

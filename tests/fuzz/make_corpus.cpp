@@ -137,10 +137,10 @@ Bytes table(std::string_view method) {
       v.guidable = true;
       const Vec3 local = square_to_cosine_hemisphere(random.next_2d());
       v.wi = Frame(n).to_world(local);
-      v.pdf_w = v.bsdf_pdf_w = cosine_hemisphere_pdf_w(local.z);
-      v.f_cos = 0.5f * v.pdf_w;
-      v.emitted = 10 * random.next();
-      v.arriving = Rgb{v.emitted};
+      v.pdf_w = v.bsdf.pdf_w = cosine_hemisphere_pdf_w(local.z);
+      v.bsdf.f_cos = 0.5f * v.pdf_w;
+      v.transition.emitted = 10 * random.next();
+      v.arriving = Rgb{v.transition.emitted};
       guide->record({&v, 1}, *delta);
     }
     guide->update(*delta);

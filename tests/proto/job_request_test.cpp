@@ -7,15 +7,8 @@
 namespace qray::proto {
 namespace {
 
-RequestLimits limits() {
-  RequestLimits limits;
-  limits.methods = {"none", "huang", "adaptive"};
-  limits.max_grid = 512;
-  return limits;
-}
-
 JobRequest good(const std::string& json) {
-  auto parsed = parse_job_request(json, limits());
+  auto parsed = parse_job_request(json, RequestLimits());
   if (const Problem* problem = std::get_if<Problem>(&parsed)) {
     ADD_FAILURE() << json << ": " << problem_to_json(*problem);
     return {};
@@ -24,7 +17,7 @@ JobRequest good(const std::string& json) {
 }
 
 Problem bad(const std::string& json) {
-  auto parsed = parse_job_request(json, limits());
+  auto parsed = parse_job_request(json, RequestLimits());
   if (!std::holds_alternative<Problem>(parsed)) {
     ADD_FAILURE() << "accepted: " << json.substr(0, 200);
     return {};
@@ -35,48 +28,108 @@ Problem bad(const std::string& json) {
 TEST(JobRequest, SceneAloneGivesDefaults) {
   const JobRequest r = good(R"({"scene":"cornell-box"})");
   JobRequest expected;
-  expected.scene = "cornell-box";
-  expected.samples = 64;
+  expected.set(field::kScene, "cornell-box");
+  expected.set(field::kSamples, 64);
   EXPECT_EQ(r, expected);
+  EXPECT_EQ(r.get(field::kMethod), "adaptive");
+  EXPECT_EQ(r.get(field::kTable), "auto");
+  EXPECT_TRUE(r.get(field::kNee));
 }
 
 TEST(JobRequest, EveryField) {
-  const JobRequest r = good(R"({"scene":"a-1", "width":512, "height":256, "method":"none",
+  const JobRequest r = good(R"({"scene":"a-1", "width":512, "height":256, "method":"huang",
       "nee":false, "seconds":2.5, "seed":18446744073709551615,
-      "table":"0123456789abcdef0123456789abcdef", "max_depth":3, "learning_samples":0,
-      "alpha":0.5, "gamma":1, "grid":7, "camera":{"position":[0,1,3], "target":[0,1,0],
-      "up":[0,1,0], "vertical_fov_deg":40, "aperture_radius":0.1, "focus_distance":2}})");
-  EXPECT_EQ(r.width, 512);
-  EXPECT_EQ(r.height, 256);
-  EXPECT_EQ(r.method, "none");
-  EXPECT_FALSE(r.nee);
-  EXPECT_EQ(r.samples, std::nullopt);
-  EXPECT_EQ(r.seconds, 2.5);
-  EXPECT_EQ(r.seed, UINT64_MAX);
-  EXPECT_EQ(r.table, "0123456789abcdef0123456789abcdef");
-  EXPECT_EQ(r.max_depth, 3);
-  EXPECT_EQ(r.learning_samples, 0);
-  EXPECT_EQ(r.alpha, 0.5);
-  EXPECT_EQ(r.gamma, 1);
-  EXPECT_EQ(r.grid, 7);
-  ASSERT_TRUE(r.camera);
-  EXPECT_EQ(r.camera->position, (std::array<double, 3>{0, 1, 3}));
-  EXPECT_EQ(r.camera->focus_distance, 2);
+      "table":"0123456789abcdef0123456789abcdef", "max_depth":3, "learning_samples":0, "gate":false,
+      "guide":{"alpha":0.5, "gamma":1, "grid":7}, "camera":{"position":[0,1,3], "target":[0,1,0],
+      "up":[0,1,0], "vertical_fov_deg":40, "aperture_radius":0.1, "focus_distance":2},
+      "priority":-5, "labels":{"project":"lobby"}})");
+  EXPECT_EQ(r.given(field::kWidth), 512);
+  EXPECT_EQ(r.given(field::kHeight), 256);
+  EXPECT_EQ(r.given(field::kMethod), "huang");
+  EXPECT_FALSE(r.get(field::kNee));
+  EXPECT_EQ(r.given(field::kSamples), std::nullopt);
+  EXPECT_EQ(r.given(field::kSeconds), 2.5);
+  EXPECT_EQ(r.given(field::kSeed), UINT64_MAX);
+  EXPECT_EQ(r.given(field::kTable), "0123456789abcdef0123456789abcdef");
+  EXPECT_EQ(r.given(field::kMaxDepth), 3);
+  EXPECT_EQ(*r.find("learning_samples"), FieldValue(int64_t{0}));
+  EXPECT_EQ(*r.find("gate"), FieldValue(false));
+  EXPECT_EQ(*r.find("guide/alpha"), FieldValue(0.5));
+  EXPECT_EQ(*r.find("guide/gamma"), FieldValue(1.0));
+  EXPECT_EQ(*r.find("guide/grid"), FieldValue(int64_t{7}));
+  EXPECT_EQ(*r.find("camera/position"), FieldValue(Vector3{0, 1, 3}));
+  EXPECT_EQ(*r.find("camera/focus_distance"), FieldValue(2.0));
+  EXPECT_EQ(r.given(field::kPriority), -5);
+  EXPECT_EQ(r.given(field::kLabels), (Labels{{"project", "lobby"}}));
+}
+
+TEST(JobRequest, SettingsOfAnotherMethodAreRefusedByName) {
+  const Problem problem =
+      bad(R"({"scene":"a","method":"ppg","guide":{"alpha":0.1,"split":100,"speed":1}})");
+  ASSERT_EQ(problem.errors.size(), 3u);
+  EXPECT_EQ(problem.errors[0].pointer, "/guide/alpha");
+  EXPECT_EQ(problem.errors[0].detail,
+            "the method ppg has no such setting: it belongs to huang, huang-published");
+  EXPECT_EQ(problem.errors[1].pointer, "/guide/split");
+  EXPECT_EQ(problem.errors[1].detail, "the method ppg has no such setting: it belongs to adaptive");
+  EXPECT_EQ(problem.errors[2].pointer, "/guide/speed");
+  EXPECT_EQ(problem.errors[2].detail, "unknown field");
+  // The default method's, though it is not named.
+  EXPECT_EQ(*good(R"({"scene":"a","guide":{"split":100}})").find("guide/split"), FieldValue(100.0));
+}
+
+TEST(StoredRequest, OlderVersionsHadSettingsOfGuidesBesideTheMethod) {
+  const auto stored = [](const std::string& json) {
+    auto parsed = parse_stored_request(json);
+    const Problem* problem = std::get_if<Problem>(&parsed);
+    EXPECT_EQ(problem, nullptr) << json << (problem ? problem_to_json(*problem) : "");
+    return problem ? JobRequest() : std::get<JobRequest>(parsed);
+  };
+  const JobRequest huang = stored(R"({"scene":"a","method":"huang","nee":true,"samples":8,"seed":1,
+      "table":"auto","pixels":"quarter","recover":"none","max_depth":5,"learning_samples":1000000,
+      "alpha":0.5,"gamma":0.2,"grid":9,"priority":0})");
+  EXPECT_EQ(*huang.find("guide/alpha"), FieldValue(0.5));
+  EXPECT_EQ(*huang.find("guide/grid"), FieldValue(int64_t{9}));
+  EXPECT_EQ(huang.given(field::kPixels), "quarter");
+  EXPECT_EQ(stored(job_request_to_json(huang)), huang);
+  const JobRequest none =
+      stored(R"({"scene":"a","method":"none","samples":8,"alpha":0.02,"gamma":0.2,"grid":24})");
+  EXPECT_EQ(none.find("guide/alpha"), nullptr);
+  // What today's limits and methods refuse.
+  const JobRequest other = stored(R"({"scene":"a","method":"gone","seconds":100000})");
+  EXPECT_EQ(other.given(field::kMethod), "gone");
+  EXPECT_EQ(other.given(field::kSeconds), 100000);
+  EXPECT_TRUE(std::holds_alternative<Problem>(parse_stored_request(R"({"scene":7})")));
+  EXPECT_TRUE(std::holds_alternative<Problem>(parse_stored_request(R"({"method":7,"alpha":1})")));
 }
 
 TEST(JobRequest, WholeNumbersMayBeWrittenWithAPoint) {
-  EXPECT_EQ(good(R"({"scene":"a","samples":64.0,"width":1e2})").samples, 64);
+  EXPECT_EQ(good(R"({"scene":"a","samples":64.0,"width":1e2})").given(field::kSamples), 64);
 }
 
 TEST(JobRequest, RoundTrip) {
   for (const char* json :
        {R"({"scene":"a"})",
-        R"({"scene":"b","seconds":0.1,"seed":18446744073709551615,"alpha":0.123456789012345})",
+        R"({"scene":"b","seconds":0.1,"seed":18446744073709551615,"method":"huang",
+           "guide":{"alpha":0.123456789012345}})",
         R"({"scene":"c","camera":{}})",
         R"({"scene":"c","width":3,"max_depth":2,"camera":{"up":[0.1,-1e-3,1e5]}})"}) {
     const JobRequest r = good(json);
     EXPECT_EQ(good(job_request_to_json(r)), r) << json;
   }
+}
+
+TEST(JobRequest, WritesWhatWasGivenAndNothingElse) {
+  JobRequest request;
+  request.set(field::kScene, "cornell-box");
+  EXPECT_EQ(job_request_to_json(request), R"({"scene":"cornell-box"})");
+  request.set(field::kSeed, UINT64_MAX);
+  request.set(field::kNee, false);
+  request.set(field::kSamples, 8);
+  request.set("guide/alpha", FieldValue(0.2));
+  EXPECT_EQ(job_request_to_json(request),
+            R"({"scene":"cornell-box","nee":false,"samples":8,"seed":18446744073709551615,)"
+            R"("guide":{"alpha":0.2}})");
 }
 
 struct Wrong {
@@ -131,9 +184,19 @@ TEST(JobRequest, WrongOnesNameTheField) {
       {R"({"scene":"a","table":"0123456789ABCDEF0123456789abcdef"})", 422, "/table"},
       {R"({"scene":"a","max_depth":0})", 422, "/max_depth"},
       {R"({"scene":"a","learning_samples":-1})", 422, "/learning_samples"},
-      {R"({"scene":"a","alpha":1.01})", 422, "/alpha"},
-      {R"({"scene":"a","gamma":"x"})", 422, "/gamma"},
-      {R"({"scene":"a","grid":513})", 422, "/grid"},
+      {R"({"scene":"a","method":"huang","guide":{"alpha":1.01}})", 422, "/guide/alpha"},
+      {R"({"scene":"a","method":"huang","alpha":1})", 422, "/alpha"},
+      {R"({"scene":"a","method":"huang","guide":{"gamma":"x"}})", 422, "/guide/gamma"},
+      {R"({"scene":"a","method":"huang","gamma":1})", 422, "/gamma"},
+      {R"({"scene":"a","method":"huang","guide":{"grid":513}})", 422, "/guide/grid"},
+      {R"({"scene":"a","method":"huang","grid":1})", 422, "/grid"},
+      {R"({"scene":"a","guide":7})", 422, "/guide"},
+      {R"({"scene":"a","gate":0})", 422, "/gate"},
+      {R"({"scene":"a","russian_roulette":true})", 422, "/russian_roulette"},
+      {R"({"scene":"a","recover":"magic"})", 422, "/recover"},
+      {R"({"scene":"a","priority":6})", 422, "/priority"},
+      {R"({"scene":"a","labels":{"A":"x"}})", 422, "/labels"},
+      {R"({"scene":"a","labels":{"a":1}})", 422, "/labels/a"},
       {R"({"scene":"a","camera":[]})", 422, "/camera"},
       {R"({"scene":"a","camera":{"position":[0,1]}})", 422, "/camera/position"},
       {R"({"scene":"a","camera":{"position":[0,1,"2"]}})", 422, "/camera/position/2"},
@@ -190,7 +253,7 @@ TEST(JobRequest, ManyUnknownFieldsGiveABoundedAnswer) {
 }
 
 TEST(JobRequest, TooManyBytes) {
-  RequestLimits small = limits();
+  RequestLimits small;
   small.max_bytes = 10;
   const auto parsed = parse_job_request(R"({"scene":"cornell-box"})", small);
   ASSERT_TRUE(std::holds_alternative<Problem>(parsed));

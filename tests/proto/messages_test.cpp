@@ -13,8 +13,8 @@ JobInfo queued_job() {
   JobInfo job;
   job.id = "j000001";
   job.state = "queued";
-  job.request.scene = "cornell-box";
-  job.request.samples = 8;
+  job.request.set(field::kScene, "cornell-box");
+  job.request.set(field::kSamples, 8);
   job.created_ms = 1'767'225'600'007;
   return job;
 }

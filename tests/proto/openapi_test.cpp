@@ -58,7 +58,7 @@ TEST(OpenApi, TheContractItself) {
   EXPECT_TRUE(json["paths"]["/v1/jobs"]["post"]["responses"].contains("202"));
   const Json& request = json["components"]["schemas"]["JobRequest"]["properties"];
   EXPECT_EQ(request["seed"]["maximum"], UINT64_MAX);
-  EXPECT_EQ(request["alpha"]["default"], 0.02);
+  EXPECT_EQ(request["learning_samples"]["default"], 1000000);
 }
 
 }  // namespace

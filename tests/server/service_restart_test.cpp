@@ -242,7 +242,7 @@ TEST(ServiceRestart, ATableOverTheServersMemoryIsPassedOver) {
   TestService s;
   s.start();
   Json request = {{"scene", "box"}, {"method", "huang"}, {"width", 48},
-                  {"height", 48},   {"samples", 32},     {"grid", 500}};
+                  {"height", 48},   {"samples", 32},     {"guide", {{"grid", 500}}}};
   const std::string large = s.wait_end(s.submit(request))["table_out"];
   s.stop();
   s.config.table_mib = 1;

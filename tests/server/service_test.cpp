@@ -7,7 +7,7 @@
 #include "core/image/rgb9e5.h"
 #include "core/job/load_and_prepare.h"
 #include "core/job/run_job.h"
-#include "server/jobs/job_settings.h"
+#include "core/settings/job_settings.h"
 #include "server/store/picture.h"
 #include "tests/server/pictures.h"
 
@@ -45,8 +45,7 @@ class ServiceTest : public ::testing::Test {
   Image rendered_directly(const Json& request, int threads) const {
     const auto parsed = proto::parse_job_request(request.dump(), {});
     const auto scene = load_and_prepare_scene(s_.config.scenes / "box/scene.json", 1);
-    const RenderSettings settings =
-        settings_of(std::get<proto::JobRequest>(parsed), scene.value()->scene);
+    const RenderSettings settings = settings_of(std::get<JobRequest>(parsed), scene.value()->scene);
     Film film(settings.width, settings.height);
     TaskPool pool(threads);
     RenderObserver observer;
@@ -141,11 +140,12 @@ TEST_F(ServiceTest, TablesByIdAndByNone) {
 
 TEST_F(ServiceTest, ATableOfAnotherGridIsPassedOver) {
   s_.wait_end(s_.submit(tiny({{"method", "huang"}})));
-  const Json other = s_.wait_end(s_.submit(tiny({{"method", "huang"}, {"grid", 3}})));
+  const Json other = s_.wait_end(s_.submit(tiny({{"method", "huang"}, {"guide", {{"grid", 3}}}})));
   EXPECT_EQ(other["state"], "succeeded");
   EXPECT_TRUE(other["table_in"].is_null());
   EXPECT_EQ(other["warnings"].size(), 1u);
-  const Json again = s_.wait_end(s_.submit(tiny({{"method", "huang"}, {"grid", 3}, {"seed", 2}})));
+  const Json again =
+      s_.wait_end(s_.submit(tiny({{"method", "huang"}, {"guide", {{"grid", 3}}}, {"seed", 2}})));
   EXPECT_EQ(again["table_in"], other["table_out"]);
 }
 
@@ -343,7 +343,9 @@ TEST_F(ServiceTest, WrongRequests) {
       {"POST", "/v1/jobs", std::string(5u << 20, ' '), json, 413, nullptr},
       {"POST", "/v1/jobs", R"({"scene":"nowhere"})", json, 422, "/scene"},
       {"POST", "/v1/jobs", R"({"scene":"box","method":"magic"})", json, 422, "/method"},
-      {"POST", "/v1/jobs", R"({"scene":"box","grid":100000})", json, 422, "/grid"},
+      {"POST", "/v1/jobs", R"({"scene":"box","method":"huang","guide":{"grid":100000}})", json, 422,
+       "/guide/grid"},
+      {"POST", "/v1/jobs", R"({"scene":"box","guide":{"grid":3}})", json, 422, "/guide/grid"},
       {"POST", "/v1/jobs", R"({"scene":"box","table":"00000000000000000000000000000000"})", json,
        422, "/table"},
       {"GET", "/v1/jobs?limit=0", "", "", 422, "/limit"},

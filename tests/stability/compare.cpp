@@ -4,7 +4,7 @@
 
 #include <numeric>
 
-#include "core/render/variant.h"
+#include "core/settings/variant.h"
 
 namespace qray::test {
 namespace {

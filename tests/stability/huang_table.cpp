@@ -1,7 +1,7 @@
 #include "tests/stability/huang_table.h"
 
 #include "core/base/check.h"
-#include "core/render/variant.h"
+#include "core/settings/variant.h"
 
 namespace qray::test {
 

@@ -2,7 +2,7 @@
 // takes any table of the method; the command and the server check table_fits() first.
 #include <gtest/gtest.h>
 
-#include "core/render/variant.h"
+#include "core/settings/variant.h"
 #include "tests/stability/compare.h"
 #include "tests/stability/huang_table.h"
 #include "tests/support/test_scenes.h"

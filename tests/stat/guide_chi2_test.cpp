@@ -127,7 +127,7 @@ class GuideChi2 : public ::testing::TestWithParam<const char*> {
     GuideSetup setup;
     setup.bounds = {{0, 0, 0}, {1, 1, 1}};
     setup.brightest_light = 100;
-    setup.adaptive.least_worth = 0;  // so that even tables are drawn from too
+    setup.adaptive.min_gain = 0;  // so that uniform tables are drawn from too
     std::unique_ptr<Guide> guide = make_guide(GetParam(), setup).value();
     test::Random random(11);
     for (int pass = 0; pass < 8; ++pass) {
@@ -147,12 +147,12 @@ class GuideChi2 : public ::testing::TestWithParam<const char*> {
           v.wi = v.at.frame.to_world(square_to_cosine_hemisphere(random.next_2d()));
         }
         const Vec3 local = v.at.frame.to_local(v.wi);
-        v.bsdf_pdf_w = lesson.glossy ? lobe_pdf_w(local) : cosine_hemisphere_pdf_w(local.z);
-        v.f_cos = 0.5f * v.bsdf_pdf_w;
-        v.pdf_w = guides ? guide->pdf_w(v.at, v.wi) : v.bsdf_pdf_w;
-        if (lesson.glossy && guides) v.pdf_w = 0.5f * (v.pdf_w + v.bsdf_pdf_w);
-        v.emitted = lesson.arriving(v.at.frame.to_local(v.wi), random);
-        v.arriving = Rgb{v.emitted};
+        v.bsdf.pdf_w = lesson.glossy ? lobe_pdf_w(local) : cosine_hemisphere_pdf_w(local.z);
+        v.bsdf.f_cos = 0.5f * v.bsdf.pdf_w;
+        v.pdf_w = guides ? guide->pdf_w(v.at, v.wi) : v.bsdf.pdf_w;
+        if (lesson.glossy && guides) v.pdf_w = 0.5f * (v.pdf_w + v.bsdf.pdf_w);
+        v.transition.emitted = lesson.arriving(v.at.frame.to_local(v.wi), random);
+        v.arriving = Rgb{v.transition.emitted};
         guide->record({&v, 1}, *delta);
       }
       guide->update(*delta);

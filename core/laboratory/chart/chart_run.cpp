@@ -8,7 +8,7 @@
 #include "core/job/recover_picture.h"
 #include "core/job/run_job.h"
 #include "core/recover/included_networks.h"
-#include "core/render/variant.h"
+#include "core/settings/variant.h"
 
 namespace qray {
 namespace {

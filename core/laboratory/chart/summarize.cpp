@@ -5,7 +5,7 @@
 #include <map>
 
 #include "core/laboratory/chart/statistics.h"
-#include "core/render/variant.h"
+#include "core/settings/variant.h"
 
 namespace qray {
 namespace {

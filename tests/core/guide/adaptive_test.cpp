@@ -16,8 +16,8 @@ GuideSetup setup_of(size_t max_bytes = kDefaultTableBytes) {
   setup.max_bytes = max_bytes;
   setup.adaptive.split_samples = 2000;
   setup.adaptive.direction.split_share = 0.01f;
-  setup.adaptive.direction.least_gain = -1;
-  setup.adaptive.least_worth = 0;
+  setup.adaptive.direction.min_split_gain = -1;
+  setup.adaptive.min_gain = 0;
   return setup;
 }
 
@@ -87,7 +87,7 @@ TEST(Adaptive, PlacesThatAreHitOftenAreCutFiner) {
 
 TEST(Adaptive, WhereAllDirectionsPayAlikeItDrawsFromTheBsdf) {
   GuideSetup setup = setup_of();
-  setup.adaptive.least_worth = AdaptiveParams{}.least_worth;
+  setup.adaptive.min_gain = AdaptiveParams{}.min_gain;
   for (bool narrow : {false, true}) {
     AdaptiveGuide guide(setup), loaded(setup);
     for (uint64_t pass = 0; pass < 4; ++pass) teach(guide, pass, 20000, 1, narrow);

@@ -24,9 +24,9 @@ void teach(DahmKellerGuide& guide, int events, float emitted, float albedo) {
     v[1].at = v[0].at;
     v[0].wi = v[0].at.frame.to_world(square_to_uniform_hemisphere(random.next_2d()));
     v[0].pdf_w = kUniformHemispherePdfW;
-    v[0].guidable = v[0].lands = true;
-    v[0].emitted = emitted;
-    v[1].albedo = albedo;
+    v[0].guidable = v[0].transition.lands = true;
+    v[0].transition.emitted = emitted;
+    v[1].transition.albedo = albedo;
     guide.record(v, *delta);
     guide.update(*delta);
   }

@@ -180,29 +180,30 @@ TEST(DirectionTree, FewSamplesMoveTheEstimateLittle) {
   EXPECT_NEAR(cells[cells[0].child + 3].mean / kOne, 0.8, 1e-6);
 }
 
-TEST(DirectionTree, AnEvenPartBoundsWhatADarkCellWeighs) {
+TEST(DirectionTree, AUniformPartBoundsWhatADarkCellWeighs) {
   Grown g = grown(6, {});
   const double before = g.trees.second_moment(g.root);
   ASSERT_GT(before, 5);
   constexpr float kPart = 0.5f;
-  const double even = kPart / before;  // of the mean
-  DirectionTrees::add_even(g.cells, kPart);
+  const double uniform = kPart / before;  // of the mean
+  DirectionTrees::add_uniform(g.cells, kPart);
   g.trees.clear();
   g.root = g.trees.put(g.cells);
-  // p = (f + even) / (1 + even), of which the integral of the square is known.
-  const double wanted = (before + 2 * even + even * even) / ((1 + even) * (1 + even));
+  // p = (f + uniform) / (1 + uniform), of which the integral of the square is known.
+  const double wanted =
+      (before + 2 * uniform + uniform * uniform) / ((1 + uniform) * (1 + uniform));
   EXPECT_NEAR(g.trees.second_moment(g.root), wanted, 0.02 * wanted);
   test::Random random(8);
   for (int i = 0; i < 10000; ++i)
     ASSERT_GT(g.trees.pdf(g.root, random.next_2d()),
-              0.5 * even / (1 + even));  // chances are rounded
+              0.5 * uniform / (1 + uniform));  // chances are rounded
 }
 
-TEST(DirectionTree, AnEvenPartLeavesATreeWithoutDataAlone) {
+TEST(DirectionTree, AUniformPartLeavesATreeWithoutDataAlone) {
   DirectionTrees trees;
   DirectionTrees::Cells cells = DirectionTrees::one_cell();
   DirectionTrees::adapt(cells, {});
-  DirectionTrees::add_even(cells, 0.5f);
+  DirectionTrees::add_uniform(cells, 0.5f);
   EXPECT_EQ(trees.second_moment(trees.put(cells)), 1);
 }
 

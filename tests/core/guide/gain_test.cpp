@@ -31,8 +31,8 @@ GuidePoint teach(Guide& guide, int passes, int events, Local local, Light light)
       v.guidable = true;
       const Vec3 w = local(random, v.pdf_w);
       v.wi = v.at.frame.to_world(w);
-      v.emitted = light(w);
-      v.arriving = Rgb{v.emitted};
+      v.transition.emitted = light(w);
+      v.arriving = Rgb{v.transition.emitted};
       guide.record({&v, 1}, *delta);
     }
     guide.update(*delta);

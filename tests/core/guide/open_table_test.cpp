@@ -7,55 +7,19 @@
 #include <limits>
 #include <map>
 
-#include "core/guide/cell_records.h"
 #include "core/guide/dahm_keller.h"
+#include "core/guide/grid_table.h"
 #include "core/guide/huang.h"
 #include "core/math/warp.h"
-#include "tests/support/random.h"
+#include "tests/core/guide/taught.h"
 
 namespace qray {
 namespace {
 
+using test::setup_of, test::taught;
+
 const char* const kMethods[] = {"huang", "dahm-keller", "ppg", "adaptive"};
 const char* const kMergeable[] = {"huang", "dahm-keller", "adaptive"};
-
-GuideSetup setup_of(int grid = 32) {
-  GuideSetup setup;
-  setup.bounds = {{-3.1f, 0.2f, 11}, {2.7f, 1.9f, 14.5f}};
-  setup.brightest_light = 40;
-  setup.huang.grid = grid;
-  setup.adaptive.split_samples = 300;  // few, so that there are places
-  return setup;
-}
-
-// Events at random places of a floor, of a wall that leans, and of one whose side is the seed's.
-std::unique_ptr<Guide> taught(std::string_view method, uint64_t seed, const GuideSetup& setup) {
-  std::unique_ptr<Guide> guide = make_guide(method, setup).value();
-  test::Random random(seed);
-  const Vec3 normals[] = {
-      {0, 1, 0}, normalize(Vec3{-1, 0.4f, 0.2f}), {0, 0, seed % 2 == 0 ? 1.0f : -1.0f}};
-  const Vec3 size = setup.bounds.extent();
-  for (int pass = 0; pass < 4; ++pass) {
-    const std::unique_ptr<GuideDelta> delta = guide->make_delta();
-    for (int i = 0; i < 1000; ++i) {
-      GuideVertex v;
-      v.p = setup.bounds.lo +
-            Vec3{size.x * random.next(), size.y * random.next(), size.z * random.next()};
-      v.at = guide->find(v.p, normals[i % 3]);
-      v.guidable = true;
-      const Vec3 local = square_to_cosine_hemisphere(random.next_2d());
-      v.wi = Frame(normals[i % 3]).to_world(local);
-      v.pdf_w = v.bsdf_pdf_w = cosine_hemisphere_pdf_w(local.z);
-      v.f_cos = 0.5f * v.pdf_w;
-      v.emitted = local.x > 0.4f ? 30 * random.next() : 0.1f;
-      v.arriving = Rgb{v.emitted};
-      guide->record({&v, 1}, *delta);
-    }
-    guide->update(*delta);
-    guide->end_pass();
-  }
-  return guide;
-}
 
 TableFile table_of(const Guide& guide) {
   TableFile table;
@@ -162,10 +126,9 @@ TEST(CheckTable, NamesEachKindOfDamage) {
 }
 
 // A guide whose density says `factor` times what it samples.
-class Wrong final : public Guide {
+class Wrong final : public GuideSampler {
  public:
   explicit Wrong(float factor) : factor_(factor) {}
-  std::string_view method() const override { return "wrong"; }
   bool unbiased() const override { return false; }
   GuidePoint find(Vec3, Vec3) const override { return {}; }
   float guide_fraction(const GuidePoint&, bool) const override { return 1; }
@@ -176,19 +139,29 @@ class Wrong final : public Guide {
   float pdf_w(const GuidePoint&, Vec3 wi) const override {
     return factor_ * cosine_hemisphere_pdf_w(wi.z);
   }
-  std::unique_ptr<GuideDelta> make_delta() const override { return nullptr; }
-  void record(std::span<const GuideVertex>, GuideDelta&) const override {}
-  void update(GuideDelta&) override {}
-  void end_pass() override {}
-  GuideStats stats() const override { return {}; }
-  std::vector<TableSection> save() const override { return {}; }
-  Status load(std::span<const TableSection>) override { return {}; }
-  void save_state(SnapshotWriter&) const override {}
-  void load_state(SnapshotReader&) override {}
 
  private:
   float factor_;
 };
+
+// A guide that draws from the whole sphere.
+class Everywhere final : public GuideSampler {
+ public:
+  bool unbiased() const override { return true; }
+  GuidePoint find(Vec3, Vec3) const override { return {}; }
+  float guide_fraction(const GuidePoint&, bool) const override { return 1; }
+  GuideSample sample(const GuidePoint&, Vec2 u) const override {
+    return {square_to_uniform_sphere(u), kUniformSpherePdfW};
+  }
+  float pdf_w(const GuidePoint&, Vec3) const override { return kUniformSpherePdfW; }
+};
+
+TEST(CheckTable, TheIntegralIsOverThePointsDomain) {
+  GuidePoint point;
+  EXPECT_NEAR(density_integral(Everywhere(), point), 0.5, 1e-3);
+  point.domain = GuideDomain::kSphere;
+  EXPECT_NEAR(density_integral(Everywhere(), point), 1, 1e-3);
+}
 
 TEST(CheckTable, DensitiesThatDoNotIntegrateToOneShow) {
   EXPECT_NEAR(density_integral(Wrong(1), {}), 1, 1e-3);

@@ -96,7 +96,7 @@ TEST(SpatialTree, TheSecondHalfIsWhereACutTakesThePoint) {
   for (int i = 0; i < 1000; ++i) {
     const Vec3 p = point_in(kBounds, random);
     const uint32_t leaf = tree.leaf_at(p, i % 6);
-    const bool second = tree.in_second_half(p, leaf);
+    const bool second = tree.in_upper_half(p, leaf);
     const uint32_t made = tree.split(leaf);
     tree.index_top();
     ASSERT_EQ(tree.leaf_at(p, i % 6), second ? made : leaf);

@@ -33,7 +33,7 @@ RenderSettings settings_of(const char* method) {
   settings.height = 30;
   settings.samples = 64;
   settings.learning_samples = 16;
-  settings.adaptive.least_worth = 0;  // so that even places are guided
+  settings.adaptive.min_gain = 0;  // so that uniform places are guided
   return settings;
 }
 

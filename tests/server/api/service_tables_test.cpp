@@ -68,7 +68,7 @@ TEST_F(ServiceTables, TwoMergedAreOneThatTheNextJobStartsFrom) {
 
 TEST_F(ServiceTables, WhatCannotBeMergedIsRefused) {
   const std::string a = learned({{"method", "huang"}}),
-                    grid = learned({{"method", "huang"}, {"grid", 3}}),
+                    grid = learned({{"method", "huang"}, {"guide", {{"grid", 3}}}}),
                     ppg = learned({{"method", "ppg"}, {"seed", 1}}),
                     other = learned({{"method", "ppg"}, {"seed", 2}}), none(32, '0');
   EXPECT_EQ(merge({a, none}, 404)["errors"][0]["pointer"], "/tables/1");
@@ -92,8 +92,8 @@ TEST_F(ServiceTables, WhatCannotBeMergedIsRefused) {
 }
 
 TEST_F(ServiceTables, OnesTooLargeForTheServerAreRefused) {
-  const std::string a = learned({{"method", "huang"}, {"grid", 200}}),
-                    b = learned({{"method", "huang"}, {"grid", 200}, {"seed", 2}});
+  const std::string a = learned({{"method", "huang"}, {"guide", {{"grid", 200}}}}),
+                    b = learned({{"method", "huang"}, {"guide", {{"grid", 200}}}, {"seed", 2}});
   s_.stop();
   s_.config.table_mib = 1;
   s_.start();

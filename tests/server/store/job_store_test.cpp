@@ -27,17 +27,16 @@ class JobStoreTest : public ::testing::Test {
     recovered_.clear();
     for (const JobRecord& job : recovered.value()) recovered_.push_back(job.id);
   }
-  JobId insert(const proto::JobRequest& request,
-               const std::optional<JobStore::IdempotencyKey>& key = {}) {
+  JobId insert(const JobRequest& request, const std::optional<JobStore::IdempotencyKey>& key = {}) {
     const JobStore::Posted posted{request, key};
     auto inserted = store_->insert({&posted, 1}, 1);
     EXPECT_TRUE(inserted[0].ok());
     return inserted[0].ok() ? inserted[0].value().job.id : JobId{};
   }
   JobId insert() {
-    proto::JobRequest request;
-    request.scene = "box";
-    request.samples = 8;
+    JobRequest request;
+    request.set(field::kScene, "box");
+    request.set(field::kSamples, 8);
     return insert(request);
   }
   JobRecord get(JobId id) {
@@ -67,11 +66,11 @@ class JobStoreTest : public ::testing::Test {
 };
 
 TEST_F(JobStoreTest, InsertAndGet) {
-  proto::JobRequest request;
-  request.scene = "box";
-  request.seconds = 0.1;
-  request.seed = UINT64_MAX;
-  request.camera.emplace().position = {0.1, 0.2, 0.3};
+  JobRequest request;
+  request.set(field::kScene, "box");
+  request.set(field::kSeconds, 0.1);
+  request.set(field::kSeed, UINT64_MAX);
+  request.set("camera/position", Vector3{0.1, 0.2, 0.3});
   const JobRecord job = get(insert(request));
   EXPECT_EQ(job.request, request);
   EXPECT_EQ(job.state, kQueued);
@@ -146,10 +145,10 @@ TEST_F(JobStoreTest, ListsNewestFirst) {
 }
 
 TEST_F(JobStoreTest, ListsByStateAndLabel) {
-  proto::JobRequest request;
-  request.scene = "box";
+  JobRequest request;
+  request.set(field::kScene, "box");
   for (const char* project : {"lobby", "hall", "lobby", "l'\"obby"}) {
-    request.labels = {{"project", project}, {"kind", "test"}};
+    request.set(field::kLabels, {{"project", project}, {"kind", "test"}});
     insert(request);
   }
   move({1}, {kCanceled});
@@ -169,8 +168,8 @@ TEST_F(JobStoreTest, ListsByStateAndLabel) {
 }
 
 TEST_F(JobStoreTest, AKeyGivesTheSameJobForADay) {
-  proto::JobRequest request;
-  request.scene = "box";
+  JobRequest request;
+  request.set(field::kScene, "box");
   const JobStore::IdempotencyKey key{"k", "hash"};
   const JobId id = insert(request, key);
   open();  // after a restart too
@@ -185,8 +184,8 @@ TEST_F(JobStoreTest, AKeyGivesTheSameJobForADay) {
 TEST_F(JobStoreTest, ManyAreInsertedAtOnceAsOneByOne) {
   const auto posted = [](uint64_t seed, const char* key) {
     JobStore::Posted one;
-    one.request.scene = "box";
-    one.request.seed = seed;
+    one.request.set(field::kScene, "box");
+    one.request.set(field::kSeed, seed);
     if (*key) one.key = {key, std::to_string(seed)};
     return one;
   };
@@ -204,7 +203,7 @@ TEST_F(JobStoreTest, ManyAreInsertedAtOnceAsOneByOne) {
   EXPECT_EQ(inserted[7].value().job.id, known);  // known without any room
   EXPECT_EQ(inserted[4].error().code, ErrorCode::kConflict);
   EXPECT_EQ(inserted[6].error().code, ErrorCode::kBusy);
-  EXPECT_EQ(get(inserted[5].value().job.id).request.seed, 5u);
+  EXPECT_EQ(get(inserted[5].value().job.id).request.get(field::kSeed), 5u);
   EXPECT_EQ(kinds_after(before), (std::vector<std::string>(3, "state")));
 }
 

@@ -1,0 +1,98 @@
+#include "core/guide/adaptive_layout.h"
+
+#include <cmath>
+#include <limits>
+
+namespace qray {
+namespace {
+
+using Cell = DirectionTrees::Cell;
+
+constexpr std::string_view kCubeTag = "ACUB", kRecordsTag = "AQTD";
+constexpr uint32_t kMaxDepth = 16;  // of directions
+constexpr uint32_t kMaxCount = std::numeric_limits<uint32_t>::max();
+
+Status read_record(ByteReader& in, AdaptiveRecord& record) {
+  bool good = true;
+  for (int64_t* v : record.sums.all()) {
+    *v = in.i64();
+    good = good && *v >= 0 && *v <= DirectionTrees::kMaxSum;
+  }
+  good = good && record.sums.n > 0 && record.sums.n_upper <= record.sums.n;
+  DirectionTrees::Sums total;
+  record.cells = read_cells(in, kMaxDepth, [&](Cell& c, const Cell* four) {
+    if (four) return true;
+    c.sums = {in.i64(), in.u32()};
+    if (c.sums.s < 0 || !fit_together(c.sums, total)) return false;
+    total = {total.s + c.sums.s, total.n + c.sums.n};
+    return true;
+  });
+  if (good && !record.cells.empty()) return {};
+  return Error{ErrorCode::kCorrupt, "expected sums of 0..2^60 and whole trees", ""};
+}
+
+}  // namespace
+
+bool fit_together(const DirectionTrees::Sums& a, const DirectionTrees::Sums& b) {
+  return a.s <= DirectionTrees::kMaxSum - b.s && a.n <= kMaxCount - b.n;
+}
+
+std::vector<TableSection> encode_adaptive(const SpatialTree& tree, const AdaptiveHead& head,
+                                          std::span<const uint32_t> leaves,
+                                          const std::function<AdaptiveRecord(uint32_t leaf)>& of) {
+  ByteWriter cube, out;
+  write_cube(cube, tree);
+  cube.f64(head.radiance_unit);
+  cube.u64(head.samples_seen);
+  out.u64(leaves.size());
+  for (uint32_t leaf : leaves) {
+    const AdaptiveRecord record = of(leaf);
+    out.u64(tree.key(leaf));
+    for (const int64_t* v : record.sums.all()) out.i64(*v);
+    write_cells(out, record.cells, [&](const Cell& c, const Cell* four) {
+      if (four) return;
+      out.i64(c.sums.s);
+      out.u32(c.sums.n);
+    });
+  }
+  return {{std::string(kCubeTag), cube.take()}, {std::string(kRecordsTag), out.take()}};
+}
+
+Result<AdaptiveHead> decode_adaptive_head(std::span<const TableSection> sections) {
+  if (Status s = expect_sections(sections, kCubeTag, kRecordsTag); !s.ok()) return s.error();
+  AdaptiveHead head;
+  ByteReader in(sections[0].bytes);
+  head.cube = read_cube(in);
+  head.radiance_unit = in.f64();
+  head.samples_seen = in.u64();
+  if (!in.ok() || in.remaining() != 0)
+    return Error{ErrorCode::kCorrupt, "wrong size", place_of(kCubeTag)};
+  if (!(head.radiance_unit > 0) || !std::isfinite(head.radiance_unit))
+    return Error{ErrorCode::kCorrupt, "expected a unit of radiance over 0", place_of(kCubeTag)};
+  return head;
+}
+
+Result<uint64_t> decode_adaptive_records(
+    std::span<const TableSection> sections, SpatialTree& tree,
+    const std::function<Status(uint32_t leaf, AdaptiveRecord&& record)>& add) {
+  return read_records(sections[1], "state", tree, SpatialTree::kFaces,
+                      [&](ByteReader& in, uint32_t leaf) -> Status {
+                        AdaptiveRecord record;
+                        if (Status s = read_record(in, record); !s.ok()) return s;
+                        return add(leaf, std::move(record));
+                      });
+}
+
+std::string adaptive_head_place() { return place_of(kCubeTag); }
+
+std::string adaptive_records_place() { return place_of(kRecordsTag); }
+
+Result<GuideSetup> setup_of_adaptive(std::span<const TableSection> sections) {
+  const Result<AdaptiveHead> head = decode_adaptive_head(sections);
+  if (!head.ok()) return head.error();
+  Result<GuideSetup> setup = setup_of_cube(head.value().cube, place_of(kCubeTag));
+  if (setup.ok()) setup.value().brightest_light = static_cast<float>(head.value().radiance_unit);
+  return setup;
+}
+
+}  // namespace qray

@@ -1,0 +1,32 @@
+// The part of a guide that draws directions, which is all that a path tracer needs. It may be
+// wrong, never biasing: its exact pdf is always divided out (`huang-published` alone pretends one,
+// and says so by unbiased()). Any thread, also while the guide learns, but not during end_pass().
+#pragma once
+
+#include "core/guide/guide_point.h"
+
+namespace qray {
+
+class GuideSampler {
+ public:
+  virtual ~GuideSampler() = default;
+
+  // Whether pdf_w() is the density that sample() draws with.
+  virtual bool unbiased() const = 0;
+
+  // p: metres. n: unit geometric normal on the side that the light is reflected to. The answer's
+  // domain holds the directions that the other calls are about.
+  virtual GuidePoint find(Vec3 p, Vec3 n) const = 0;
+  // The chance to draw from the guide rather than the BSDF, on a diffuse or another surface.
+  virtual float guide_fraction(const GuidePoint& point, bool diffuse) const = 0;
+  // These two are asked only where guide_fraction() is over 0. u: uniform in [0, 1)^2.
+  virtual GuideSample sample(const GuidePoint& point, Vec2 u) const = 0;
+  // Integrates to 1 over the point's domain, and is 0 outside of it.
+  virtual float pdf_w(const GuidePoint& point, Vec3 wi) const = 0;
+
+  // Whether the method has expectations at all, and what it expects.
+  virtual bool expects() const { return false; }
+  virtual GuideExpectation expectation(const GuidePoint&) const { return {}; }
+};
+
+}  // namespace qray

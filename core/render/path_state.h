@@ -1,0 +1,56 @@
+// What a path carries from step to step: its random numbers, its state and the direction chosen.
+// Values of one path, one thread.
+#pragma once
+
+#include "core/math/ray.h"
+#include "core/math/sampler.h"
+#include "core/math/vec.h"
+
+namespace qray {
+
+// The random numbers of one vertex of a path, by what they decide.
+struct VertexNumbers {
+  float u_blend;       // the part of a blended material
+  float u_light;       // the light to connect to
+  Vec2 u_light_point;  // the point on it
+  float u_roulette;    // whether the path survives
+  float u_lobe;        // guide or BSDF, and the BSDF's lobe
+  Vec2 u_direction;
+
+  static VertexNumbers draw(Sampler& sampler) {
+    const Sampler::Pairs pairs = sampler.next_pairs();
+    return {.u_blend = pairs.d.y,
+            .u_light = pairs.c.x,
+            .u_light_point = pairs.a,
+            .u_roulette = pairs.d.x,
+            .u_lobe = pairs.c.y,
+            .u_direction = pairs.b};
+  }
+};
+
+// A path so far.
+struct PathState {
+  Ray ray;                      // to what comes next
+  float spread;                 // metres of width that the ray gains each metre
+  float width = 0;              // metres that the ray stands for, across it
+  int depth = 1;                // the surface that comes next, from 1 on
+  Rgb radiance{};               // that the pixel is paid
+  Rgb throughput{1.0f};         // of what arrives along the ray
+  const Rgb* inside = nullptr;  // absorption along the ray, per metre; null: none
+  // The ray's direction: its density, and whether nee could not have made it. It cannot make the
+  // camera's.
+  float pdf_w = 0;
+  bool delta = true;
+  float survivors = 1;  // 1 / the chance to survive at the last vertex
+};
+
+// A direction that a path takes on.
+struct ScatterSample {
+  Vec3 wi;               // world, unit
+  Rgb weight;            // f |cos| / pdf_w; black: the surface absorbs the path
+  float pdf_w = 0;       // of the whole mixture, per steradian
+  float bsdf_pdf_w = 0;  // of the BSDF alone
+  bool delta = false;    // by a mirror or clear glass: the densities mean nothing
+};
+
+}  // namespace qray

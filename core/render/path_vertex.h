@@ -1,0 +1,54 @@
+// A surface on a path, seen from where the path came: its material's BSDF, the sides on which rays
+// may leave it, and what the guide was asked there. Lives within one step of a path.
+#pragma once
+
+#include <cmath>
+#include <optional>
+
+#include "core/bsdf/diffuse.h"
+#include "core/guide/guide.h"
+#include "core/math/frame.h"
+#include "core/render/material_shading.h"
+#include "core/scene/surface.h"
+
+namespace qray {
+
+struct PathVertex {
+  SurfacePoint surface;
+  Frame frame;  // about the shading normal
+  Vec3 wo;      // local, to the previous vertex
+  const Bsdf& bsdf;
+  BsdfKind kind;
+  ShadingPoint sp;
+  float ray_offset;  // metres off the surface where rays may start
+  const MaterialShading& material;
+  const Rgb* inside;  // absorption where the path comes from, per metre; null: none
+  GuidePoint at{};
+  float guide_fraction = 0;  // the chance to draw from the guide
+
+  // Lambert surfaces are called directly, which the compiler can inline.
+  BsdfEval eval(Vec3 wi) const {
+    return kind == BsdfKind::kDiffuse ? Diffuse::eval_at(sp, wo, wi) : bsdf.eval(sp, wo, wi);
+  }
+  std::optional<BsdfSample> sample(float u_lobe, Vec2 u_direction) const {
+    return kind == BsdfKind::kDiffuse ? Diffuse::sample_at(sp, wo, u_direction)
+                                      : bsdf.sample(sp, wo, u_lobe, u_direction);
+  }
+  Rgb albedo() const { return kind == BsdfKind::kDiffuse ? sp.reflectance : bsdf.albedo(sp, wo); }
+  // Both normals must agree on which side a direction lies, or light leaks through the surface.
+  bool sides_agree(Vec3 wi, Vec3 wi_local) const { return dot(wi, surface.ng) * wi_local.z > 0; }
+  // What a ray that leaves along wi passes through: beyond a solid's boundary its inside or, coming
+  // from there, the open (solids within solids are not kept apart).
+  const Rgb* inside_along(Vec3 wi) const {
+    const bool inward = dot(wi, surface.ng) < 0;
+    if (!material.bounds_solid || inward == (dot(frame.to_world(wo), surface.ng) < 0))
+      return inside;
+    return inward && !material.material->absorption.is_black() ? &material.material->absorption
+                                                               : nullptr;
+  }
+  Vec3 ray_origin(Vec3 wi) const {
+    return surface.p + surface.ng * std::copysign(ray_offset, dot(surface.ng, wi));
+  }
+};
+
+}  // namespace qray

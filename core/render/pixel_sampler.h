@@ -1,0 +1,32 @@
+// The one place where a pixel's sample becomes a camera's ray and a path: a job's sample of a
+// number and a live view's are the same. One thread's.
+#pragma once
+
+#include "core/render/path.h"
+
+namespace qray {
+
+class PixelSampler {
+ public:
+  // The camera and the tracer outlive this.
+  PixelSampler(const CameraRays& camera, uint64_t seed, PathTracer& tracer)
+      : camera_(camera), sampler_(seed), tracer_(tracer) {}
+
+  // Adds the pixel's sample of that number to `sum`, some of it only at the tracer's flush().
+  // `learn` and `deviation` as PathTracer::sample() takes them.
+  void sample(int x, int y, uint32_t number, GuideDelta* learn, float deviation, Rgb& sum) {
+    sampler_.start(static_cast<uint32_t>(x), static_cast<uint32_t>(y), number);
+    const Vec2 in_pixel = sampler_.next_2d();
+    const Vec2 on_lens = camera_.has_lens() ? sampler_.next_2d() : Vec2{};
+    const Ray ray = camera_.ray(
+        {static_cast<float>(x) + in_pixel.x, static_cast<float>(y) + in_pixel.y}, on_lens);
+    tracer_.sample(ray, sampler_, learn, deviation, sum);
+  }
+
+ private:
+  const CameraRays& camera_;
+  Sampler sampler_;
+  PathTracer& tracer_;
+};
+
+}  // namespace qray

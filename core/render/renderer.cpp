@@ -1,0 +1,226 @@
+#include "core/render/renderer.h"
+
+#include "core/base/check.h"
+#include "core/render/pixel_sampler.h"
+#include "core/render/render_report.h"
+
+namespace qray {
+
+Renderer::Renderer(const PreparedScene& scene, const RenderSettings& settings, Guide* guide,
+                   Film& film, TaskPool& pool, const Clock& clock, RenderMode mode)
+    : scene_(scene),
+      settings_(settings),
+      guide_(guide),
+      film_(film),
+      pool_(pool),
+      clock_(clock),
+      mode_(std::move(mode)),
+      camera_(settings.camera.value_or(scene.scene.camera), settings.width, settings.height),
+      workers_(scene, settings, guide, pool.threads()),
+      parts_(render_parts(scene, settings, workers_.lights(), guide)),
+      plan_(settings, mode_.most_pass_samples),
+      pixels_(settings, mode_.in_rounds),
+      updates_(guide, clock),
+      start_(clock.seconds()) {
+  QRAY_CHECK(film.width() == settings.width && film.height() == settings.height);
+  if (guide) decision_.emplace(scene, *guide, /*open=*/!settings.gate, mode_.view_lasts);
+  if (guide || settings.estimates_noise || settings.noise > 0 ||
+      settings.pixels == Pixels::kAdaptive || mode_.measures_noise)
+    noise_.emplace(pixels_.width(), pixels_.height());
+}
+
+size_t Renderer::units() const {
+  return static_cast<size_t>(film_.tile_count()) * static_cast<size_t>(pixels_.rounds());
+}
+
+bool Renderer::start_pass(bool may_learn) {
+  const int samples = plan_.next(age(), last_pass_seconds_);
+  if (samples == 0) return false;
+  pass_ = {true, samples, 0, elapsed()};
+  if (decision_) decision_->start_pass(samples_, may_learn && plan_.learning(age()));
+  plan_.started(samples);
+  if (noise_) noise_->start_pass(guided());
+  pixels_.start_pass(samples, noise_ ? &*noise_ : nullptr);
+  return true;
+}
+
+size_t Renderer::sample(size_t most, const std::function<bool()>& enough,
+                        const std::stop_token& stop, RenderObserver& observer) {
+  workers_.set_guiding(guided(), decision_ && decision_->learning());
+  updates_.start(pass_.next_unit);
+  const double samples_a_unit = pass_.samples / static_cast<double>(units());
+  size_t sampled = pass_.next_unit;
+  const size_t done = pool_.run_until(
+      std::min(most, units_left()),
+      [&](size_t i, int worker) {
+        if (!sample_unit(pass_.next_unit + i, workers_[worker], stop)) return;
+        std::lock_guard lock(observer_mutex_);
+        observer.on_tile(progress(samples_a_unit * static_cast<double>(++sampled)));
+      },
+      enough);
+  pass_.next_unit += done;
+  return done;
+}
+
+// False when stopped; the unit is then left out of everything.
+bool Renderer::sample_unit(size_t unit, RenderWorker& worker, const std::stop_token& stop) {
+  const auto tiles = static_cast<size_t>(film_.tile_count());
+  const int tile = static_cast<int>(unit % tiles), round = static_cast<int>(unit / tiles);
+  TileSamples& samples = worker.samples;
+  samples.start(film_.tile(tile));
+  std::unique_ptr<GuideDelta> learned;
+  if (decision_ && decision_->learning()) learned = updates_.empty_delta();
+  if (!sample_pixels(round, worker, learned.get(), stop)) {
+    worker.tracer.discard();
+    return false;
+  }
+  worker.tracer.flush();
+  if (noise_) add_noise(round, samples);
+  // A tile counts the samples of a pass once.
+  film_.add(tile, samples.sums(), static_cast<uint32_t>(round == 0 ? pass_.samples : 0),
+            samples.counts());
+  if (mode_.on_samples) mode_.on_samples(samples);
+  if (learned) updates_.finish(unit, std::move(learned));
+  return true;
+}
+
+bool Renderer::sample_pixels(int round, RenderWorker& worker, GuideDelta* learn,
+                             const std::stop_token& stop) {
+  PixelSampler sampler(camera_, settings_.seed, worker.tracer);
+  TileSamples& samples = worker.samples;
+  return pixels_.for_each_in_round(round, samples.rect(), [&](int x, int y) {
+    if (stop.stop_requested()) return false;
+    const int column = x / pixels_.step(), row = y / pixels_.step();
+    const uint32_t first = pixels_.first(column, row), count = pixels_.count(column, row);
+    const float deviation = noise_ ? noise_->deviation(column, row) : 0.0f;
+    samples.set_count(x, y, count);
+    for (uint32_t number = first; number < first + count; ++number)
+      sampler.sample(x, y, number, learn, deviation, samples.half(x, y, number));
+    return true;
+  });
+}
+
+void Renderer::add_noise(int round, const TileSamples& samples) {
+  pixels_.for_each_in_round(round, samples.rect(), [&](int x, int y) {
+    const int column = x / pixels_.step(), row = y / pixels_.step();
+    noise_->add(column, row, pixels_.first(column, row), samples.count(x, y),
+                luminance(samples.even(x, y)), luminance(samples.odd(x, y)));
+    return true;
+  });
+}
+
+void Renderer::end_pass() {
+  QRAY_CHECK(pass_.running && units_left() == 0);
+  pass_.running = false;
+  samples_ += static_cast<uint64_t>(pass_.samples);
+  pixels_.end_pass();
+  if (decision_ && decision_->learning()) {
+    const double start = clock_.seconds();
+    guide_->end_pass();
+    guide_pass_seconds_ += clock_.seconds() - start;
+    learning_samples_ += static_cast<uint64_t>(pass_.samples);
+  }
+  measure_pass();
+  if (settings_.estimates_noise) film_.set_noise(noise_picture());
+  last_pass_seconds_ = elapsed() - pass_.start;
+}
+
+// How noisy the pass was; by that, what the film's samples before it still count, and what is to
+// become of the guide.
+void Renderer::measure_pass() {
+  const bool measured = noise_ && noise_->end_pass();
+  if (measured && decision_ && decision_->noise_changed()) {
+    if (const float weight = noise_->weight_of_earlier(); weight != 1) film_.fade(weight);
+  }
+  if (decision_) {
+    const PathCounters sum = counters();
+    decision_->judge(samples_,
+                     {static_cast<double>(sum.paths), static_cast<double>(sum.rays),
+                      static_cast<double>(sum.lookups)},
+                     measured ? &*noise_ : nullptr);
+  }
+  if (noise_) noise_level_ = noise_->level();
+}
+
+RenderProgress Renderer::progress(double samples_in_pass) const {
+  const RenderAge now = age();
+  return {decision_ && decision_->learning(), plan_.fraction(now, samples_in_pass), samples_,
+          now.seconds, now.noise};
+}
+
+double Renderer::samples_per_pixel() const {
+  const double in_pass = pass_.running ? static_cast<double>(pass_.next_unit) /
+                                             static_cast<double>(units()) * pass_.samples
+                                       : 0;
+  return static_cast<double>(samples_) + in_pass;
+}
+
+PathCounters Renderer::counters() const {
+  PathCounters sum = counters_before_;
+  sum += workers_.counters();
+  return sum;
+}
+
+double Renderer::learning_seconds() const {
+  return guide_pass_seconds_ + updates_.seconds() / workers_.threads();
+}
+
+RenderStats Renderer::stats() const {
+  const RenderTotals totals{samples_,     learning_samples_,  elapsed(),
+                            noise_level_, workers_.threads(), counters()};
+  RenderStats stats = render_stats(scene_, settings_, totals, guide_, decision());
+  stats.parts = parts_;
+  if (decision_ && !decision_->on()) stats.parts["guide"] = "off: it cost more than it saved";
+  stats.passes = plan_.passes();
+  return stats;
+}
+
+Image Renderer::noise_picture() const {
+  const int step = pixels_.step();
+  Image picture(settings_.width, settings_.height, kFilmNoiseChannels);
+  for (int y = 0; y < pixels_.height(); ++y)
+    for (int x = 0; x < pixels_.width(); ++x) {
+      const auto set = [&](FilmNoise channel, float value) {
+        picture.at(x * step, y * step, channel) = value;
+      };
+      set(kRelativeError, noise_->relative_error(x, y));
+      set(kOwnError, noise_->own_error(x, y));
+      set(kDeviation, noise_->deviation(x, y));
+      set(kSamples, noise_->samples(x, y));
+    }
+  return picture;
+}
+
+void Renderer::save_state(SnapshotWriter& out) const {
+  const double now = elapsed();
+  out(settings_.method, static_cast<int>(settings_.pixels), settings_.seed, now, now - pass_.start,
+      counters());
+  exchange(*this, out);
+  if (noise_) out(*noise_);
+  if (decision_) out(*decision_);
+  film_.save_state(out);
+  if (guide_) guide_->save_state(out);
+}
+
+bool Renderer::load_state(SnapshotReader& in) {
+  std::string method;
+  int pixels = 0;
+  uint64_t seed = 0;
+  double elapsed_before = 0, in_pass = 0;
+  in(method, pixels, seed, elapsed_before, in_pass, counters_before_);
+  if (method != settings_.method || pixels != static_cast<int>(settings_.pixels) ||
+      seed != settings_.seed)
+    return false;
+  start_ -= elapsed_before;
+  pass_.start = elapsed_before - in_pass;
+  exchange(*this, in);
+  if (noise_) in(*noise_);
+  if (decision_) in(*decision_);
+  film_.load_state(in);
+  if (guide_) guide_->load_state(in);
+  if (!in.whole()) return false;
+  if (settings_.estimates_noise && samples_ > 0) film_.set_noise(noise_picture());
+  return true;
+}
+
+}  // namespace qray

@@ -1,0 +1,119 @@
+// A render as an object that is stepped: passes over all pixels, tiles over a thread pool, the
+// guide updated between passes. Who drives it decides when it pauses, is kept and is shown:
+// render() for jobs, core/live for a camera at rest. The same settings and table give the same bits
+// for any number of threads and however it is stepped. One thread calls; the pool's work.
+#pragma once
+
+#include <functional>
+#include <map>
+#include <mutex>
+#include <optional>
+#include <stop_token>
+
+#include "core/base/clock.h"
+#include "core/base/task_pool.h"
+#include "core/film/film.h"
+#include "core/render/guide_decision.h"
+#include "core/render/noise_estimate.h"
+#include "core/render/ordered_updates.h"
+#include "core/render/pass_plan.h"
+#include "core/render/pixel_plan.h"
+#include "core/render/render_observer.h"
+#include "core/render/render_workers.h"
+
+namespace qray {
+
+// By what a picture that someone watches differs from a job's. The default is a job.
+struct RenderMode {
+  int most_pass_samples = PassPlan::kMostSamples;  // a pixel
+  bool in_rounds = false;       // parts of a pass cover the picture evenly (pixel_plan.h)
+  bool measures_noise = false;  // whether or not the settings need it
+  bool view_lasts = true;       // guide_decision.h
+  // Hears of the samples of each unit, on the worker's thread; may be empty.
+  std::function<void(const TileSamples&)> on_samples;
+};
+
+class Renderer {
+ public:
+  // All outlive this; the film is of the settings' size. `guide` may be null (method none).
+  Renderer(const PreparedScene& scene, const RenderSettings& settings, Guide* guide, Film& film,
+           TaskPool& pool, const Clock& clock, RenderMode mode = {});
+
+  // False: the plan has no further pass, the render is done. `may_learn` false: not from this pass,
+  // whatever the plan says.
+  bool start_pass(bool may_learn = true);
+  bool in_pass() const { return pass_.running; }
+  // Samples units of the pass, a tile's round each, in their order: at most `most`, until
+  // `enough()` (asked before each by the workers, one at a time). Returns how many were sampled.
+  // Stopped, it has lost some: then this is only good for what the film holds.
+  size_t sample(size_t most, const std::function<bool()>& enough, const std::stop_token& stop,
+                RenderObserver& observer);
+  size_t units() const;  // of a pass
+  size_t units_left() const { return units() - pass_.next_unit; }
+  // Once no units are left.
+  void end_pass();
+
+  RenderProgress progress(double samples_in_pass = 0) const;
+  RenderStats stats() const;
+  // A pixel, on average; of the pass under way what was sampled.
+  double samples_per_pixel() const;
+  PathCounters counters() const;
+  bool guided() const { return decision_ && decision_->guided(); }  // the last pass that started
+  const GuideDecision* decision() const { return decision_ ? &*decision_ : nullptr; }  // or null
+  // That the guide took so far: of the threads' time while they sample, and between passes.
+  double learning_seconds() const;
+
+  // Everything, between units: film and guide too. load_state() into a fresh renderer; false: what
+  // it reads is of another render, and film and guide are of no more use. A render may go on to
+  // more samples, or seconds, than it was begun with.
+  void save_state(SnapshotWriter& out) const;
+  bool load_state(SnapshotReader& in);
+
+ private:
+  struct Pass {
+    bool running = false;
+    int samples = 0;       // a pixel
+    size_t next_unit = 0;  // the first that is not sampled
+    double start = 0;      // seconds of the render
+  };
+  double elapsed() const { return clock_.seconds() - start_; }
+  RenderAge age() const { return {samples_, elapsed(), noise_level_}; }
+  bool sample_unit(size_t unit, RenderWorker& worker, const std::stop_token& stop);
+  bool sample_pixels(int round, RenderWorker& worker, GuideDelta* learn,
+                     const std::stop_token& stop);
+  void add_noise(int round, const TileSamples& samples);
+  void measure_pass();
+  Image noise_picture() const;
+
+  template <class Self, class Archive>
+  static void exchange(Self& self, Archive& archive) {
+    archive(self.plan_, self.pixels_, self.pass_.running, self.pass_.samples, self.pass_.next_unit,
+            self.samples_, self.learning_samples_, self.noise_level_, self.last_pass_seconds_);
+  }
+
+  const PreparedScene& scene_;
+  const RenderSettings& settings_;
+  Guide* guide_;
+  Film& film_;
+  TaskPool& pool_;
+  const Clock& clock_;
+  const RenderMode mode_;
+  const CameraRays camera_;
+  RenderWorkers workers_;
+  const std::map<std::string, std::string> parts_;
+
+  PassPlan plan_;
+  PixelPlan pixels_;
+  std::optional<NoiseEstimate> noise_;
+  std::optional<GuideDecision> decision_;
+  OrderedUpdates updates_;
+
+  Pass pass_;
+  uint64_t samples_ = 0, learning_samples_ = 0;  // a pixel, in complete passes
+  double noise_level_ = 0;                       // NoiseEstimate::level() after the last pass
+  double start_ = 0, last_pass_seconds_ = 0, guide_pass_seconds_ = 0;
+  PathCounters counters_before_;  // of the renders that this one goes on from
+  std::mutex observer_mutex_;
+};
+
+}  // namespace qray

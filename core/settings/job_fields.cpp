@@ -1,0 +1,296 @@
+#include "core/settings/job_fields.h"
+
+#include "core/settings/guide_fields.h"
+#include "core/settings/setting_of_field.h"
+
+namespace qray {
+namespace {
+
+constexpr unsigned kOfJobs = kJob | kRender | kSubmit;  // neither of sessions nor of charts
+constexpr unsigned kOfServer = kJob | kSubmit;
+constexpr int kMaxSidePx = 8192;
+constexpr double kMaxSeconds = 24 * 3600;
+constexpr double kMaxLengthM = 1e6;
+const std::string kSceneElse = " Left out, it is the scene's.";
+
+Field pixels_field() {
+  return {
+      .path = "pixels",
+      .type = FieldType::kChoice,
+      .help =
+          "The pixels that are sampled: all, one of each block of 2 x 2 (quarter), or these, more "
+          "often where they are noisy (adaptive). All but the first need an even width and height.",
+      .label = "Pixels",
+      .choices = {{"all"}, {"quarter", "a quarter"}, {"adaptive", "a quarter, adaptive"}},
+      .fallback = FieldValue("all"),
+      .callers = kEverywhere,
+      .setting = {[](RenderSettings& s, const FieldValue& value) {
+                    if (const auto named = pixels_named(std::get<std::string>(value)))
+                      s.pixels = *named;
+                  },
+                  [](const RenderSettings& s) -> std::optional<FieldValue> {
+                    return FieldValue(std::string(pixels_name(s.pixels)));
+                  }}};
+}
+
+Field recover_field() {
+  return with_default(
+      {.path = "recover",
+       .type = FieldType::kChoice,
+       .help =
+           "What makes the picture whole from the sampled pixels: nothing (none), bilinear "
+           "interpolation, an included network (default, untrained), the scene's own network or "
+           "else the default one (auto), or weights: an id on a server, a file for qray render.",
+       .label = "Recover",
+       .choices = {{"none", "no", kEverywhere & ~kLive},
+                   {"auto", "automatic", kEverywhere & ~kVariant},
+                   {"bilinear", "", kEverywhere & ~kLive},
+                   {"untrained"},
+                   {"default", "default network"}},
+       .other = "the id of weights (32 hex digits)",
+       .callers = kEverywhere,
+       .setting = setting([](RenderSettings & s) -> auto& { return s.recover; })});
+}
+
+void add_job(FieldTable& out) {
+  out.push_back({.path = "scene",
+                 .type = FieldType::kName,
+                 .required = true,
+                 .help = "The name of a scene of the server's, or of an uploaded one.",
+                 .label = "Scene",
+                 .callers = kJob | kLive});
+  out.push_back({.path = "width",
+                 .help = "The picture's width." + kSceneElse,
+                 .label = "Width",
+                 .unit = "pixels",
+                 .least = 1,
+                 .most = kMaxSidePx,
+                 .callers = kJob | kLive,  // the command's --size gives both sides
+                 .setting = setting([](RenderSettings & s) -> auto& { return s.width; })});
+  out.push_back({.path = "height",
+                 .help = "The picture's height." + kSceneElse,
+                 .label = "Height",
+                 .unit = "pixels",
+                 .least = 1,
+                 .most = kMaxSidePx,
+                 .callers = kJob | kLive,
+                 .setting = setting([](RenderSettings & s) -> auto& { return s.height; })});
+  out.push_back(method_field());
+  out.push_back(
+      with_default({.path = "nee",
+                    .type = FieldType::kSwitch,
+                    .help = "Lights are sampled directly at every surface (next event estimation).",
+                    .label = "Sample lights directly (nee)",
+                    .callers = kOfJobs | kVariant,
+                    .setting = setting([](RenderSettings & s) -> auto& { return s.nee; })}));
+  out.push_back({.path = "samples",
+                 .help = "The samples of each sampled pixel, those of learning included. Without "
+                         "samples, seconds and noise it is 64.",
+                 .label = "Samples",
+                 .unit = "samples a pixel",
+                 .least = 1,
+                 .most = kMaxSamples,
+                 .callers = kOfJobs,
+                 .option = "--spp",
+                 .setting = setting_if(
+                     [](RenderSettings & s) -> auto& { return s.samples; },
+                     [](const RenderSettings& s) { return s.samples != 0 || s.seconds == 0; })});
+  out.push_back({.path = "seconds",
+                 .type = FieldType::kNumber,
+                 .help = "The time of rendering, instead of samples.",
+                 .label = "Seconds",
+                 .unit = "s",
+                 .most = kMaxSeconds,
+                 .above_least = true,
+                 .callers = kOfJobs,
+                 .setting = setting_if(
+                     [](RenderSettings & s) -> auto& { return s.seconds; },
+                     [](const RenderSettings& s) { return s.seconds != 0; })});
+  out.push_back(
+      {.path = "noise",
+       .type = FieldType::kNumber,
+       .help = "Rendering stops when the picture's relative error, as its own samples tell it, is "
+               "this low. Samples or seconds bound it; if neither is given, 3600 s do.",
+       .label = "Stop at noise",
+       .most = 1,
+       .above_least = true,
+       .callers = kOfJobs,
+       .setting = setting_if(
+           [](RenderSettings & s) -> auto& { return s.noise; },
+           [](const RenderSettings& s) { return s.noise != 0; })});
+  out.push_back(
+      with_default({.path = "seed",
+                    .type = FieldType::kWhole64,
+                    .help = "The seed of the random numbers. The same request with the same seed "
+                            "gives the same picture, unless time bounds it.",
+                    .label = "Seed",
+                    .callers = kOfJobs | kLive,
+                    .setting = setting([](RenderSettings & s) -> auto& { return s.seed; })}));
+  out.push_back(
+      {.path = "table",
+       .type = FieldType::kChoice,
+       .help = "The table to start from: the newest of the same method, geometry, materials and "
+               "lights (auto), none, which saves none either, or one by its id.",
+       .label = "Table",
+       .choices = {{"auto", "automatic"}, {"none"}},
+       .other = "the id of a table (32 hex digits)",
+       .fallback = FieldValue("auto"),
+       .callers = kOfServer | kLive});
+  out.push_back(pixels_field());
+  out.push_back(recover_field());
+}
+
+void add_renderer(FieldTable& out) {
+  out.push_back({.path = "max_depth",
+                 .help = "The most surfaces that a path meets." + kSceneElse,
+                 .label = "Longest path",
+                 .unit = "surfaces",
+                 .least = 1,
+                 .most = 128,
+                 .callers = kEverywhere,
+                 .key = "depth",
+                 .setting = setting([](RenderSettings & s) -> auto& { return s.max_depth; })});
+  out.push_back(with_default(
+      {.path = "learning_samples",
+       .help = "The most samples that the guide learns from. It never learns from more than a "
+               "quarter of the job's.",
+       .label = "Learning samples",
+       .unit = "samples a pixel",
+       .most = kMaxSamples,
+       .callers = kOfJobs | kVariant,
+       .key = "learning",
+       .setting = setting([](RenderSettings & s) -> auto& { return s.learning_samples; })}));
+  out.push_back(with_default(
+      {.path = "gate",
+       .type = FieldType::kSwitch,
+       .help = "The job leaves a guide that does not pay. Without the gate it is used regardless.",
+       .label = "Leave a guide that does not pay (gate)",
+       .callers = kOfJobs | kVariant,
+       .setting = setting([](RenderSettings & s) -> auto& { return s.gate; })}));
+  out.push_back(with_default(
+      {.path = "russian_roulette",
+       .type = FieldType::kSwitch,
+       .help = "Dim paths are ended at random (Russian roulette).",
+       .callers = kVariant,
+       .key = "roulette",
+       .setting = setting([](RenderSettings & s) -> auto& { return s.russian_roulette; })}));
+  out.push_back(with_default(
+      {.path = "light_table",
+       .type = FieldType::kSwitch,
+       .help = "Lights are picked by their power. Without the table all are picked alike.",
+       .callers = kVariant,
+       .setting = setting([](RenderSettings & s) -> auto& { return s.light_table; })}));
+}
+
+Field camera_field(std::string name, FieldType type, std::string help, std::string label,
+                   std::string unit, std::pair<double, double> range) {
+  return {.path = "camera/" + std::move(name),
+          .type = type,
+          .help = std::move(help) + kSceneElse,
+          .label = std::move(label),
+          .unit = std::move(unit),
+          .least = range.first,
+          .most = range.second,
+          .callers = kOfJobs | kLive};
+}
+
+// How they reach the settings: camera_of(), as they are judged together.
+void add_camera(FieldTable& out) {
+  const std::pair space{-kMaxLengthM, kMaxLengthM}, length{0.0, kMaxLengthM};
+  out.push_back(camera_field("position", FieldType::kVector, "The point where the camera is.",
+                             "Camera at", "m", space));
+  out.push_back(camera_field("target", FieldType::kVector, "The point that the camera looks at.",
+                             "Looking at", "m", space));
+  out.push_back(camera_field("up", FieldType::kVector, "The direction that is up in the picture.",
+                             "Up", "", space));
+  out.push_back(camera_field("vertical_fov_deg", FieldType::kNumber,
+                             "The angle from the picture's lower edge to its upper one.",
+                             "Field of view", "degrees", {0.1, 179}));
+  out.push_back(camera_field("aperture_radius", FieldType::kNumber,
+                             "The radius of the lens. 0 makes everything sharp.", "Aperture radius",
+                             "m", length));
+  out.push_back(
+      camera_field("focus_distance", FieldType::kNumber,
+                   "The distance along the view at which everything is sharp. 0 is the target's.",
+                   "Focus distance", "m", length));
+}
+
+void add_queue(FieldTable& out) {
+  out.push_back({.path = "priority",
+                 .help = "Each step doubles the job's share of the machine and counts as a minute "
+                         "of waiting in the queue.",
+                 .label = "Priority",
+                 .least = -5,
+                 .most = 5,
+                 .fallback = FieldValue(int64_t{0}),
+                 .callers = kOfServer});
+  out.push_back(
+      {.path = "labels",
+       .type = FieldType::kLabels,
+       .help = "Texts of the client's own by name, such as a project's, to find the job by.",
+       .label = "Labels",
+       .callers = kOfServer,
+       .option = "--label"});
+}
+
+FieldTable make_job_fields() {
+  FieldTable out;
+  add_job(out);
+  add_renderer(out);
+  for (Field& field : guide_fields()) out.push_back(std::move(field));
+  add_camera(out);
+  add_queue(out);
+  return out;
+}
+
+Field session_switch(std::string name, std::string help) {
+  return {.path = std::move(name),
+          .type = FieldType::kSwitch,
+          .help = std::move(help),
+          .fallback = FieldValue(true),
+          .callers = kLive};
+}
+
+FieldTable make_live_fields() {
+  FieldTable out;
+  for (const Field& field : job_fields()) {
+    if (!(field.callers & kLive)) continue;
+    Field own = field;
+    if (own.path == "width" || own.path == "height") own.least = own.multiple_of = 2;
+    if (own.path == "pixels") own.fallback = FieldValue("adaptive");
+    if (own.path == "recover") own.fallback = FieldValue("auto");
+    out.push_back(std::move(own));
+  }
+  out.push_back({.path = "frame_ms",
+                 .type = FieldType::kNumber,
+                 .help = "The time that a frame may take.",
+                 .unit = "ms",
+                 .least = 20,
+                 .most = 2000,
+                 .fallback = FieldValue(100.0),
+                 .callers = kLive});
+  out.push_back(session_switch("learning", "Whether the session learns where light comes from."));
+  out.push_back(session_switch("recovery", "Whether a network makes frames whole."));
+  out.push_back(session_switch("reprojection", "Whether frames take over what earlier ones saw."));
+  return out;
+}
+
+}  // namespace
+
+const FieldTable& job_fields() {
+  static const FieldTable fields = make_job_fields();
+  return fields;
+}
+
+const FieldTable& live_fields() {
+  static const FieldTable fields = make_live_fields();
+  return fields;
+}
+
+const FieldValue* JobRequest::default_of(std::string_view path) {
+  const Field* field = find_field(job_fields(), path);
+  if (!field) field = find_field(live_fields(), path);
+  return field && field->fallback ? &*field->fallback : nullptr;
+}
+
+}  // namespace qray

@@ -1,0 +1,53 @@
+// What to render of a scene. Plain data; checked by check_settings().
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/base/result.h"
+#include "core/guide/guide.h"
+#include "core/scene/camera.h"
+
+namespace qray {
+
+constexpr int kMaxSamples = 1'000'000;  // a pixel
+
+// Which pixels are sampled: all; the first of each block of 2 x 2 (the thesis' Figure 1); or those,
+// from the time on when their noise is known, more or less by it.
+enum class Pixels { kAll, kQuarter, kAdaptive };
+std::string_view pixels_name(Pixels pixels);  // all, quarter, adaptive
+std::optional<Pixels> pixels_named(std::string_view name);
+
+struct RenderSettings {
+  std::string method = "adaptive";
+  bool nee = true;
+  bool russian_roulette = true;
+  bool light_table = true;  // lights are picked by their power; else all alike
+  bool gate = true;  // a guide that does not pay is left (guide_gate.h); else it rules regardless
+  int width = 512, height = 512;  // pixels
+  Pixels pixels = Pixels::kAll;   // others than kAll: width and height must be even
+  std::string recover = "none";   // what makes the picture whole: a name, that only charts look up
+                                  // (run_job is given its network)
+  bool estimates_noise = false;   // for Film::noise(); some methods and pixels do anyway
+  int samples =
+      64;  // a sampled pixel, counting learning samples; with `seconds`: at most, 0 = no limit
+  double seconds = 0;  // > 0: stop when no further pass fits. The first pass always completes
+  double noise = 0;  // > 0: stop when the picture's relative error (NoiseEstimate::level()) is that
+                     // low; samples or seconds bound it
+  uint64_t seed = 1;
+  int max_depth = 16;                  // surfaces on a path
+  std::optional<Camera> camera;        // none: the scene's
+  int learning_samples = kMaxSamples;  // a pixel, the guide's at most; never over 1/4 of the job
+  size_t max_table_bytes = kDefaultTableBytes;  // of memory; a full table adds no states
+  HuangParams huang;
+  AdaptiveParams adaptive;
+  std::vector<int> passes;  // replay: samples of each pass; overrides samples and seconds
+};
+
+// Against the ranges of the table of fields (job_fields.h). Errors name the field as a pointer:
+// "/samples", "/guide/alpha".
+Status check_settings(const RenderSettings& settings, int64_t max_pixels);
+
+}  // namespace qray

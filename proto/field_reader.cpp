@@ -1,0 +1,155 @@
+#include "proto/field_reader.h"
+
+#include "core/settings/job_settings.h"
+
+namespace qray::proto {
+namespace {
+
+constexpr double kLeastLength = 1e-6;  // of directions and of distances to what is looked at
+
+// Reads by one of ObjectReader's functions into a value of type T.
+template <class T, class Read>
+void take(const Field& field, JobRequest& out, Read read) {
+  std::optional<T> value;
+  read(value);
+  if (value) out.set(field.path, FieldValue(std::move(*value)));
+}
+
+void read_whole(ObjectReader& in, const Field& field, const RequestLimits& limits,
+                JobRequest& out) {
+  take<int64_t>(field, out, [&](std::optional<int64_t>& value) {
+    in.integer(field.name(), static_cast<int64_t>(field.least),
+               static_cast<int64_t>(most_of(field, limits)), value);
+    if (!value || *value % field.multiple_of == 0) return;
+    in.wrong(field.name(),
+             "expected " +
+                 (field.multiple_of == 2 ? std::string("an even number")
+                                         : "a multiple of " + std::to_string(field.multiple_of)) +
+                 ", got " + std::to_string(*value));
+  });
+}
+
+void read_choice(ObjectReader& in, const Field& field, unsigned caller, JobRequest& out) {
+  const std::string* text = in.string(field.name());
+  if (!text) return;
+  const bool known = field.choices.empty() ||
+                     std::any_of(field.choices.begin(), field.choices.end(), [&](const Choice& c) {
+                       return (c.callers & caller) != 0 && c.value == *text;
+                     });
+  if (known || (!field.other.empty() && is_id(*text)))
+    out.set(field.path, *text);
+  else
+    in.wrong(field.name(), "expected " + expected(field, caller) + ", got " + shown(*text));
+}
+
+void read_name(ObjectReader& in, const Field& field, unsigned caller, JobRequest& out) {
+  const std::string* text = in.string(field.name());
+  if (!text) return;
+  if (is_name(*text))
+    out.set(field.path, *text);
+  else
+    in.wrong(field.name(), "expected " + expected(field, caller));
+}
+
+void read_labels(ObjectReader& in, const Field& field, JobRequest& out) {
+  const Json* labels = in.find(field.name());
+  if (!labels) return;
+  const std::string at(field.name());
+  if (!labels->is_object() || labels->size() > kMaxLabels)
+    return in.wrong(at, "expected an object of at most " + std::to_string(kMaxLabels) +
+                            " texts by name, got " + shown(*labels));
+  Labels read;
+  for (const auto& [name, value] : labels->items()) {
+    if (!is_name(name)) {
+      in.wrong(at, "expected names of 1..64 of a-z, 0-9 and -, got " + shown(name));
+    } else if (!value.is_string() || value.get_ref<const std::string&>().size() > kMaxLabelValue) {
+      in.wrong(at + "/" + name, "expected text of at most " + std::to_string(kMaxLabelValue) +
+                                    " bytes, got " + shown(value));
+    } else {
+      read[name] = value.get<std::string>();
+    }
+  }
+  if (!read.empty()) out.set(field.path, std::move(read));
+}
+
+double length_of(const Vector3& a, const Vector3& b) {
+  return std::hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]);
+}
+
+void check_camera(ObjectReader& in, const CameraRequest& camera) {
+  if (camera.up && length_of(*camera.up, {}) < kLeastLength)
+    in.wrong("up", "expected a direction, got the zero vector");
+  if (camera.position && camera.target &&
+      length_of(*camera.position, *camera.target) < kLeastLength)
+    in.wrong("target", "expected a point away from the position");
+}
+
+}  // namespace
+
+double most_of(const Field& field, const RequestLimits& limits) {
+  return field.path == field::kSeconds.path ? std::min(field.most, limits.max_seconds) : field.most;
+}
+
+void read_field(ObjectReader& in, const Field& field, unsigned caller, const RequestLimits& limits,
+                JobRequest& out) {
+  if (field.required && !in.find(field.name()))
+    return in.wrong(field.name(), "expected " + expected(field, caller) + ", got nothing");
+  switch (field.type) {
+    case FieldType::kSwitch:
+      return take<bool>(field, out, [&](auto& value) { in.boolean(field.name(), value); });
+    case FieldType::kWhole:
+      return read_whole(in, field, limits, out);
+    case FieldType::kWhole64:
+      return take<uint64_t>(field, out, [&](auto& value) {
+        in.integer(field.name(), uint64_t{0}, UINT64_MAX, value);
+      });
+    case FieldType::kNumber:
+      return take<double>(field, out, [&](auto& value) {
+        in.number(field.name(), field.least, most_of(field, limits), value, field.above_least);
+      });
+    case FieldType::kVector:
+      return take<Vector3>(field, out, [&](auto& value) { in.vec3(field.name(), value); });
+    case FieldType::kChoice:
+      return read_choice(in, field, caller, out);
+    case FieldType::kName:
+      return read_name(in, field, caller, out);
+    case FieldType::kLabels:
+      return read_labels(in, field, out);
+  }
+}
+
+void read_group(ObjectReader& in, std::string_view group, const FieldTable& fields, unsigned caller,
+                const RequestLimits& limits, JobRequest& out, std::vector<FieldError>& errors) {
+  const Json* tree = in.find(group);
+  if (!tree) return;
+  if (!tree->is_object()) return in.wrong(group, "expected an object, got " + shown(*tree));
+  const std::string method = out.get(field::kMethod);
+  ObjectReader members(*tree, "/" + std::string(group), errors);
+  for (const Field& field : fields) {
+    if (field.group() != group || !(field.callers & caller)) continue;
+    if (field.of_method(method))
+      read_field(members, field, caller, limits, out);
+    else if (members.find(field.name()))
+      members.wrong(field.name(), not_of_method(field, method));
+  }
+  if (group == "camera")
+    if (const std::optional<CameraRequest> camera = camera_request(out))
+      check_camera(members, *camera);
+  members.refuse_unknown();
+}
+
+void read_fields(const Json& tree, const FieldTable& fields, unsigned caller,
+                 const RequestLimits& limits, JobRequest& out, std::vector<FieldError>& errors) {
+  ObjectReader in(tree, "", errors);
+  std::set<std::string_view> groups;
+  for (const Field& field : fields) {
+    if (!(field.callers & caller)) continue;
+    if (field.group().empty())
+      read_field(in, field, caller, limits, out);
+    else if (groups.insert(field.group()).second)
+      read_group(in, field.group(), fields, caller, limits, out, errors);
+  }
+  in.refuse_unknown();
+}
+
+}  // namespace qray::proto
