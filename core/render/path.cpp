@@ -222,8 +222,9 @@ inline void PathTracer::ask_guide(PathVertex& v, bool from_front) {
   v.at = guide_->find(v.surface.p, from_front ? v.surface.ng : -v.surface.ng);
   if (guiding_ == Guiding::kOn)
     v.guide_fraction = guide_->guide_fraction(v.at, v.kind == BsdfKind::kDiffuse);
-  if (learner_.on()) learner_.vertex(v.at, v.surface.p);
-  if (learner_.on() && learner_.wants_albedo()) learner_.albedo(luminance(v.albedo()));
+  if (!learner_.on()) return;
+  learner_.vertex(v.at, v.surface.p);
+  if (learner_.wants_albedo()) learner_.albedo(luminance(v.albedo()));
 }
 
 // Light straight from a light, paid if its ray turns out to be free. Nothing else finds a light

@@ -19,7 +19,7 @@ RenderSettings settings_of(const proto::LiveRequest& request, const Scene& scene
   s.max_depth = request.max_depth.value_or(scene.max_depth);
   s.pixels = pixels_named(request.pixels).value_or(Pixels::kAdaptive);
   s.seed = request.seed;
-  s.camera = camera_of(request.camera.value_or(proto::CameraRequest{}), scene.camera);
+  s.camera = camera_of(request.camera.value_or(CameraRequest{}), scene.camera);
   return s;
 }
 
@@ -65,14 +65,7 @@ Result<LiveSession::Start> LiveSessions::prepare(const proto::LiveRequest& reque
   start.scene = std::move(scene).value();
   start.idle_seconds = limits_.idle_seconds;
   RenderSettings& s = start.settings.render;
-  const Scene& data = start.scene->scene;
-  s.method = request.method;
-  s.width = request.width.value_or(data.width + data.width % 2);
-  s.height = request.height.value_or(data.height + data.height % 2);
-  s.max_depth = request.max_depth.value_or(data.max_depth);
-  s.pixels = pixels_named(request.pixels).value_or(Pixels::kAdaptive);
-  s.seed = request.seed;
-  s.camera = camera_of(request.camera.value_or(CameraRequest{}), data.camera);
+  s = settings_of(request, start.scene->scene);
   s.max_table_bytes = stores_.tables.max_bytes();
   if (Status status = check_settings(s, kMaxPixels); !status.ok()) return status.error();
   std::optional<MemoryBudget::Part> memory = memory_.take_now(live_memory(s));

@@ -1,0 +1,74 @@
+#include "core/live/live_guide.h"
+
+#include <gtest/gtest.h>
+
+#include "core/job/run_job.h"
+#include "tests/support/render.h"
+#include "tests/support/test_scenes.h"
+
+namespace qray {
+namespace {
+
+// What the pixels of a small picture tell of a pass whose samples lie `distance` from each other.
+void measure(NoiseEstimate& noise, bool guided, float distance) {
+  noise.start_pass(guided);
+  for (int y = 0; y < 4; ++y)
+    for (int x = 0; x < 4; ++x) noise.add(x, y, 0, 2, 1 - distance / 2, 1 + distance / 2);
+  ASSERT_TRUE(noise.end_pass());
+}
+
+// Has learned enough to be asked.
+std::unique_ptr<Guide> learned_guide(const PreparedScene& scene) {
+  RenderSettings settings = test::small_settings("adaptive", 64, 64);
+  settings.gate = false;
+  const test::Rendered rendered = test::render(scene, settings);
+  std::unique_ptr<Guide> guide = load_guide(scene, settings, rendered.job.table).value();
+  EXPECT_TRUE(GuideGate::knows_enough(guide->stats().samples_seen));
+  return guide;
+}
+
+// Passes of a camera at rest, half of each kind, until the gate has judged the guided ones twice.
+void rest(const PreparedScene& scene, LiveGuide& guide, float guided_distance) {
+  GuideDecision decision(scene, *guide.active(), /*open=*/false, /*view_lasts=*/false);
+  NoiseEstimate noise(4, 4);
+  PassCost cost;
+  for (uint64_t samples = 0; samples < 8; ++samples) {
+    decision.start_pass(samples, /*may_learn=*/true);
+    measure(noise, decision.guided(), decision.guided() ? guided_distance : 0.5f);
+    cost = {cost.paths + 100, cost.rays + 500, cost.lookups + (decision.guided() ? 300 : 0)};
+    decision.judge(samples + 1, cost, &noise);
+    guide.judged(decision);
+  }
+}
+
+TEST(LiveGuide, OneThatDoesNotPayWhereTheCameraRestsIsLeftUntilItDoes) {
+  const auto scene = test::prepare(test::room());
+  LiveGuide guide(learned_guide(*scene), /*gate=*/true);
+  EXPECT_TRUE(guide.guides());
+  rest(*scene, guide, 2.0f);
+  EXPECT_FALSE(guide.guides());
+  EXPECT_FALSE(guide.learns(/*whatever_time=*/true));
+  rest(*scene, guide, 0.05f);
+  EXPECT_TRUE(guide.guides());
+  rest(*scene, guide, 2.0f);
+  EXPECT_FALSE(guide.guides());
+  guide.scene_changed();
+  EXPECT_TRUE(guide.learns(/*whatever_time=*/true)) << "other light, another judgement";
+}
+
+TEST(LiveGuide, LearnsWhereThereIsTime) {
+  const auto scene = test::prepare(test::room());
+  LiveGuide guide(learned_guide(*scene), /*gate=*/true);
+  EXPECT_TRUE(guide.learns(/*whatever_time=*/false));
+  guide.frame_took(0.02, 0.08);
+  EXPECT_FALSE(guide.learns(/*whatever_time=*/false));
+  EXPECT_TRUE(guide.learns(/*whatever_time=*/true));
+  guide.frame_took(0, 0.5);
+  EXPECT_TRUE(guide.learns(/*whatever_time=*/false));
+  guide.switch_to(false);
+  EXPECT_FALSE(guide.learns(/*whatever_time=*/true));
+  EXPECT_EQ(guide.active(), nullptr);
+}
+
+}  // namespace
+}  // namespace qray
