@@ -5,6 +5,7 @@
 
 #include "core/render/prepared_scene.h"
 #include "core/scene/scene_hash.h"
+#include "core/scene/validate.h"
 
 namespace qray::test {
 
