@@ -68,13 +68,13 @@ class Shape {
  public:
   template <class T>
   static const Shape& of() {
-    static const Shape kShape = [] {
+    static const Shape shape = [] {
       Shape s;
       T element{};
       s.add(element);
       return s;
     }();
-    return kShape;
+    return shape;
   }
   uint32_t kinds() const { return kinds_; }  // CRC-32C of the numbers' tags
   size_t bytes() const { return bytes_; }    // encoded

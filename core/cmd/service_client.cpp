@@ -83,10 +83,9 @@ Result<std::unique_ptr<ServiceClient>> ServiceClient::open(const ServerAddress& 
   const std::string& url = server.url;
   const Error bad{ErrorCode::kInvalid,
                   "expected a server such as http://127.0.0.1:8080, got '" + url + "'", "--server"};
-  static const std::regex kForm(
-      R"((https?://([A-Za-z0-9.-]+|\[[0-9A-Fa-f:.]+\])(:[0-9]{1,5})?)/?)");
+  static const std::regex form(R"((https?://([A-Za-z0-9.-]+|\[[0-9A-Fa-f:.]+\])(:[0-9]{1,5})?)/?)");
   std::smatch match;
-  if (!std::regex_match(url, match, kForm)) return bad;
+  if (!std::regex_match(url, match, form)) return bad;
   std::signal(SIGPIPE, SIG_IGN);  // a server that hangs up while we send is an error, not our end
   auto impl = std::make_unique<Impl>(match[1].str());
   if (!impl->http.is_valid()) return bad;

@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # Prints a hash for pictures and tables of every method in every included scene, so that two
 # builds can be compared: `bash tests/bits/record.sh BIN > FILE` with the folder of qray and qrayd,
-# then `diff` of two such files. The same build gives the same lines for any number of threads; other
-# processors may give others, since recovery uses what vector instructions there are.
+# then `diff` of two such files. The same build gives the same lines for any number of threads;
+# other processors may give others, since recovery uses what vector instructions there are.
 #   --quick: four scenes instead of seven, and no server.
 set -euo pipefail
 

@@ -103,21 +103,28 @@ check_format() {
     sed -E 's/^([^:]*:[0-9]+):.*/\1: not as clang-format writes it/' | sort -u || true
 }
 
-# A file for each folder includes all that is in it, so that a header is read once a folder. Files
-# that were made to be compiled apart define some names twice: such errors do not matter here, as
-# each definition is judged all the same. A header that is not found would end the check early.
+# Files are read many at once, since what they include costs more than they do. In the copies that
+# are read, unnamed namespaces have names, so that two files may use the same one. A header that is
+# not found would end the check early.
 check_names() {
   command -v clang-tidy > /dev/null && [ -f .clang-tidy ] || return 0
-  printf '%s\n' "${sources[@]}" | grep -E '^(core|proto|server)/' | awk -v out="$units" '{
-    folder = $0; sub(/\/[^\/]*$/, "", folder); gsub(/\//, "_", folder)
-    print "#include \"" $0 "\"" > (out "/" folder ".cpp")
-  }'
-  find "$units" -name '*.cpp' -print0 | xargs -0 -r -n 1 -P "$(nproc)" sh -c '
-    clang-tidy --quiet --config-file=.clang-tidy "$0" -- -std=c++20 -I. -w -ferror-limit=0 \
-      > "$0.said" 2> /dev/null' || true
-  cat "$units"/*.said | sed -E "s|^($PWD/)?(\./)?||" | sed -nE \
-    -e 's/^([^:]+:[0-9]+):.*: invalid case style for (.*) \[readability.*/\1: name of \2/p' \
-    -e "s/^([^:]+:[0-9]+):.* error: ('.*' file not found).*/\1: names are not checked: \2/p" | sort -u
+  local file count=0 files_a_unit=60
+  while IFS= read -r file; do
+    if [[ "$file" == *.cpp ]]; then
+      mkdir -p "$units/${file%/*}"
+      sed "s/^namespace {/inline namespace file_$count {/" "$file" > "$units/$file"
+    fi
+    echo "#include \"$file\"" >> "$units/$((count++ / files_a_unit)).cpp"
+  done < <(printf '%s\n' "${sources[@]}" | grep -E '^(core|proto|server)/')
+  find "$units" -maxdepth 1 -name '*.cpp' -print0 | xargs -0 -r -n 1 -P "$(nproc)" sh -c '
+    clang-tidy --quiet --config-file=.clang-tidy "$0" -- -std=c++20 -I"${0%/*}" -I. -w \
+      -ferror-limit=0 > "$0.said" 2> /dev/null' || true
+  find "$units" -maxdepth 1 -name '*.said' -exec cat {} + |
+    sed -E "s#^($PWD/|$units/)?(\./)?##" |
+    sed -nE \
+      -e 's/^([^:]+:[0-9]+):.*: invalid case style for (.*) \[readability.*/\1: name of \2/p' \
+      -e "s/^([^:]+:[0-9]+):.* error: ('.*' file not found).*/\1: names are not checked: \2/p" |
+    sort -u
 }
 
 {

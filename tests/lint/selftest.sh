@@ -70,12 +70,15 @@ if command -v clang-tidy > /dev/null; then
   expect "a type's name" "core/math/bad.h:3: name of struct 'bad_type'"
   plant_names 'int BadFunction() { return 0; }' ''
   expect "a function's name" "core/math/bad.cpp:2: name of function 'BadFunction'"
+  plant_names 'namespace { struct Twice { int BadMember; }; }' ''
+  printf 'namespace {\nstruct Twice {};\n}\n' > "$tree/core/math/another.cpp"
+  expect "a name in a struct that two files have" "core/math/bad.cpp:2: name of member 'BadMember'"
   plant_names '' 'class Good { int member; };'
   expect "a private member's name" "core/math/bad.h:3: name of private member 'member'"
   plant_names 'constexpr int wrong = 1;' ''
   expect "a constant's name" "core/math/bad.cpp:2: name of constexpr variable 'wrong'"
-  plant_names '#include "nowhere.h"' ''
-  expect "names that are not checked" "core/math/bad.cpp:2: names are not checked: 'nowhere.h'"
+  plant_names '' ''
+  expect "a header that is not there" "core/math/good.h:4: names are not checked"
 fi
 
 [ "$failures" -eq 0 ] || exit 1

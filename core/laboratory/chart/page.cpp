@@ -17,8 +17,8 @@ asm(".pushsection .rodata\n"
     "qray_chart_page_end:\n"
     ".popsection\n");
 extern "C" {
-extern const char chart_page_begin[] asm("qray_chart_page_begin");
-extern const char chart_page_end[] asm("qray_chart_page_end");
+extern const char kChartPageBegin[] asm("qray_chart_page_begin");
+extern const char kChartPageEnd[] asm("qray_chart_page_end");
 }
 
 namespace qray {
@@ -182,9 +182,8 @@ std::string brightness_words(double ratio) {
 }
 
 Status write_page(const ChartSummary& summary, const std::filesystem::path& dir) {
-  const std::string html =
-      fill_html({chart_page_begin, static_cast<size_t>(chart_page_end - chart_page_begin)},
-                page_data(summary));
+  const std::string html = fill_html(
+      {kChartPageBegin, static_cast<size_t>(kChartPageEnd - kChartPageBegin)}, page_data(summary));
   return write_file_atomic(dir / "index.html",
                            {reinterpret_cast<const uint8_t*>(html.data()), html.size()});
 }
