@@ -19,8 +19,11 @@ void read_request(const Json& tree, const RequestLimits& limits, const FieldTabl
   complete_budget(out, limits.max_seconds);
 }
 
-// A request as versions before the guide's own object wrote it: its settings go there.
-Json with_guide(Json tree) {
+// A request as older versions wrote it: settings of the guide beside the others, another name for
+// the pixels that are chosen by noise.
+Json in_todays_words(Json tree) {
+  if (!tree.is_object()) return tree;
+  if (tree.value("pixels", Json()) == "adaptive") tree["pixels"] = "by-noise";
   const Json::json_pointer at("/method");
   if (!tree.contains(at) || !tree[at].is_string()) return tree;
   const std::string method = tree[at];
@@ -168,7 +171,7 @@ std::variant<JobRequest, Problem> parse_stored_request(std::string_view json) {
   limits.max_seconds = 1e9;
   limits.max_pixels = INT64_MAX;
   const auto read = [&](const Json& tree, JobRequest& request, std::vector<FieldError>& errors) {
-    read_request(with_guide(tree), limits, fields, request, errors);
+    read_request(in_todays_words(tree), limits, fields, request, errors);
   };
   return parse_request<JobRequest>(json, limits, "Wrong stored request", read);
 }

@@ -17,7 +17,7 @@ struct LiveRequest {
   std::optional<int> width, height;  // pixels, even; absent: the scene's own
   double frame_ms = 100;
   std::string method = "adaptive", table = "auto", recover = "auto";  // as JobRequest's
-  std::string pixels = "adaptive";  // of a camera that moves: all, quarter, adaptive
+  std::string pixels = "by-noise";  // of a camera that moves: all, quarter, by-noise
   uint64_t seed = 1;
   std::optional<int> max_depth;
   std::optional<CameraRequest> camera;

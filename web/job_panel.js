@@ -7,7 +7,7 @@ import { badge_word, big, bytes, can_cancel, count, exact, has_ended, is_biased,
 
 const kPixelsWords = {
   quarter: 'a quarter, the rest is not sampled',
-  adaptive: 'a quarter, more samples where they scatter',
+  'by-noise': 'a quarter, more samples where they scatter',
 };
 
 export class JobPanel {

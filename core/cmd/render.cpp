@@ -86,9 +86,9 @@ Status render_beauty(const Options& o, const PreparedScene& scene, RenderSetting
                  "measured\n",
                  result.stats.recovery.c_str());
   else if (!result.stats.unbiased)
-    std::fprintf(stderr, "qray: %s is biased: this picture is not the scene's light\n",
-                 settings.pixels == Pixels::kAdaptive ? "adaptive choice of pixels"
-                                                      : settings.method.c_str());
+    std::fprintf(
+        stderr, "qray: %s is biased: this picture is not the scene's light\n",
+        settings.pixels == Pixels::kByNoise ? "choosing pixels by noise" : settings.method.c_str());
   return {};
 }
 

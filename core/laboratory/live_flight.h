@@ -19,7 +19,7 @@ struct LiveVariant {
   std::string name;
   LiveSwitches switches;
   bool forgets = false;  // all it saw, when the picture changes at once
-  Pixels pixels = Pixels::kAdaptive;
+  Pixels pixels = Pixels::kByNoise;
 };
 // full, no-learning, no-recovery, no-reprojection, plain, fresh, quarter, all.
 std::vector<LiveVariant> live_variants();

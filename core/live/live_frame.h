@@ -17,7 +17,7 @@ struct LiveSwitches {
 struct LiveSettings {
   // Method, size (even), seed, depth, gate; how many samples is not asked. `pixels` is of a camera
   // that moves: kAll, each as often as any other; kQuarter, each block of 2 x 2, whose pixels take
-  // turns; kAdaptive, blocks of which little is known more often.
+  // turns; kByNoise, blocks of which little is known more often.
   RenderSettings render;
   double frame_seconds = 0.1;
   // > 0: in each moving frame, and of as many of a resting frame's pixels, whatever time that

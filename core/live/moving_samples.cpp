@@ -38,7 +38,7 @@ float deviation(const ViewBuffer& view, const BlockGrid* blocks, int x, int y) {
 }  // namespace
 
 double MovingSamples::more_for_few() const {
-  return settings_.pixels == Pixels::kAdaptive ? kMoreForFew : 1;
+  return settings_.pixels == Pixels::kByNoise ? kMoreForFew : 1;
 }
 
 // Where much has just come into view, everything gets less.

@@ -15,7 +15,7 @@ constexpr int kRounds = 4;                            // to find the scale that 
 }  // namespace
 
 PixelPlan::PixelPlan(const RenderSettings& settings, bool in_rounds)
-    : adaptive_(settings.pixels == Pixels::kAdaptive),
+    : adaptive_(settings.pixels == Pixels::kByNoise),
       in_rounds_(in_rounds),
       seed_(settings.seed),
       step_(settings.pixels == Pixels::kAll ? 1 : 2),

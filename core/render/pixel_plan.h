@@ -1,5 +1,5 @@
 // Which pixels a pass samples, and how often. Sampled pixels lie `step` apart and are counted in
-// that grid. With the pixels kAdaptive, those get more whose samples scatter more, so that a mean's
+// that grid. With the pixels kByNoise, those get more whose samples scatter more, so that a mean's
 // relative error is the same everywhere: n in proportion to deviation / mean lowers the sum of
 // squared relative errors most. Their counts follow their own samples, so the mean of such pictures
 // is not exactly that of the light. Between passes one thread; readers from any.

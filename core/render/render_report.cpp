@@ -50,7 +50,7 @@ RenderStats render_stats(const PreparedScene& scene, const RenderSettings& setti
                          const GuideDecision* decision) {
   RenderStats stats;
   stats.method = settings.method;
-  stats.unbiased = (!guide || guide->unbiased()) && settings.pixels != Pixels::kAdaptive;
+  stats.unbiased = (!guide || guide->unbiased()) && settings.pixels != Pixels::kByNoise;
   stats.nee = settings.nee;
   stats.pixels = pixels_name(settings.pixels);
   stats.seed = settings.seed;

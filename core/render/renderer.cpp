@@ -25,7 +25,7 @@ Renderer::Renderer(const PreparedScene& scene, const RenderSettings& settings, G
   QRAY_CHECK(film.width() == settings.width && film.height() == settings.height);
   if (guide) decision_.emplace(scene, *guide, /*open=*/!settings.gate, mode_.view_lasts);
   if (guide || settings.estimates_noise || settings.noise > 0 ||
-      settings.pixels == Pixels::kAdaptive || mode_.measures_noise)
+      settings.pixels == Pixels::kByNoise || mode_.measures_noise)
     noise_.emplace(pixels_.width(), pixels_.height());
 }
 

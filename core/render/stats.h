@@ -32,7 +32,7 @@ struct RenderStats {
   uint64_t seed = 0;
   int width = 0, height = 0, threads = 0;
 
-  std::string pixels = "all";     // which were sampled: all, quarter, adaptive
+  std::string pixels = "all";     // which were sampled: all, quarter, by-noise
   std::string recovery = "none";  // by what the picture was made whole, if it was
   double recovery_seconds = 0;    // features counted
 

@@ -19,9 +19,11 @@ Field pixels_field() {
       .type = FieldType::kChoice,
       .help =
           "The pixels that are sampled: all, one of each block of 2 x 2 (quarter), or these, more "
-          "often where they are noisy (adaptive). All but the first need an even width and height.",
+          "often where they are noisy (by-noise). All but the first need an even width and height.",
       .label = "Pixels",
-      .choices = {{"all"}, {"quarter", "a quarter"}, {"adaptive", "a quarter, adaptive"}},
+      .choices = {{"all"},
+                  {"quarter", "a quarter"},
+                  {"by-noise", "a quarter, more where it is noisy"}},
       .fallback = FieldValue("all"),
       .callers = kEverywhere,
       .setting = {[](RenderSettings& s, const FieldValue& value) {

@@ -39,7 +39,7 @@ Status check_range(const Field& field, const RenderSettings& settings) {
 }
 
 constexpr std::pair<Pixels, std::string_view> kPixels[] = {
-    {Pixels::kAll, "all"}, {Pixels::kQuarter, "quarter"}, {Pixels::kAdaptive, "adaptive"}};
+    {Pixels::kAll, "all"}, {Pixels::kQuarter, "quarter"}, {Pixels::kByNoise, "by-noise"}};
 }  // namespace
 
 std::string_view pixels_name(Pixels pixels) {

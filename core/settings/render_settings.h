@@ -16,8 +16,8 @@ constexpr int kMaxSamples = 1'000'000;  // a pixel
 
 // Which pixels are sampled: all; the first of each block of 2 x 2 (the thesis' Figure 1); or those,
 // from the time on when their noise is known, more or less by it.
-enum class Pixels { kAll, kQuarter, kAdaptive };
-std::string_view pixels_name(Pixels pixels);  // all, quarter, adaptive
+enum class Pixels { kAll, kQuarter, kByNoise };
+std::string_view pixels_name(Pixels pixels);  // all, quarter, by-noise
 std::optional<Pixels> pixels_named(std::string_view name);
 
 struct RenderSettings {

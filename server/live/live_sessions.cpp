@@ -17,7 +17,7 @@ RenderSettings settings_of(const proto::LiveRequest& request, const Scene& scene
   s.width = request.width.value_or(scene.width + scene.width % 2);
   s.height = request.height.value_or(scene.height + scene.height % 2);
   s.max_depth = request.max_depth.value_or(scene.max_depth);
-  s.pixels = pixels_named(request.pixels).value_or(Pixels::kAdaptive);
+  s.pixels = pixels_named(request.pixels).value_or(Pixels::kByNoise);
   s.seed = request.seed;
   s.camera = camera_of(request.camera.value_or(CameraRequest{}), scene.camera);
   return s;

@@ -95,6 +95,9 @@ TEST(StoredRequest, OlderVersionsHadSettingsOfGuidesBesideTheMethod) {
   const JobRequest none =
       stored(R"({"scene":"a","method":"none","samples":8,"alpha":0.02,"gamma":0.2,"grid":24})");
   EXPECT_EQ(none.find("guide/alpha"), nullptr);
+  EXPECT_EQ(stored(R"({"scene":"a","samples":8,"pixels":"adaptive"})").given(field::kPixels),
+            "by-noise");
+  EXPECT_TRUE(std::holds_alternative<Problem>(parse_stored_request("[1]")));
   // What today's limits and methods refuse.
   const JobRequest other = stored(R"({"scene":"a","method":"gone","seconds":100000})");
   EXPECT_EQ(other.given(field::kMethod), "gone");

@@ -17,7 +17,7 @@ namespace qray::test {
 // pictures of this suite, so that `adaptive` alone would only be compared with itself.
 constexpr std::string_view kOpenGuide = "adaptive:gate=off";
 
-// Every method, and kOpenGuide. These are variants (core/render/variant.h).
+// Every method, and kOpenGuide. These are variants (core/settings/variant.h).
 std::vector<std::string> compared_methods();
 // The same without `none`: those that keep a table.
 std::vector<std::string> learning_methods();

@@ -112,7 +112,7 @@ INSTANTIATE_TEST_SUITE_P(
                     Case{"adaptive_warm", "adaptive", Pixels::kAll, true}, Case{"huang", "huang"},
                     Case{"huang_warm", "huang", Pixels::kAll, true},
                     Case{"dahm_keller", "dahm-keller"}, Case{"ppg", "ppg"},
-                    Case{"adaptive_pixels", "adaptive", Pixels::kAdaptive},
+                    Case{"adaptive_pixels", "adaptive", Pixels::kByNoise},
                     Case{"quarter_recovered", "none", Pixels::kQuarter, false, true}),
     [](const auto& info) { return info.param.name; });
 

@@ -18,7 +18,7 @@ class Hands final : public Clock {
 
 struct Walk {
   explicit Walk(const std::string& method, int threads = 2, const std::string& name = "cornell-box",
-                double paths_per_block = 4, uint64_t seed = 1, Pixels pixels = Pixels::kAdaptive,
+                double paths_per_block = 4, uint64_t seed = 1, Pixels pixels = Pixels::kByNoise,
                 bool gate = true)
       : scene(test::included_scene(name)), pool(threads) {
     settings = {test::small_settings(method, 64, 1, seed), 0.1, paths_per_block};
@@ -62,7 +62,7 @@ TEST(LiveView, AtRestShowsTheVeryPictureOfAJobOfItsSamples) {
 
 TEST(LiveView, AnOpenGateAsksTheGuideFromTheFirstFrameOn) {
   for (const bool gate : {true, false}) {
-    Walk walk("adaptive", 2, "cornell-box", 4, 1, Pixels::kAdaptive, gate);
+    Walk walk("adaptive", 2, "cornell-box", 4, 1, Pixels::kByNoise, gate);
     EXPECT_EQ(walk.next().guided, !gate) << "moving";
     EXPECT_EQ(walk.next().guided, !gate) << "at rest: the first samples are the control";
   }
@@ -150,7 +150,7 @@ TEST(LiveView, AdaptivePixelsAreThoseOfWhichLittleIsKnown) {
     return walk.next();
   };
   const LiveFrame even = turned_to_the_side(Pixels::kQuarter);
-  const LiveFrame more = turned_to_the_side(Pixels::kAdaptive);
+  const LiveFrame more = turned_to_the_side(Pixels::kByNoise);
   EXPECT_EQ(even.paths, 64u * 64u);
   EXPECT_NEAR(static_cast<double>(more.paths), 64.0 * 64, 64);  // as many in all
   EXPECT_FALSE(std::ranges::equal(even.picture.data(), more.picture.data()));

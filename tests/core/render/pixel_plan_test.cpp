@@ -48,7 +48,7 @@ TEST(PixelPlan, AQuarterIsOneOfEachBlock) {
 
 TEST(PixelPlan, WhatScattersMoreGetsMoreAndNoSampleIsLost) {
   const NoiseEstimate noise = uneven_noise(4);
-  PixelPlan plan(settings(Pixels::kAdaptive));
+  PixelPlan plan(settings(Pixels::kByNoise));
   plan.start_pass(4, nullptr);  // nothing is known yet
   EXPECT_EQ(plan.count(0, 0), 4u);
   plan.end_pass();
@@ -64,7 +64,7 @@ TEST(PixelPlan, WhatScattersMoreGetsMoreAndNoSampleIsLost) {
 
 TEST(PixelPlan, NoPixelIsLeftOut) {
   const NoiseEstimate noise = uneven_noise(1000);
-  PixelPlan plan(settings(Pixels::kAdaptive));
+  PixelPlan plan(settings(Pixels::kByNoise));
   plan.start_pass(2, nullptr);
   plan.end_pass();
   plan.start_pass(30, &noise);

@@ -74,7 +74,7 @@ TEST(RenderLoop, AdaptivePixelsAreTheSameForAnyNumberOfThreadsAndAsManySamples) 
     RenderSettings settings = small(method, 32);
     settings.pixels = Pixels::kQuarter;
     const uint64_t paths = run(*scene, settings, 2).job.stats.paths;
-    settings.pixels = Pixels::kAdaptive;
+    settings.pixels = Pixels::kByNoise;
     const Outcome one = run(*scene, settings, 1);
     EXPECT_TRUE(same_bits(one.image, run(*scene, settings, 3).image)) << method;
     EXPECT_NEAR(static_cast<double>(one.job.stats.paths), static_cast<double>(paths),
