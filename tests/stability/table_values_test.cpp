@@ -6,7 +6,7 @@
 
 #include "core/math/warp.h"
 #include "core/render/path.h"
-#include "core/render/variant.h"
+#include "core/settings/variant.h"
 #include "tests/stability/compare.h"
 #include "tests/stability/huang_table.h"
 #include "tests/support/random.h"
