@@ -24,7 +24,7 @@ constexpr float kGuided = 0.5f;
 
 // Means of cos(theta) over the cells: z of square_to_uniform_hemisphere(), integrated numerically.
 const DahmKellerGuide::Values& mean_cosines() {
-  static const DahmKellerGuide::Values kCosines = [] {
+  static const DahmKellerGuide::Values cosines = [] {
     DahmKellerGuide::Values mean{};
     constexpr int kSide = DahmKellerGuide::kSide, kFine = 16;
     for (int y = 0; y < kSide * kFine; ++y)
@@ -36,7 +36,7 @@ const DahmKellerGuide::Values& mean_cosines() {
       }
     return mean;
   }();
-  return kCosines;
+  return cosines;
 }
 
 float scattered_of(const DahmKellerGuide::Values& q) {

@@ -67,7 +67,7 @@ std::array<Polygon, kDirections26> make_regions() {
 }  // namespace
 
 const std::array<Vec3, kDirections26>& directions26() {
-  static const std::array<Vec3, kDirections26> kAll = [] {
+  static const std::array<Vec3, kDirections26> directions = [] {
     std::array<Vec3, kDirections26> d;
     size_t i = 0;
     for (int x = -1; x <= 1; ++x)
@@ -79,7 +79,7 @@ const std::array<Vec3, kDirections26>& directions26() {
           }
     return d;
   }();
-  return kAll;
+  return directions;
 }
 
 int nearest_direction26(Vec3 d) {
@@ -96,11 +96,11 @@ int nearest_direction26(Vec3 d) {
 }
 
 std::array<float, kDirections26> hemisphere_shares26(Vec3 n) {
-  static const std::array<Polygon, kDirections26> kRegions = make_regions();
+  static const std::array<Polygon, kDirections26> regions = make_regions();
   std::array<double, kDirections26> area;
   double sum = 0;
-  for (size_t i = 0; i < kRegions.size(); ++i) {
-    area[i] = std::max(0.0, solid_angle(clip(kRegions[i], to_dir(n))));
+  for (size_t i = 0; i < regions.size(); ++i) {
+    area[i] = std::max(0.0, solid_angle(clip(regions[i], to_dir(n))));
     sum += area[i];
   }
   std::array<float, kDirections26> shares;
