@@ -16,10 +16,8 @@ const kStateWords = {
 const kEnded = ['succeeded', 'canceled', 'failed'];
 const kMethodWords = {
   none: 'no learning',
-  adaptive: 'adaptive',
   'dahm-keller': 'Dahm-Keller',
   ppg: 'PPG',
-  huang: 'huang',
   'huang-published': 'huang as published',
 };
 
