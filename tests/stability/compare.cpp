@@ -11,7 +11,7 @@ namespace {
 
 // Means tested by the whole suite, about: 65 scenes, 7 variants, 5 regions. More only lowers power.
 constexpr int kMeanTests = 2300;
-constexpr int kReferenceTimes = 32;  // its own error is 3 % of a picture's
+constexpr int kReferenceTimes = 64;
 constexpr double kGatedError = 1.1;  // that `adaptive` may have, over that of `none`
 
 double average(const std::vector<double>& v) {
