@@ -21,10 +21,6 @@ constexpr const char* kOtherBuild =
     "this job goes on from what another build of qray rendered; its bits may differ from an "
     "undisturbed run";
 
-bool learns(const RenderSettings& settings) {
-  return settings.method != "none" && settings.learning_samples > 0;
-}
-
 }  // namespace
 
 Status JobRun::move(JobState to, const JobStore::Change& change) {

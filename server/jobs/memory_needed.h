@@ -1,12 +1,17 @@
-// The memory that a job or a live session takes at most, as the budget counts it. Pure functions.
+// Whether a job or a live session learns, and the memory that it takes at most, as the budget
+// counts it. Pure functions.
 #pragma once
 
 #include "core/settings/render_settings.h"
 
 namespace qray::server {
 
+inline bool learns(const RenderSettings& settings) {
+  return settings.method != "none" && settings.learning_samples > 0;
+}
+
 inline size_t table_memory(const RenderSettings& settings) {
-  return settings.method == "none" || settings.learning_samples == 0 ? 0 : settings.max_table_bytes;
+  return learns(settings) ? settings.max_table_bytes : 0;
 }
 
 // Bytes of the film, its noise and the table; of a network's work on the picture.

@@ -5,18 +5,14 @@ namespace {
 
 constexpr size_t kMaxTablesTried = 8;
 
-Result<StartingGuide> start_from(TableFile table, const PreparedScene& scene,
+// Without a table: cold.
+Result<StartingGuide> start_from(std::optional<TableFile> table, const PreparedScene& scene,
                                  const RenderSettings& settings) {
-  std::optional<TableFile> file = std::move(table);
-  Result<std::unique_ptr<Guide>> guide = load_guide(scene, settings, file);
+  Result<std::unique_ptr<Guide>> guide = load_guide(scene, settings, table);
   if (!guide.ok()) return guide.error();
-  return StartingGuide{std::move(guide).value(), std::move(file->header)};
-}
-
-Result<StartingGuide> start_cold(const PreparedScene& scene, const RenderSettings& settings) {
-  Result<std::unique_ptr<Guide>> guide = load_guide(scene, settings, std::nullopt);
-  if (!guide.ok()) return guide.error();
-  return StartingGuide{std::move(guide).value(), {}};
+  StartingGuide start{std::move(guide).value(), {}};
+  if (table) start.table = std::move(table->header);
+  return start;
 }
 
 Result<StartingGuide> start_from_newest(TableStore& tables, const PreparedScene& scene,
@@ -42,7 +38,7 @@ Result<StartingGuide> start_from_newest(TableStore& tables, const PreparedScene&
       if (Status s = tables.quarantine(id); !s.ok()) return s.error();
     }
   }
-  return start_cold(scene, settings);
+  return start_from(std::nullopt, scene, settings);
 }
 
 }  // namespace
@@ -50,7 +46,8 @@ Result<StartingGuide> start_from_newest(TableStore& tables, const PreparedScene&
 Result<StartingGuide> choose_table(TableStore& tables, const PreparedScene& scene,
                                    const RenderSettings& settings, const TableWish& wish,
                                    const std::function<void(std::string)>& warn) {
-  if (settings.method == "none" || wish.table == "none") return start_cold(scene, settings);
+  if (settings.method == "none" || wish.table == "none")
+    return start_from(std::nullopt, scene, settings);
   if (wish.table == "auto") return start_from_newest(tables, scene, settings, warn);
   Result<TableFile> table = tables.load(wish.table);
   if (!table.ok()) return table.error();
