@@ -287,7 +287,10 @@ class SnapshotReader {
   bool whole() const { return ok_ && bytes_.empty(); }  // all was read
 
  private:
-  static constexpr uint64_t kMaxBytes = uint64_t{1} << 36;  // of memory, a vector
+  // Of memory that a vector holds beyond its elements. It grows by doubling, and one that was
+  // emptied keeps what it had: more than as much again and this no vector of a state has. What
+  // claims more is damaged, and must not take the machine's memory.
+  static constexpr uint64_t kMostEmptyBytes = uint64_t{1} << 30;
 
   void raw(void* to, size_t size) {
     if (!ok_ || size > bytes_.size()) return fail();
@@ -359,7 +362,7 @@ class SnapshotReader {
   void get(std::vector<T>& v) {
     const uint64_t size = head(snapshot::kVector, snapshot::Shape::of<T>().bytes());
     const uint64_t capacity = bare<uint64_t>();
-    expect(size <= capacity && capacity <= kMaxBytes / sizeof(T));
+    expect(size <= capacity && capacity - size <= size + kMostEmptyBytes / sizeof(T));
     if (!ok_) return;
     std::vector<T> fresh;
     try {
