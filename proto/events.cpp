@@ -5,10 +5,10 @@
 namespace qray::proto {
 namespace {
 
-using Json = nlohmann::ordered_json;
+using OrderedJson = nlohmann::ordered_json;
 
-std::string line_of(const Json& json) {
-  return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+std::string line_of(const OrderedJson& json) {
+  return json.dump(-1, ' ', false, OrderedJson::error_handler_t::replace);
 }
 
 }  // namespace
@@ -23,7 +23,7 @@ std::string sse_comment(std::string_view text) { return ": " + std::string(text)
 
 std::string state_event(std::string_view job, std::string_view state,
                         const std::optional<JobError>& error) {
-  Json out = {{"job", job}, {"state", state}, {"error", nullptr}};
+  OrderedJson out = {{"job", job}, {"state", state}, {"error", nullptr}};
   if (error) out["error"] = {{"message", error->message}, {"where", error->where}};
   return line_of(out);
 }
@@ -43,7 +43,7 @@ std::string progress_event(std::string_view job, const JobProgress& progress, ui
 
 std::string table_event(std::string_view job, std::string_view table,
                         std::span<const std::string> parents) {
-  Json list = Json::array();
+  OrderedJson list = OrderedJson::array();
   for (const std::string& parent : parents) list.push_back(parent);
   return line_of({{"job", job}, {"table", table}, {"parents", std::move(list)}});
 }

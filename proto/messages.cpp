@@ -6,66 +6,68 @@
 namespace qray::proto {
 namespace {
 
-using Json = nlohmann::ordered_json;
+using OrderedJson = nlohmann::ordered_json;
 
 // Bytes that are not UTF-8 (file names, texts cut short) become U+FFFD rather than an exception.
-std::string text_of(const Json& json) {
-  return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+std::string text_of(const OrderedJson& json) {
+  return json.dump(-1, ' ', false, OrderedJson::error_handler_t::replace);
 }
 
 template <class T>
-Json or_null(const std::optional<T>& value) {
-  return value ? Json(*value) : Json(nullptr);
+OrderedJson or_null(const std::optional<T>& value) {
+  return value ? OrderedJson(*value) : OrderedJson(nullptr);
 }
 
-Json or_null(const std::string& text) { return text.empty() ? Json(nullptr) : Json(text); }
-
-Json time_or_null(const std::optional<int64_t>& ms) {
-  return ms ? Json(time_to_text(*ms)) : Json(nullptr);
+OrderedJson or_null(const std::string& text) {
+  return text.empty() ? OrderedJson(nullptr) : OrderedJson(text);
 }
 
-Json value_json(const FieldValue& value) {
-  return std::visit([](const auto& v) { return Json(v); }, value);
+OrderedJson time_or_null(const std::optional<int64_t>& ms) {
+  return ms ? OrderedJson(time_to_text(*ms)) : OrderedJson(nullptr);
 }
 
-Json request_json(const JobRequest& request, const FieldTable& fields) {
-  Json out = Json::object();
+OrderedJson value_json(const FieldValue& value) {
+  return std::visit([](const auto& v) { return OrderedJson(v); }, value);
+}
+
+OrderedJson request_json(const JobRequest& request, const FieldTable& fields) {
+  OrderedJson out = OrderedJson::object();
   for (const Field& field : fields) {
     const FieldValue* value = request.find(field.path);
     if (!value) continue;
-    Json& object = field.group().empty() ? out : out[std::string(field.group())];
+    OrderedJson& object = field.group().empty() ? out : out[std::string(field.group())];
     object[std::string(field.name())] = value_json(*value);
   }
   return out;
 }
 
-Json job_json(const JobInfo& job) {
-  Json out = {{"id", job.id},
-              {"state", job.state},
-              {"request", request_json(job.request, job_fields())},
-              {"created", time_to_text(job.created_ms)},
-              {"started", time_or_null(job.started_ms)},
-              {"ended", time_or_null(job.ended_ms)},
-              {"progress",
-               {{"fraction", job.progress.fraction},
-                {"samples", job.progress.samples},
-                {"seconds", job.progress.seconds}}},
-              {"error", nullptr},
-              {"table_in", or_null(job.table_in)},
-              {"table_out", or_null(job.table_out)},
-              {"stats", nullptr},
-              {"biased", job.biased},
-              {"warnings", job.warnings},
-              {"extendable", job.extendable}};
+OrderedJson job_json(const JobInfo& job) {
+  OrderedJson out = {{"id", job.id},
+                     {"state", job.state},
+                     {"request", request_json(job.request, job_fields())},
+                     {"created", time_to_text(job.created_ms)},
+                     {"started", time_or_null(job.started_ms)},
+                     {"ended", time_or_null(job.ended_ms)},
+                     {"progress",
+                      {{"fraction", job.progress.fraction},
+                       {"samples", job.progress.samples},
+                       {"seconds", job.progress.seconds}}},
+                     {"error", nullptr},
+                     {"table_in", or_null(job.table_in)},
+                     {"table_out", or_null(job.table_out)},
+                     {"stats", nullptr},
+                     {"biased", job.biased},
+                     {"warnings", job.warnings},
+                     {"extendable", job.extendable}};
   if (job.error) out["error"] = {{"message", job.error->message}, {"where", job.error->where}};
   if (!job.stats_json.empty()) {
-    Json stats = Json::parse(job.stats_json, nullptr, false);
+    OrderedJson stats = OrderedJson::parse(job.stats_json, nullptr, false);
     if (!stats.is_discarded()) out["stats"] = std::move(stats);
   }
   return out;
 }
 
-Json table_json(const TableInfo& t) {
+OrderedJson table_json(const TableInfo& t) {
   return {{"id", t.id},
           {"scene", t.scene},
           {"method", t.method},
@@ -77,7 +79,7 @@ Json table_json(const TableInfo& t) {
           {"job", or_null(t.job)}};
 }
 
-Json weights_json(const WeightsInfo& w) {
+OrderedJson weights_json(const WeightsInfo& w) {
   return {{"id", w.id},
           {"scene", w.scene},
           {"program", w.program},
@@ -89,7 +91,7 @@ Json weights_json(const WeightsInfo& w) {
           {"held_out", or_null(w.held_out)}};
 }
 
-Json scene_json(const SceneInfo& s) {
+OrderedJson scene_json(const SceneInfo& s) {
   return {{"name", s.name},
           {"width", or_null(s.width)},
           {"height", or_null(s.height)},
@@ -113,7 +115,7 @@ std::string job_request_to_json(const JobRequest& request, const FieldTable& fie
 }
 
 std::string extend_request_to_json(const ExtendRequest& request) {
-  Json out = Json::object();
+  OrderedJson out = OrderedJson::object();
   if (request.samples) out["samples"] = *request.samples;
   if (request.seconds) out["seconds"] = *request.seconds;
   if (request.noise) out["noise"] = *request.noise;
@@ -122,13 +124,13 @@ std::string extend_request_to_json(const ExtendRequest& request) {
 
 std::string comparison_to_json(const Comparison& c) {
   const auto difference = [](const PictureDifference& d) {
-    return Json{{"relmse", d.relmse},
-                {"relmse_trimmed", d.relmse_trimmed},
-                {"flip", d.flip},
-                {"mean_ratio", d.mean_ratio},
-                {"max_abs", d.max_abs}};
+    return OrderedJson{{"relmse", d.relmse},
+                       {"relmse_trimmed", d.relmse_trimmed},
+                       {"flip", d.flip},
+                       {"mean_ratio", d.mean_ratio},
+                       {"max_abs", d.max_abs}};
   };
-  Json out = {
+  OrderedJson out = {
       {"a", c.a}, {"b", c.b}, {"ref", or_null(c.ref)}, {"difference", difference(c.difference)}};
   if (c.a_error) out["a_error"] = difference(*c.a_error);
   if (c.b_error) out["b_error"] = difference(*c.b_error);
@@ -136,21 +138,21 @@ std::string comparison_to_json(const Comparison& c) {
 }
 
 std::string metrics_to_json(const JobMetrics& metrics) {
-  const auto known = [](double v) { return v > 0 ? Json(v) : Json(nullptr); };
-  Json moments = Json::array();
+  const auto known = [](double v) { return v > 0 ? OrderedJson(v) : OrderedJson(nullptr); };
+  OrderedJson moments = OrderedJson::array();
   for (const Moment& m : metrics.moments) {
-    Json moment = {{"number", m.number},
-                   {"samples", m.samples},
-                   {"seconds", m.seconds},
-                   {"noise", known(m.noise)},
-                   {"learning", m.learning},
-                   {"guided", m.guided},
-                   {"gain", known(m.gain)},
-                   {"states", m.states},
-                   {"direction_nodes", m.direction_nodes},
-                   {"table_bytes", m.table_bytes},
-                   {"picture", m.picture},
-                   {"table", m.table}};
+    OrderedJson moment = {{"number", m.number},
+                          {"samples", m.samples},
+                          {"seconds", m.seconds},
+                          {"noise", known(m.noise)},
+                          {"learning", m.learning},
+                          {"guided", m.guided},
+                          {"efficiency_gain", known(m.efficiency_gain)},
+                          {"states", m.states},
+                          {"direction_nodes", m.direction_nodes},
+                          {"table_bytes", m.table_bytes},
+                          {"picture", m.picture},
+                          {"table", m.table}};
     if (const auto found = metrics.relmse.find(m.number); found != metrics.relmse.end())
       moment["relmse"] = found->second;
     moments.push_back(std::move(moment));
@@ -163,15 +165,15 @@ std::string metrics_to_json(const JobMetrics& metrics) {
 }
 
 std::string pixel_to_json(const PixelInfo& pixel) {
-  Json out = {{"x", pixel.x},
-              {"y", pixel.y},
-              {"radiance", pixel.radiance},
-              {"samples", pixel.samples},
-              {"variance", or_null(pixel.variance)},
-              {"standard_error", or_null(pixel.standard_error)},
-              {"surface", nullptr},
-              {"state", nullptr},
-              {"lobe", nullptr}};
+  OrderedJson out = {{"x", pixel.x},
+                     {"y", pixel.y},
+                     {"radiance", pixel.radiance},
+                     {"samples", pixel.samples},
+                     {"variance", or_null(pixel.variance)},
+                     {"standard_error", or_null(pixel.standard_error)},
+                     {"surface", nullptr},
+                     {"state", nullptr},
+                     {"lobe", nullptr}};
   if (pixel.surface)
     out["surface"] = {{"position", pixel.surface->first}, {"normal", pixel.surface->second}};
   if (!pixel.state) return text_of(out);
@@ -186,20 +188,20 @@ std::string pixel_to_json(const PixelInfo& pixel) {
                   {"gain", state.gain},
                   {"guide_fraction", state.guide_fraction}};
   if (state.directions.empty()) return text_of(out);
-  Json directions = Json::array(), cells = Json::array();
+  OrderedJson directions = OrderedJson::array(), cells = OrderedJson::array();
   for (const PixelDirection& d : state.directions)
     directions.push_back({{"wi", d.wi}, {"pdf_w", d.pdf_w}, {"screen", or_null(d.screen)}});
   for (const DirectionSquare& c : state.cells)
     cells.push_back({{"u", c.u}, {"v", c.v}, {"size", c.size}, {"pdf_w", c.pdf_w}});
   out["lobe"] = {{"directions", std::move(directions)},
-                 {"cells", state.cells.empty() ? Json(nullptr) : std::move(cells)}};
+                 {"cells", state.cells.empty() ? OrderedJson(nullptr) : std::move(cells)}};
   return text_of(out);
 }
 
 std::string job_to_json(const JobInfo& job) { return text_of(job_json(job)); }
 
 std::string job_list_to_json(std::span<const JobInfo> jobs, std::string_view next) {
-  Json out = {{"jobs", Json::array()}};
+  OrderedJson out = {{"jobs", OrderedJson::array()}};
   for (const JobInfo& job : jobs) out["jobs"].push_back(job_json(job));
   if (!next.empty()) out["next"] = next;
   return text_of(out);
@@ -208,7 +210,7 @@ std::string job_list_to_json(std::span<const JobInfo> jobs, std::string_view nex
 std::string table_to_json(const TableInfo& table) { return text_of(table_json(table)); }
 
 std::string table_list_to_json(std::span<const TableInfo> tables) {
-  Json list = Json::array();
+  OrderedJson list = OrderedJson::array();
   for (const TableInfo& t : tables) list.push_back(table_json(t));
   return text_of({{"tables", std::move(list)}});
 }
@@ -216,19 +218,19 @@ std::string table_list_to_json(std::span<const TableInfo> tables) {
 std::string weights_to_json(const WeightsInfo& weights) { return text_of(weights_json(weights)); }
 
 std::string weights_list_to_json(std::span<const WeightsInfo> weights) {
-  Json list = Json::array();
+  OrderedJson list = OrderedJson::array();
   for (const WeightsInfo& w : weights) list.push_back(weights_json(w));
   return text_of({{"weights", std::move(list)}});
 }
 
 std::string scene_list_to_json(std::span<const SceneInfo> scenes) {
-  Json list = Json::array();
+  OrderedJson list = OrderedJson::array();
   for (const SceneInfo& s : scenes) list.push_back(scene_json(s));
   return text_of({{"scenes", std::move(list)}});
 }
 
 std::string scene_to_json(const SceneInfo& scene, const SceneReport* report) {
-  Json out = scene_json(scene);
+  OrderedJson out = scene_json(scene);
   if (report) {
     out["entry"] = report->entry;
     out["triangles"] = report->triangles;
@@ -238,19 +240,19 @@ std::string scene_to_json(const SceneInfo& scene, const SceneReport* report) {
 }
 
 std::string scene_report_to_json(const SceneReport& report) {
-  Json out = {{"entry", report.entry},
-              {"width", report.width},
-              {"height", report.height},
-              {"triangles", report.triangles},
-              {"unpacked_bytes", report.unpacked_bytes},
-              {"warnings", report.warnings}};
+  OrderedJson out = {{"entry", report.entry},
+                     {"width", report.width},
+                     {"height", report.height},
+                     {"triangles", report.triangles},
+                     {"unpacked_bytes", report.unpacked_bytes},
+                     {"warnings", report.warnings}};
   if (report.error)
     out["error"] = {{"message", report.error->message}, {"where", report.error->where}};
   return text_of(out);
 }
 
 std::optional<SceneReport> parse_scene_report(std::string_view json) {
-  const Json tree = Json::parse(json, nullptr, false);
+  const OrderedJson tree = OrderedJson::parse(json, nullptr, false);
   if (!tree.is_object()) return std::nullopt;
   try {
     SceneReport report{{},
@@ -263,7 +265,7 @@ std::optional<SceneReport> parse_scene_report(std::string_view json) {
     if (const auto error = tree.find("error"); error != tree.end())
       report.error = JobError{error->at("message"), error->at("where")};
     return report;
-  } catch (const Json::exception&) {
+  } catch (const OrderedJson::exception&) {
     return std::nullopt;
   }
 }
@@ -283,10 +285,10 @@ std::string asset_to_json(std::string_view sha256) { return text_of({{"sha256", 
 std::string health_to_json() { return R"({"status":"ok"})"; }
 
 std::string problem_to_json(const Problem& problem) {
-  Json out = {{"type", "about:blank"}, {"title", problem.title}, {"status", problem.status}};
+  OrderedJson out = {{"type", "about:blank"}, {"title", problem.title}, {"status", problem.status}};
   if (!problem.detail.empty()) out["detail"] = problem.detail;
   if (!problem.errors.empty()) {
-    out["errors"] = Json::array();
+    out["errors"] = OrderedJson::array();
     for (const FieldError& e : problem.errors) {
       out["errors"].push_back({{"pointer", e.pointer}, {"detail", e.detail}});
     }

@@ -156,7 +156,7 @@ struct Moment {
   uint64_t samples = 0;           // a pixel, so far
   double seconds = 0, noise = 0;  // noise: 0: not known
   bool learning = false, guided = false;
-  double gain = 0;  // 0: not known
+  double efficiency_gain = 0;  // 0: not known
   uint64_t states = 0, direction_nodes = 0, table_bytes = 0;
   std::string gate;                     // "on", or "off: " and why; empty: no guide
   bool picture = false, table = false;  // that of the moment is kept

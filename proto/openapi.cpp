@@ -9,7 +9,7 @@
 namespace qray::proto {
 namespace {
 
-using Json = nlohmann::ordered_json;
+using OrderedJson = nlohmann::ordered_json;
 
 std::string line_of(const YAML::Mark& mark) { return std::to_string(mark.line + 1); }
 
@@ -32,7 +32,7 @@ bool one_of(std::string_view text, std::initializer_list<std::string_view> forms
 }
 
 // Of a scalar without quotes.
-Json typed(std::string_view text, const YAML::Mark& mark) {
+OrderedJson typed(std::string_view text, const YAML::Mark& mark) {
   if (one_of(text, {"", "~", "null", "Null", "NULL"})) return nullptr;
   if (one_of(text, {"true", "True", "TRUE"})) return true;
   if (one_of(text, {"false", "False", "FALSE"})) return false;
@@ -56,22 +56,22 @@ Json typed(std::string_view text, const YAML::Mark& mark) {
   return std::string(text);
 }
 
-Json json_of(const YAML::Node& node) {
+OrderedJson json_of(const YAML::Node& node) {
   switch (node.Type()) {
     case YAML::NodeType::Undefined:
     case YAML::NodeType::Null:
       return nullptr;
     case YAML::NodeType::Scalar:
-      return node.Tag() == "!" ? Json(node.Scalar()) : typed(node.Scalar(), node.Mark());
+      return node.Tag() == "!" ? OrderedJson(node.Scalar()) : typed(node.Scalar(), node.Mark());
     case YAML::NodeType::Sequence: {
-      Json list = Json::array();
+      OrderedJson list = OrderedJson::array();
       for (const YAML::Node& item : node) list.push_back(json_of(item));
       return list;
     }
     case YAML::NodeType::Map:
       break;
   }
-  Json object = Json::object();
+  OrderedJson object = OrderedJson::object();
   for (const auto& member : node) {
     const std::string& name = member.first.Scalar();
     if (object.contains(name)) throw YAML::Exception(member.first.Mark(), "a name twice: " + name);
@@ -87,7 +87,7 @@ Result<std::string> openapi_to_json(std::string_view yaml) {
     return json_of(YAML::Load(std::string(yaml))).dump();
   } catch (const YAML::Exception& e) {
     return Error{ErrorCode::kInvalid, e.msg, "openapi.yaml:" + line_of(e.mark)};
-  } catch (const Json::exception&) {
+  } catch (const OrderedJson::exception&) {
     return Error{ErrorCode::kInvalid, "expected UTF-8", "openapi.yaml"};
   }
 }

@@ -48,7 +48,7 @@ mkdir -p "$out" || fail "cannot make the folder $out"
 
 # Step 1: what is needed, and the build.
 bash "$root/docker/install.sh" build || fail "the packages above could not be installed"
-options=(-DCMAKE_BUILD_TYPE=Release -DQRAY_TESTS=OFF)
+options=(-DCMAKE_BUILD_TYPE=Release -DQRAY_TESTS=OFF -DCMAKE_UNITY_BUILD=ON)
 grep -q avx2 /proc/cpuinfo || options+=(-DQRAY_ARCH=)
 say "building into $build"
 cmake -S "$root" -B "$build" -G Ninja "${options[@]}" > /dev/null || fail "cmake failed"

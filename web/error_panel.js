@@ -83,13 +83,13 @@ export class ErrorPanel {
     const taught = moments.findLast(({ learning }) => learning);
     if (taught && moments.at(-1) !== taught) marks.push({ moment: taught, text: 'learning ends' });
     const guided = moments.find((moment) => moment.guided);
-    const gain = moments.findLast((moment) => moment.gain !== null && moment.gain !== undefined);
+    const known = moments.findLast((moment) => moment.efficiency_gain > 0);
     if (guided) {
-      const words = gain ? `guided, gain ${significant(gain.gain, 2)}` : 'guided';
+      const words = known ? `guided, gain ${significant(known.efficiency_gain, 2)}` : 'guided';
       marks.push({ moment: guided, text: words });
     }
     const { gate } = this.#job_moments.of(id);
-    if (gate && gate !== 'on' && gain) marks.push({ moment: gain, text: 'gate: off' });
+    if (gate && gate !== 'on' && known) marks.push({ moment: known, text: 'gate: off' });
     return marks;
   }
 

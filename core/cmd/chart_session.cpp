@@ -10,7 +10,7 @@
 namespace qray::cmd {
 namespace {
 
-constexpr int64_t kMaxPixels = int64_t{1} << 28;
+constexpr int64_t kMaxChartPixels = int64_t{1} << 28;
 
 // Progress over all runs.
 class ChartProgress final : public RenderObserver {
@@ -67,7 +67,7 @@ Status ChartSession::check(const NamedScene& scene) const {
     const Result<RenderSettings> s =
         apply_variant(method, chart_settings(scene.prepared->scene, plan_));
     if (!s) return s.error();
-    if (Status checked = check_settings(s.value(), kMaxPixels); !checked) return checked;
+    if (Status checked = check_settings(s.value(), kMaxChartPixels); !checked) return checked;
   }
   return {};
 }

@@ -11,12 +11,12 @@
 namespace qray::cmd {
 namespace {
 
-struct Options {
+struct DiffOptions {
   std::string picture, reference;
   bool json = false;
 };
 
-Status run(const Options& o) {
+Status run(const DiffOptions& o) {
   Result<Image> picture = read_linear_image(o.picture);
   if (!picture) return picture.error();
   Result<Image> reference = read_linear_image(o.reference);
@@ -40,7 +40,7 @@ Status run(const Options& o) {
 }  // namespace
 
 void add_diff(CLI::App& app, int& exit_code) {
-  auto o = std::make_shared<Options>();
+  auto o = std::make_shared<DiffOptions>();
   CLI::App* sub = app.add_subcommand("diff", "compare a picture with its reference");
   sub->add_option("picture", o->picture, "what is judged; 8-bit formats are read as sRGB")
       ->required();

@@ -10,13 +10,13 @@
 namespace qray::cmd {
 namespace {
 
-struct Options {
+struct FetchOptions {
   std::string id, out;
   ServerAddress server;
   float exposure = 0;
 };
 
-int run(const Options& o) {
+int run(const FetchOptions& o) {
   if (Status s = check_picture_name(o.out); !s) return report(s.error());
   Result<std::unique_ptr<ServiceClient>> client = ServiceClient::open(o.server);
   if (!client) return report_client(client.error());
@@ -30,7 +30,7 @@ int run(const Options& o) {
 }  // namespace
 
 void add_fetch(CLI::App& app, int& exit_code) {
-  auto o = std::make_shared<Options>();
+  auto o = std::make_shared<FetchOptions>();
   CLI::App* sub = app.add_subcommand("fetch", "download a job's picture");
   sub->add_option("id", o->id, "the job")->required();
   sub->add_option("--exposure", o->exposure, "stops, for a png")->check(CLI::Range(-32.0, 32.0));

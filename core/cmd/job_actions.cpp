@@ -8,13 +8,13 @@
 namespace qray::cmd {
 namespace {
 
-struct Options {
+struct JobActionsOptions {
   std::string id;
   ServerAddress server;
   proto::ExtendRequest more;
 };
 
-Status act(const Options& o, const std::string& action) {
+Status act(const JobActionsOptions& o, const std::string& action) {
   Result<std::unique_ptr<ServiceClient>> client = ServiceClient::open(o.server);
   if (!client) return client.error();
   const Result<proto::JobView> job =
@@ -24,7 +24,7 @@ Status act(const Options& o, const std::string& action) {
   return {};
 }
 
-Status print_log(const Options& o) {
+Status print_log(const JobActionsOptions& o) {
   Result<std::unique_ptr<ServiceClient>> client = ServiceClient::open(o.server);
   if (!client) return client.error();
   const Result<std::string> log = client.value()->log(o.id);
@@ -33,9 +33,9 @@ Status print_log(const Options& o) {
   return {};
 }
 
-std::pair<CLI::App*, std::shared_ptr<Options>> add(CLI::App& app, const char* name,
-                                                   const char* what) {
-  auto o = std::make_shared<Options>();
+std::pair<CLI::App*, std::shared_ptr<JobActionsOptions>> add(CLI::App& app, const char* name,
+                                                             const char* what) {
+  auto o = std::make_shared<JobActionsOptions>();
   CLI::App* sub = app.add_subcommand(name, what);
   sub->add_option("id", o->id, "the job")->required();
   add_server_option(*sub, o->server);

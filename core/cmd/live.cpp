@@ -23,7 +23,7 @@ namespace {
 
 constexpr double kAfterEvent = 0.5;  // seconds: what was seen before must be gone
 
-struct Options {
+struct LiveOptions {
   std::string scene, flight, size, method = "adaptive", recover = "default", table_in, out, cache;
   std::vector<std::string> variants;
   double budget_ms = 110, reference_seconds = 20, rest = 0;
@@ -43,7 +43,7 @@ std::string camera_hash(const Camera& c) {
 }
 
 // The reference at a time of the flight; made, and kept, if there is none.
-Result<Image> reference_at(const Options& o, const Flight& flight, double seconds,
+Result<Image> reference_at(const LiveOptions& o, const Flight& flight, double seconds,
                            const PreparedScene& scene, RenderSettings settings, TaskPool& pool,
                            std::stop_token stop) {
   settings.camera = flight.at(seconds);
@@ -97,7 +97,7 @@ void print_events(const Flight& flight, const std::vector<FlightMeasures>& all) 
   }
 }
 
-Status write_json(const Options& o, const std::vector<FlightMeasures>& all) {
+Status write_json(const LiveOptions& o, const std::vector<FlightMeasures>& all) {
   std::string text;
   for (const FlightMeasures& m : all) {
     const double frames = static_cast<double>(m.frames);
@@ -123,7 +123,7 @@ Status write_json(const Options& o, const std::vector<FlightMeasures>& all) {
 }
 
 // A camera at rest where the flight ends, against a job of the same samples.
-Status rest(const Options& o, const FlightRun& run, const Image& reference, TaskPool& pool,
+Status rest(const LiveOptions& o, const FlightRun& run, const Image& reference, TaskPool& pool,
             std::stop_token stop) {
   Result<std::unique_ptr<Guide>> guide = load_guide(*run.scene, run.settings.render, run.table);
   if (!guide) return guide.error();
@@ -153,7 +153,7 @@ Status rest(const Options& o, const FlightRun& run, const Image& reference, Task
   return {};
 }
 
-Status run(const Options& o) {
+Status run(const LiveOptions& o) {
   std::error_code ec;
   std::filesystem::create_directories(o.out, ec);
   if (ec) return Error{ErrorCode::kIo, "cannot make the folder: " + ec.message(), o.out};
@@ -235,7 +235,7 @@ Status run(const Options& o) {
 void add_live(CLI::App& app, int& exit_code) {
   CLI::App* live = app.add_subcommand(
       "live", "flies a camera through a scene at a fixed time a frame, and measures the pictures");
-  auto o = std::make_shared<Options>();
+  auto o = std::make_shared<LiveOptions>();
   for (const LiveVariant& variant : live_variants()) o->variants.push_back(variant.name);
   live->add_option("scene", o->scene, "as for qray render")->required();
   live->add_option("--flight", o->flight, "the camera's way, a file (docs/live.md)")->required();

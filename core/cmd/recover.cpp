@@ -21,7 +21,7 @@
 namespace qray::cmd {
 namespace {
 
-struct Options {
+struct RecoverOptions {
   std::vector<std::string> scenes, weights;
   std::string scene, table_in, method = "none", out;
   int threads = default_threads(), held_out = 8, hidden = 0;
@@ -37,7 +37,7 @@ struct Album {
   std::string name;
 };
 
-Result<Album> take_album(const std::string& name, const Options& o, TaskPool& pool,
+Result<Album> take_album(const std::string& name, const RecoverOptions& o, TaskPool& pool,
                          std::stop_token stop) {
   ProgressLine line(o.quiet);
   Result<std::shared_ptr<const PreparedScene>> scene =
@@ -69,8 +69,8 @@ double mean_of(const std::vector<double>& values) {
 }
 
 // Views of all scenes: those to be learned from, then `held_out` kept apart, as many of each scene.
-Result<std::vector<TrainingView>> all_views(const Options& o, TaskPool& pool, std::stop_token stop,
-                                            size_t& held_out, Album& last) {
+Result<std::vector<TrainingView>> all_views(const RecoverOptions& o, TaskPool& pool,
+                                            std::stop_token stop, size_t& held_out, Album& last) {
   std::vector<TrainingView> taught, kept;
   for (const std::string& name : o.scenes) {
     Result<Album> album = take_album(name, o, pool, stop);
@@ -95,7 +95,7 @@ void print_rungs(const Ladder& ladder) {
   }
 }
 
-Status train_weights(const Options& o) {
+Status train_weights(const RecoverOptions& o) {
   if (Status s = check_writable(o.out); !s) return s;
   if (o.held_out >= o.views.views)
     return Error{ErrorCode::kInvalid, "expected fewer views kept apart than views", "--held-out"};
@@ -161,7 +161,7 @@ void print_compared(const std::vector<Compared>& rows, const Compared& bilinear,
                 median_ratio(row, bilinear), median_ratio(row, bilateral));
 }
 
-Status compare(const Options& o) {
+Status compare(const RecoverOptions& o) {
   std::vector<std::pair<std::string, Network>> networks;
   for (const char* name : {"bilinear", "untrained", "default"})
     networks.emplace_back(name, included_network(name).value());
@@ -173,7 +173,7 @@ Status compare(const Options& o) {
   const StopOnSignal stop;
   TaskPool pool(o.threads);
   // The filter is fitted to other views than those compared on.
-  Options fitting = o;
+  RecoverOptions fitting = o;
   fitting.views.seed += 1000;
   Result<Album> others = take_album(o.scene, fitting, pool, stop.token());
   if (!others) return others.error();
@@ -198,7 +198,7 @@ Status compare(const Options& o) {
   return {};
 }
 
-Status info(const Options& o) {
+Status info(const RecoverOptions& o) {
   Result<WeightsFile> read = read_weights(o.weights[0]);
   if (!read) return read.error();
   const WeightsFile& w = read.value();
@@ -211,7 +211,7 @@ Status info(const Options& o) {
   return {};
 }
 
-void add_view_options(CLI::App& app, Options& o) {
+void add_view_options(CLI::App& app, RecoverOptions& o) {
   app.add_option("--method", o.method, "that renders the views")->capture_default_str();
   app.add_option("--table-in", o.table_in, "its table");
   app.add_option("--views", o.views.views, "pictures of 128 x 128 from random places")
@@ -238,14 +238,14 @@ void add_recover(CLI::App& app, int& exit_code) {
   CLI::App* group =
       app.add_subcommand("recover", "networks that make a picture of a quarter of its pixels");
   group->require_subcommand(1);
-  const auto run = [&exit_code](CLI::App* sub, Status (*command)(const Options&),
-                                std::shared_ptr<Options> o) {
+  const auto run = [&exit_code](CLI::App* sub, Status (*command)(const RecoverOptions&),
+                                std::shared_ptr<RecoverOptions> o) {
     sub->callback([o, command, &exit_code] {
       if (Status s = command(*o); !s) exit_code = report(s.error());
     });
   };
 
-  auto train_options = std::make_shared<Options>();
+  auto train_options = std::make_shared<RecoverOptions>();
   CLI::App* train_command = group->add_subcommand(
       "train", "take pictures of scenes, train the ladder of models, keep the cheapest good one");
   train_command->add_option("scenes", train_options->scenes, "included names, folders or files")
@@ -262,7 +262,7 @@ void add_recover(CLI::App& app, int& exit_code) {
   train_command->add_option("-o,--out", train_options->out, "weights.qrw")->required();
   run(train_command, train_weights, train_options);
 
-  auto compare_options = std::make_shared<Options>();
+  auto compare_options = std::make_shared<RecoverOptions>();
   CLI::App* compare_command =
       group->add_subcommand("compare", "errors of models and of a fitted filter on new views");
   compare_command->add_option("scene", compare_options->scene, "an included name, folder or file")
@@ -271,7 +271,7 @@ void add_recover(CLI::App& app, int& exit_code) {
   add_view_options(*compare_command, *compare_options);
   run(compare_command, compare, compare_options);
 
-  auto info_options = std::make_shared<Options>();
+  auto info_options = std::make_shared<RecoverOptions>();
   CLI::App* info_command = group->add_subcommand("info", "what a weights file holds");
   info_command->add_option("file", info_options->weights, "weights.qrw")->required()->expected(1);
   run(info_command, info, info_options);

@@ -16,9 +16,9 @@
 namespace qray::cmd {
 namespace {
 
-constexpr int64_t kMaxPixels = int64_t{1} << 28;
+constexpr int64_t kMaxRenderPixels = int64_t{1} << 28;
 
-struct Options {
+struct RenderCommand {
   RenderOptions render;
   std::vector<int> passes;
   int threads = default_threads();
@@ -28,11 +28,11 @@ struct Options {
   bool quiet = false, strict = false;
 };
 
-ViewOptions view_options(const Options& o) {
+ViewOptions view_options(const RenderCommand& o) {
   return {o.view, o.pixel, o.table_in, o.out, o.render.method.has_value(), o.quiet};
 }
 
-Status check_outputs(const Options& o) {
+Status check_outputs(const RenderCommand& o) {
   for (const std::string& name : {o.out, o.sampled})
     if (!name.empty())
       if (Status s = check_picture_name(name); !s) return s;
@@ -47,7 +47,7 @@ Status check_outputs(const Options& o) {
   return check_view(view_options(o));
 }
 
-Status render_beauty(const Options& o, const PreparedScene& scene, RenderSettings settings,
+Status render_beauty(const RenderCommand& o, const PreparedScene& scene, RenderSettings settings,
                      TaskPool& pool, std::stop_token stop) {
   if (!o.table_out.empty() && settings.method == "none")
     return Error{ErrorCode::kInvalid, "the method none learns no table", "--table-out"};
@@ -92,7 +92,7 @@ Status render_beauty(const Options& o, const PreparedScene& scene, RenderSetting
   return {};
 }
 
-Status run(const Options& o) {
+Status run(const RenderCommand& o) {
   if (Status s = check_outputs(o); !s) return s;
   const StopOnSignal stop;
   ProgressLine line(o.quiet);
@@ -108,7 +108,7 @@ Status run(const Options& o) {
   RenderSettings settings = std::move(made).value();
   settings.passes = o.passes;
   settings.max_table_bytes = static_cast<size_t>(o.table_mib) << 20;
-  if (Status s = check_settings(settings, kMaxPixels); !s) return s;
+  if (Status s = check_settings(settings, kMaxRenderPixels); !s) return s;
   TaskPool pool(o.threads);
   return o.view == "beauty" ? render_beauty(o, scene, settings, pool, stop.token())
                             : render_view(view_options(o), scene, settings, pool, stop.token());
@@ -117,7 +117,7 @@ Status run(const Options& o) {
 }  // namespace
 
 void add_render(CLI::App& app, int& exit_code) {
-  auto o = std::make_shared<Options>();
+  auto o = std::make_shared<RenderCommand>();
   CLI::App* sub = app.add_subcommand("render", "render a scene to a picture");
   add_render_options(*sub, o->render, kRender);
   sub->add_option("--passes", o->passes,

@@ -9,12 +9,12 @@
 namespace qray::cmd {
 namespace {
 
-struct Options {
+struct SubmitOptions {
   RenderOptions render;
   ServerAddress server;
 };
 
-Status run(const Options& o) {
+Status run(const SubmitOptions& o) {
   Result<JobRequest> request = make_request(o.render, kSubmit);
   if (!request) return request.error();
   Result<std::unique_ptr<ServiceClient>> client = ServiceClient::open(o.server);
@@ -34,7 +34,7 @@ Status run(const Options& o) {
 }  // namespace
 
 void add_submit(CLI::App& app, int& exit_code) {
-  auto o = std::make_shared<Options>();
+  auto o = std::make_shared<SubmitOptions>();
   CLI::App* sub = app.add_subcommand(
       "submit",
       "post a job to a server, sending its scene where that is a file or folder here; "

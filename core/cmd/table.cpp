@@ -14,7 +14,7 @@
 namespace qray::cmd {
 namespace {
 
-struct Options {
+struct TableOptions {
   std::vector<std::string> files;
   std::string scene, out;
   bool json = false;
@@ -25,7 +25,7 @@ Error at_file(const Error& error, const std::string& file) {
   return {error.code, error.message, file + (error.where.empty() ? "" : ":" + error.where)};
 }
 
-Status info(const Options& o) {
+Status info(const TableOptions& o) {
   Result<TableFile> read = read_table(o.files[0]);
   if (!read) return read.error();
   const TableHeader& h = read.value().header;
@@ -78,7 +78,7 @@ Status info(const Options& o) {
   return {};
 }
 
-Status verify(const Options& o) {
+Status verify(const TableOptions& o) {
   const std::string& file = o.files[0];
   Result<TableFile> read = read_table(file);
   if (!read) return read.error();
@@ -101,7 +101,7 @@ Status verify(const Options& o) {
   return {};
 }
 
-Status merge(const Options& o) {
+Status merge(const TableOptions& o) {
   if (Status s = check_writable(o.out); !s) return s;
   std::vector<TableFile> tables;
   for (const std::string& file : o.files) {
@@ -117,10 +117,10 @@ Status merge(const Options& o) {
 }  // namespace
 
 void add_table(CLI::App& app, int& exit_code) {
-  auto o = std::make_shared<Options>();
+  auto o = std::make_shared<TableOptions>();
   CLI::App* table = app.add_subcommand("table", "tables: what was learned about a scene's light");
   table->require_subcommand(1);
-  const auto add = [&](const char* name, const char* what, Status (*run)(const Options&)) {
+  const auto add = [&](const char* name, const char* what, Status (*run)(const TableOptions&)) {
     CLI::App* sub = table->add_subcommand(name, what);
     sub->callback([o, run, &exit_code] {
       if (Status s = run(*o); !s) exit_code = report(s.error());

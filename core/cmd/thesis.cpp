@@ -14,13 +14,13 @@
 namespace qray::cmd {
 namespace {
 
-struct Options {
+struct ThesisOptions {
   int figure = 0, threads = default_threads();
   std::string size, out, scene = "thesis-room", method = "both", recover = "auto";
   uint64_t seed = 1;
 };
 
-Result<Image> draw(const Options& o, const StopOnSignal& stop) {
+Result<Image> draw(const ThesisOptions& o, const StopOnSignal& stop) {
   ThesisFigure figure{o.figure, o.method, std::nullopt, o.seed};
   if (!o.size.empty()) {
     const Result<std::pair<int, int>> given = parse_size(o.size);
@@ -53,7 +53,7 @@ Result<Image> draw(const Options& o, const StopOnSignal& stop) {
   return image;
 }
 
-Status run(const Options& o) {
+Status run(const ThesisOptions& o) {
   if (Status s = check_picture_name(o.out); !s) return s;
   const StopOnSignal stop;
   Result<Image> image = draw(o, stop);
@@ -66,7 +66,7 @@ Status run(const Options& o) {
 }  // namespace
 
 void add_thesis(CLI::App& app, int& exit_code) {
-  auto o = std::make_shared<Options>();
+  auto o = std::make_shared<ThesisOptions>();
   CLI::App* sub = app.add_subcommand("thesis", "draw a figure of the thesis again");
   sub->add_option(
          "--figure", o->figure,

@@ -13,13 +13,13 @@ namespace {
 
 constexpr auto kPollPause = std::chrono::milliseconds(300);
 
-struct Options {
+struct WaitOptions {
   std::string id;
   ServerAddress server;
   double timeout_seconds = 0;  // 0: none
 };
 
-int run(const Options& o) {
+int run(const WaitOptions& o) {
   Result<std::unique_ptr<ServiceClient>> client = ServiceClient::open(o.server);
   if (!client) return report_client(client.error());
   const SteadyClock clock;
@@ -40,7 +40,7 @@ int run(const Options& o) {
 }  // namespace
 
 void add_wait(CLI::App& app, int& exit_code) {
-  auto o = std::make_shared<Options>();
+  auto o = std::make_shared<WaitOptions>();
   CLI::App* sub = app.add_subcommand("wait", "wait until a job has ended, and say how");
   sub->add_option("id", o->id, "the job")->required();
   sub->add_option("--timeout", o->timeout_seconds, "give up after so many seconds (exit code 5)")

@@ -57,13 +57,13 @@ Result<proto::JobView> follow(ServiceClient& client, const std::string& id, Prog
   }
 }
 
-struct Options {
+struct WatchOptions {
   std::string id;
   ServerAddress server;
   bool quiet = false;
 };
 
-int run(const Options& o) {
+int run(const WatchOptions& o) {
   Result<std::unique_ptr<ServiceClient>> client = ServiceClient::open(o.server);
   if (!client) return report_client(client.error());
   const Result<proto::JobView> first = client.value()->job(o.id);  // a wrong URL is told at once
@@ -77,7 +77,7 @@ int run(const Options& o) {
 }  // namespace
 
 void add_watch(CLI::App& app, int& exit_code) {
-  auto o = std::make_shared<Options>();
+  auto o = std::make_shared<WatchOptions>();
   CLI::App* sub = app.add_subcommand("watch", "show a job's progress until it ends");
   sub->add_option("id", o->id, "the job")->required();
   sub->add_flag("-q,--quiet", o->quiet, "no progress, only the end");

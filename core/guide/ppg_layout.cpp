@@ -7,7 +7,7 @@ namespace {
 
 using Cell = DirectionTrees::Cell;
 
-constexpr std::string_view kCubeTag = "PCUB", kRecordsTag = "PDTR";
+constexpr std::string_view kPpgCubeTag = "PCUB", kPpgRecordsTag = "PDTR";
 constexpr double kMeanOne = DirectionTrees::kChances / 4;  // a chance that leaves the mean as it is
 constexpr int64_t kMaxIterationSamples = int64_t{1} << 60;
 constexpr uint32_t kMaxIterations = 64;
@@ -58,11 +58,11 @@ std::vector<TableSection> encode_ppg(const SpatialTree& tree, const PpgHead& hea
         out.u8(static_cast<uint8_t>(std::lround(four[q].mean / c.mean * kMeanOne)));
     });
   }
-  return {{std::string(kCubeTag), cube.take()}, {std::string(kRecordsTag), out.take()}};
+  return {{std::string(kPpgCubeTag), cube.take()}, {std::string(kPpgRecordsTag), out.take()}};
 }
 
 Result<PpgHead> decode_ppg_head(std::span<const TableSection> sections) {
-  if (Status s = expect_sections(sections, kCubeTag, kRecordsTag); !s.ok()) return s.error();
+  if (Status s = expect_sections(sections, kPpgCubeTag, kPpgRecordsTag); !s.ok()) return s.error();
   PpgHead head;
   ByteReader in(sections[0].bytes);
   head.cube = read_cube(in);
@@ -70,10 +70,10 @@ Result<PpgHead> decode_ppg_head(std::span<const TableSection> sections) {
   head.last_iteration_samples = in.i64();
   head.iteration = in.u32();
   if (!in.ok() || in.remaining() != 0)
-    return Error{ErrorCode::kCorrupt, "wrong size", place_of(kCubeTag)};
+    return Error{ErrorCode::kCorrupt, "wrong size", place_of(kPpgCubeTag)};
   if (head.last_iteration_samples < 0 || head.last_iteration_samples > kMaxIterationSamples ||
       head.iteration > kMaxIterations)
-    return Error{ErrorCode::kCorrupt, "wrong iterations", place_of(kCubeTag)};
+    return Error{ErrorCode::kCorrupt, "wrong iterations", place_of(kPpgCubeTag)};
   return head;
 }
 
@@ -87,18 +87,18 @@ Status decode_ppg_records(std::span<const TableSection> sections, SpatialTree& t
       });
   if (!count.ok()) return count.error();
   if (count.value() != tree.leaves())
-    return Error{ErrorCode::kCorrupt, "places are missing", place_of(kRecordsTag)};
+    return Error{ErrorCode::kCorrupt, "places are missing", place_of(kPpgRecordsTag)};
   return {};
 }
 
-std::string ppg_head_place() { return place_of(kCubeTag); }
+std::string ppg_head_place() { return place_of(kPpgCubeTag); }
 
-std::string ppg_records_place() { return place_of(kRecordsTag); }
+std::string ppg_records_place() { return place_of(kPpgRecordsTag); }
 
 Result<GuideSetup> setup_of_ppg(std::span<const TableSection> sections) {
   const Result<PpgHead> head = decode_ppg_head(sections);
   if (!head.ok()) return head.error();
-  return setup_of_cube(head.value().cube, place_of(kCubeTag));
+  return setup_of_cube(head.value().cube, place_of(kPpgCubeTag));
 }
 
 }  // namespace qray

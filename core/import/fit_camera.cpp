@@ -5,12 +5,13 @@
 #include <limits>
 #include <optional>
 
+#include "core/scene/value_ranges.h"
+
 namespace qray {
 namespace {
 
 constexpr float kBoxFovDeg = 39.3f;  // of the Cornell box photographs
 constexpr float kRoomFovDeg = 70;
-constexpr float kFarthest = 1e6f;  // metres: validate() refuses what is beyond
 // Of more, instances and all, it is not asked what they cover.
 constexpr size_t kMaxTriangles = 20'000'000;
 constexpr size_t kMaxRoomTriangles = 300'000;  // 1300 rays look at each
@@ -137,7 +138,7 @@ float half_tan(float fov_deg) { return std::tan(fov_deg * (kPi / 360)); }
 Camera fit_camera(const Scene& scene, bool fronts_are_known) {
   const Bounds3 box = scene.bounds();
   Camera camera;
-  if (box.empty() || !(box.radius() > 0 && box.radius() < kFarthest)) return camera;
+  if (box.empty() || !(box.radius() > 0 && box.radius() < kMaxCoordinate)) return camera;
   const Vec3 center = box.center(), extent = box.extent();
   camera.target = center;
 

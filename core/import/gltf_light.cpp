@@ -3,25 +3,20 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/scene/value_ranges.h"
+
 namespace qray {
 namespace {
 
-constexpr float kMaxRadiance = 1e12f;  // as validate() allows
-
-Vec3 column(const Transform& t, size_t c) {
-  return {static_cast<float>(t.rows[0][c]), static_cast<float>(t.rows[1][c]),
-          static_cast<float>(t.rows[2][c])};
-}
-
 Vec3 unit_column(const Transform& t, size_t c, const JsonNode& place) {
-  const Vec3 v = column(t, c);
+  const Vec3 v = t.column(c);
   const float norm = length(v);
   if (!(norm > 0 && std::isfinite(norm))) place.fail("is flattened by the nodes above it");
   return v / norm;
 }
 
 Vec3 position_of(const Transform& t, const JsonNode& place) {
-  const Vec3 p = column(t, 3);
+  const Vec3 p = t.column(3);
   for (int axis = 0; axis < 3; ++axis)
     if (!(std::abs(p[axis]) <= kMaxCoordinate)) place.fail("expected a place within 1e6 m");
   return p;

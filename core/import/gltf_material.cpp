@@ -3,11 +3,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/scene/value_ranges.h"
+
 namespace qray {
 namespace {
 
-constexpr float kMaxRadiance = 1e12f, kMaxAbsorption = 1e6f;  // as validate() allows
-constexpr float kF0 = 0.04f;                                  // of index 1.5
+constexpr float kF0 = 0.04f;  // of index 1.5
 
 }  // namespace
 

@@ -26,9 +26,9 @@ constexpr std::string_view kKnownExtensions[] = {
 
 constexpr size_t kMaxItems = 250'000;  // of a list, and primitives of all meshes
 
-class Reader {
+class ModelReader {
  public:
-  explicit Reader(const JsonNode& root) : root_(root) {}
+  explicit ModelReader(const JsonNode& root) : root_(root) {}
 
   GltfModel read() {
     const JsonNode version = root_.get("asset").get("version");
@@ -202,6 +202,6 @@ class Reader {
 
 }  // namespace
 
-GltfModel read_gltf_model(const JsonNode& root) { return Reader(root).read(); }
+GltfModel read_gltf_model(const JsonNode& root) { return ModelReader(root).read(); }
 
 }  // namespace qray

@@ -8,7 +8,6 @@
 namespace qray {
 namespace {
 
-constexpr size_t kMaxWarnings = 1000;
 constexpr double kLeastVolume = 1e-20;  // of a map, as validate() wants it
 
 Transform from_columns(const std::vector<double>& m) {
@@ -46,9 +45,9 @@ Transform to_parent(const GltfModel::Node& node) {
   return placed(vec(node.translation, 0), q, vec(node.scale, 1));
 }
 
-class Reader {
+class GltfReader {
  public:
-  explicit Reader(GltfImport& import)
+  explicit GltfReader(GltfImport& import)
       : import_(import), document_(import.document), materials_(import), meshes_(import) {}
 
   void read() {
@@ -255,7 +254,7 @@ ImportedScene read_gltf_scene(const std::filesystem::path& path, const SceneLimi
                               const LoadWatch& watch) {
   GltfDocument document(path);
   GltfImport import{document, limits, watch, {}};
-  Reader(import).read();
+  GltfReader(import).read();
   return std::move(import.out);
 }
 

@@ -17,7 +17,7 @@ TextureWrap to_wrap(int gl) {
 
 // offset + rotation (scale uv); the rotation runs clockwise where v is down, so that it is counter-
 // clockwise as uv are drawn.
-UvTransform read_transform(const JsonNode& node) {
+UvTransform read_uv_transform(const JsonNode& node) {
   std::vector<float> offset{0, 0}, scale{1, 1};
   if (const auto v = node.find("offset")) offset = v->numbers(2);
   if (const auto v = node.find("scale")) scale = v->numbers(2);
@@ -55,7 +55,7 @@ GltfTextures::Found GltfTextures::find(const JsonNode& node, std::string_view ke
   texture.srgb = srgb;
   import_.expect_extensions(*info, {"KHR_texture_transform"});
   if (const auto transform = find_extension(*info, "KHR_texture_transform")) {
-    texture.uv_transform = read_transform(*transform);
+    texture.uv_transform = read_uv_transform(*transform);
     if (const auto set = transform->find("texCoord")) found.uv_set = set->integer(0, INT_MAX);
   }
   const auto& [u, v] = texture.uv_transform;

@@ -9,6 +9,8 @@
 
 namespace qray {
 
+inline constexpr size_t kMaxWarnings = 1000;  // of one scene
+
 // Not validated yet.
 struct ImportedScene {
   Scene scene;

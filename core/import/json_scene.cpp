@@ -9,14 +9,14 @@
 namespace qray {
 namespace {
 
-constexpr uint64_t kMaxJsonBytes = uint64_t{16} << 20;  // its tree takes twenty times that
+constexpr uint64_t kMaxSceneFileBytes = uint64_t{16} << 20;  // its tree takes twenty times that
 
 template <class Id>
 using Names = std::map<std::string, Id, std::less<>>;
 
-class Reader {
+class JsonReader {
  public:
-  Reader(const std::filesystem::path& path, const SceneLimits& limits, const LoadWatch& watch)
+  JsonReader(const std::filesystem::path& path, const SceneLimits& limits, const LoadWatch& watch)
       : folder_(scene_folder(path)), limits_(limits), watch_(watch) {}
 
   ImportedScene read(const JsonNode& root) {
@@ -250,11 +250,11 @@ class Reader {
 
 ImportedScene read_json_scene(const std::filesystem::path& path, const SceneLimits& limits,
                               const LoadWatch& watch) {
-  const Result<Bytes> text = read_file(path, kMaxJsonBytes);
+  const Result<Bytes> text = read_file(path, kMaxSceneFileBytes);
   if (!text.ok()) throw ImportFailure{text.error()};
   const std::string file = path.filename();
   const JsonValue tree = parse_json(text.value(), file);
-  return Reader(path, limits, watch).read(JsonNode(tree, file + ":"));
+  return JsonReader(path, limits, watch).read(JsonNode(tree, file + ":"));
 }
 
 }  // namespace qray

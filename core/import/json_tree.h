@@ -15,11 +15,11 @@
 #include "core/base/byte_io.h"
 #include "core/import/import_failure.h"
 #include "core/math/vec.h"
+#include "core/scene/value_ranges.h"
 
 namespace qray {
 
 constexpr int kMaxJsonDepth = 32;
-constexpr float kMaxCoordinate = 1e6f;  // metres, as validate() allows
 
 struct JsonMember;
 struct JsonValue {

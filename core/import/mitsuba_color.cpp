@@ -7,6 +7,7 @@
 #include "core/base/file.h"
 #include "core/image/tonemap.h"
 #include "core/import/spectrum.h"
+#include "core/scene/value_ranges.h"
 
 namespace qray {
 namespace {
@@ -168,7 +169,7 @@ bool is_color(const MitsubaNode& node) {
 
 Rgb read_mitsuba_color(const MitsubaNode& node, ColorUse use, MitsubaImport& import) {
   const Rgb color = ColorReader(node, use, import).read();
-  if (!(max_component(color) <= 1e12f)) node.fail("expected values up to 1e12");
+  if (!(max_component(color) <= kMaxRadiance)) node.fail("expected values up to 1e12");
   return color;
 }
 

@@ -10,11 +10,6 @@
 namespace qray {
 namespace {
 
-Vec3 column(const Transform& t, size_t c) {
-  return {static_cast<float>(t.rows[0][c]), static_cast<float>(t.rows[1][c]),
-          static_cast<float>(t.rows[2][c])};
-}
-
 Rgb read_light(const MitsubaNode& emitter, std::string_view name, MitsubaImport& import) {
   return find_color(emitter, name, Rgb{1.0f}, ColorUse::kEmission, import);
 }
@@ -23,7 +18,7 @@ void add_point(const MitsubaNode& emitter, MitsubaImport& import) {
   PunctualLight light;
   light.intensity = read_light(emitter, "intensity", import);
   if (const std::optional<Transform> t = find_transform(emitter, "to_world"))
-    light.position = column(*t, 3);
+    light.position = t->column(3);
   if (const std::optional<Vec3> position = find_point(emitter, "position"))
     light.position = *position;
   import.out.scene.lights.push_back(light);
@@ -35,8 +30,8 @@ void add_spot(const MitsubaNode& emitter, MitsubaImport& import) {
   light.falloff = SpotFalloff::kLinearAngle;
   light.intensity = read_light(emitter, "intensity", import);
   const Transform t = find_transform(emitter, "to_world").value_or(Transform{});
-  light.position = column(t, 3);
-  light.direction = normalize(column(t, 2));
+  light.position = t.column(3);
+  light.direction = normalize(t.column(2));
   const double outer = find_number(emitter, "cutoff_angle").value_or(20);
   const double inner = find_number(emitter, "beam_width").value_or(outer * 0.75);
   if (!(outer > 0 && outer <= 180 && inner >= 0 && inner <= outer))
@@ -55,7 +50,7 @@ void add_directional(const MitsubaNode& emitter, MitsubaImport& import) {
   light.kind = LightKind::kDirectional;
   light.intensity = read_light(emitter, "irradiance", import);
   const Transform t = find_transform(emitter, "to_world").value_or(Transform{});
-  const Vec3 direction = find_point(emitter, "direction").value_or(column(t, 2));
+  const Vec3 direction = find_point(emitter, "direction").value_or(t.column(2));
   if (!(length(direction) > 0)) emitter.fail("expected a direction with a length");
   light.direction = normalize(direction);
   import.out.scene.lights.push_back(light);
@@ -71,8 +66,7 @@ bool claim_sky(const MitsubaNode& emitter, MitsubaImport& import) {
 Mat3 sky_to_world(const MitsubaNode& emitter, MitsubaImport& import) {
   const std::optional<Transform> t = find_transform(emitter, "to_world");
   if (!t) return Mat3::rotation_y(180);
-  const Vec3 x = normalize(column(*t, 0)), y = normalize(column(*t, 1)),
-             z = normalize(column(*t, 2));
+  const Vec3 x = normalize(t->column(0)), y = normalize(t->column(1)), z = normalize(t->column(2));
   if (std::abs(dot(x, y)) + std::abs(dot(y, z)) + std::abs(dot(z, x)) > 1e-3f)
     import.warn(emitter, "only what of the map is a rotation is drawn");
   return {{Vec3{-x.x, y.x, -z.x}, Vec3{-x.y, y.y, -z.y}, Vec3{-x.z, y.z, -z.z}}};
@@ -133,9 +127,9 @@ SunTime read_time(const MitsubaNode& emitter) {
 // Up is the emitter's +y, in Mitsuba 3 its +z.
 Mat3 sun_sky_to_world(const MitsubaNode& emitter, bool z_up) {
   const Transform t = find_transform(emitter, "to_world").value_or(Transform{});
-  const Vec3 x = normalize(column(t, 0));
-  const Vec3 y = normalize(column(t, z_up ? 2 : 1));
-  const Vec3 z = normalize(column(t, z_up ? 1 : 2)) * (z_up ? -1.0f : 1.0f);
+  const Vec3 x = normalize(t.column(0));
+  const Vec3 y = normalize(t.column(z_up ? 2 : 1));
+  const Vec3 z = normalize(t.column(z_up ? 1 : 2)) * (z_up ? -1.0f : 1.0f);
   return {{Vec3{x.x, y.x, z.x}, Vec3{x.y, y.y, z.y}, Vec3{x.z, y.z, z.z}}};
 }
 

@@ -9,7 +9,7 @@
 namespace qray {
 namespace {
 
-constexpr int kMaxDepth = 32;  // of BSDFs in BSDFs
+constexpr int kMaxBsdfDepth = 32;  // of BSDFs in BSDFs
 // Reflects all light, at every angle.
 void make_mirror(Material& m) {
   m.kind = MaterialKind::kConductor;
@@ -37,7 +37,7 @@ MitsubaMaterials::Converted MitsubaMaterials::convert(const MitsubaNode& bsdf) {
 MitsubaMaterials::Converted MitsubaMaterials::convert(const MitsubaNode& bsdf, bool two_sided) {
   const std::pair key(&bsdf, two_sided);
   if (const auto it = known_.find(key); it != known_.end()) return it->second;
-  if (++depth_ > kMaxDepth) bsdf.fail("expected BSDFs of at most 32 levels, no cycles");
+  if (++depth_ > kMaxBsdfDepth) bsdf.fail("expected BSDFs of at most 32 levels, no cycles");
   Converted converted = convert_new(bsdf, two_sided);
   --depth_;
   if (converted.material.name.empty() || !bsdf.id.empty())

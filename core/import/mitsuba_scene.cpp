@@ -12,7 +12,6 @@ namespace {
 
 constexpr int kMaxShapeDepth = 8;  // of groups in groups
 constexpr size_t kMaxInstances = 1'000'000;
-constexpr size_t kMaxWarnings = 1000;
 
 // What a <shape> consists of beside its geometry. Shapes of the same parts share a material.
 struct ShapeParts {
@@ -27,9 +26,10 @@ struct ShapeMaterial {
   bool inside_out;
 };
 
-class Reader {
+class MitsubaReader {
  public:
-  explicit Reader(MitsubaImport& import) : import_(import), shapes_(import), materials_(import) {}
+  explicit MitsubaReader(MitsubaImport& import)
+      : import_(import), shapes_(import), materials_(import) {}
 
   void read() {
     const MitsubaNode* sensor = nullptr;
@@ -208,7 +208,7 @@ ImportedScene read_mitsuba_scene(const std::filesystem::path& path, const SceneL
                                  const LoadWatch& watch) {
   const MitsubaDocument document = read_mitsuba_tree(path);
   MitsubaImport import{document, limits, watch, {}};
-  Reader(import).read();
+  MitsubaReader(import).read();
   return std::move(import.out);
 }
 

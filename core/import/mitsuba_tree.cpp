@@ -12,7 +12,7 @@ namespace {
 
 constexpr uint64_t kMaxXmlBytes = uint64_t{64} << 20;  // of all files together
 constexpr size_t kMaxNodes = 1'000'000;
-constexpr size_t kMaxDepth = 64;         // of elements, over all includes
+constexpr size_t kMaxElementDepth = 64;  // of elements, over all includes
 constexpr size_t kMaxIncludeDepth = 16;  // of files
 constexpr size_t kMaxFiles = 256;
 constexpr size_t kMaxAttributeBytes = 16 << 20;  // what $parameters may grow to, in all
@@ -95,7 +95,7 @@ class TreeReader {
     node.where = file.shown + ":" + std::to_string(file.lines.line(xml.offset_debug()));
     if (++node_count_ > kMaxNodes)
       node.fail("expected at most 1000000 elements", ErrorCode::kTooLarge);
-    if (depth > kMaxDepth) node.fail("expected at most 64 levels", ErrorCode::kTooLarge);
+    if (depth > kMaxElementDepth) node.fail("expected at most 64 levels", ErrorCode::kTooLarge);
     for (const pugi::xml_attribute attribute : xml.attributes()) {
       const std::string key = attribute.name();
       std::string value = put_in_parameters(attribute.value(), node);

@@ -27,7 +27,7 @@ Vec3 read_xyz(const MitsubaNode& node, float fill) {
   return out;
 }
 
-Vec3 read_triple(const MitsubaNode& node, std::string_view key) {
+Vec3 read_vector(const MitsubaNode& node, std::string_view key) {
   const std::vector<double> numbers = parse_numbers(node, node.need(key));
   if (numbers.size() != 3)
     node.fail("expected 3 numbers of \"" + std::string(key) + "\", got " +
@@ -50,11 +50,11 @@ Transform read_matrix(const MitsubaNode& node) {
 
 // Columns: left, up, the view, the origin.
 Transform read_look_at(const MitsubaNode& node) {
-  const Vec3 origin = read_triple(node, "origin"), target = read_triple(node, "target");
+  const Vec3 origin = read_vector(node, "origin"), target = read_vector(node, "target");
   const Vec3 forward = target - origin;
   if (!(length(forward) > 1e-6f)) node.fail("expected a target away from the origin");
   const Vec3 z = normalize(forward);
-  Vec3 up = node.attribute("up") ? read_triple(node, "up") : Vec3{0, 0, 0};
+  Vec3 up = node.attribute("up") ? read_vector(node, "up") : Vec3{0, 0, 0};
   if (length(up) == 0) up = std::abs(z.y) < 0.9f ? Vec3{0, 1, 0} : Vec3{1, 0, 0};
   const Vec3 left = cross(up, z);
   if (!(length(left) > 1e-4f * length(up))) node.fail("expected an \"up\" other than the view");

@@ -6,11 +6,10 @@
 #include <map>
 
 #include "core/import/scene_folder.h"
+#include "core/scene/value_ranges.h"
 
 namespace qray {
 namespace {
-
-constexpr float kMaxRadiance = 1e12f;  // as validate() allows
 
 float clamp_to(float v, float lo, float hi) {
   return std::isfinite(v) ? std::clamp(v, lo, hi) : lo;

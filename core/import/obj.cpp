@@ -21,7 +21,8 @@ namespace {
 
 constexpr uint64_t kMaxObjBytes = uint64_t{1} << 30;
 constexpr uint64_t kMaxMtlBytes = uint64_t{16} << 20;
-constexpr size_t kMaxCorners = 1024;  // of one polygon: cutting ears off takes quadratic time
+constexpr size_t kMaxPolygonCorners =
+    1024;  // of one polygon: cutting ears off takes quadratic time
 constexpr MaterialId kGrey{std::numeric_limits<uint32_t>::max()};  // until all others are known
 
 std::string_view next_token(std::string_view& line) {
@@ -102,9 +103,9 @@ class MeshBuilder {
   std::unordered_map<Corner, uint32_t, CornerHash> vertices_;
 };
 
-class Reader {
+class ObjReader {
  public:
-  Reader(const std::filesystem::path& path, const SceneLimits& limits)
+  ObjReader(const std::filesystem::path& path, const SceneLimits& limits)
       : file_(path.filename()), folder_(scene_folder(path)), limits_(limits) {}
 
   void read_line(std::string_view line) {
@@ -172,8 +173,8 @@ class Reader {
       corners.push_back(corner(token));
     if (corners.size() < 3)
       fail("expected at least 3 corners, got " + std::to_string(corners.size()));
-    if (corners.size() > kMaxCorners) {
-      fail("expected at most " + std::to_string(kMaxCorners) + " corners, got " +
+    if (corners.size() > kMaxPolygonCorners) {
+      fail("expected at most " + std::to_string(kMaxPolygonCorners) + " corners, got " +
            std::to_string(corners.size()));
     }
     std::vector<Vec3> positions;
@@ -280,7 +281,7 @@ ObjContents read_obj(const std::filesystem::path& path, const SceneLimits& limit
   std::string_view text(reinterpret_cast<const char*>(bytes.value().data()), bytes.value().size());
   const auto size = static_cast<double>(text.size());
   constexpr int kLinesBetween = 4096;
-  Reader reader(path, limits);
+  ObjReader reader(path, limits);
   for (int64_t line = 0; !text.empty(); ++line) {
     if (line % kLinesBetween == 0) told_read(watch, 1 - static_cast<double>(text.size()) / size);
     // CR alone ends a line, too.

@@ -11,7 +11,7 @@ namespace qray {
 namespace {
 
 constexpr uint64_t kMaxPlyBytes = uint64_t{1} << 30;
-constexpr uint64_t kMaxCorners = 1024;  // of one polygon
+constexpr uint64_t kMaxFaceCorners = 1024;  // of one polygon
 
 // The body's numbers in order, as doubles (every type fits exactly).
 class ValueSource {
@@ -191,8 +191,8 @@ class MeshReader {
 
   void read_polygon(const PlyProperty& property) {
     const double count = source_.next(property.count_type);
-    if (!(count >= 3 && count <= kMaxCorners))
-      source_.fail("expected 3.." + std::to_string(kMaxCorners) + " corners of a face");
+    if (!(count >= 3 && count <= kMaxFaceCorners))
+      source_.fail("expected 3.." + std::to_string(kMaxFaceCorners) + " corners of a face");
     uint32_t first = 0, previous = 0;
     for (int i = 0; i < static_cast<int>(count); ++i) {
       const double number = source_.next(property.type);

@@ -6,16 +6,16 @@
 namespace qray {
 namespace {
 
-using Json = nlohmann::ordered_json;
+using OrderedJson = nlohmann::ordered_json;
 
-Json known(double v) { return v > 0 ? Json(v) : Json(); }
+OrderedJson known(double v) { return v > 0 ? OrderedJson(v) : OrderedJson(); }
 
-Json guide_pass(const GuidePass& p) {
+OrderedJson guide_pass(const GuidePass& p) {
   return {{"samples", p.samples},
           {"guided", p.guided},
           {"learned", p.learned},
           {"variance", known(p.variance)},
-          {"gain", known(p.gain)},
+          {"efficiency_gain", known(p.efficiency_gain)},
           {"states", p.states},
           {"direction_nodes", p.direction_nodes},
           {"table_bytes", p.table_bytes}};
@@ -24,9 +24,9 @@ Json guide_pass(const GuidePass& p) {
 }  // namespace
 
 std::string stats_json(const RenderStats& stats, bool indent) {
-  Json passes = Json::array();
+  OrderedJson passes = OrderedJson::array();
   for (const GuidePass& p : stats.guide_passes) passes.push_back(guide_pass(p));
-  const Json all = {
+  const OrderedJson all = {
       {"method", stats.method},
       {"unbiased", stats.unbiased},
       {"nee", stats.nee},

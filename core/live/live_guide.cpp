@@ -16,7 +16,7 @@ void LiveGuide::scene_changed() {
 void LiveGuide::judged(const GuideDecision& decision) {
   if (!decision.on())
     left_ = true;
-  else if (!decision.passes().empty() && decision.passes().back().gain >= 1)
+  else if (!decision.passes().empty() && decision.passes().back().efficiency_gain >= 1)
     left_ = false;
 }
 

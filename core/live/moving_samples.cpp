@@ -12,8 +12,8 @@ namespace qray {
 namespace {
 
 constexpr int kTileBlocks = Film::kTilePx / 2;
-constexpr float kFewSamples = 4;   // of a block: it gets more
-constexpr double kMoreForFew = 3;  // times as many
+constexpr float kFewBlockSamples = 4;  // of a block: it gets more
+constexpr double kMoreForFew = 3;      // times as many
 constexpr int kMostPerBlock = 16;
 constexpr uint64_t kMovingSeed = 0x6c697665;  // other samples than those of a camera at rest
 
@@ -51,7 +51,7 @@ double MovingSamples::per_block(const Frame& frame) const {
       float samples = 0;
       for (const size_t i : pixels_of_block(view, view.index(x, y)))
         samples += frame.history[i].samples;
-      few += samples < kFewSamples;
+      few += samples < kFewBlockSamples;
     }
   return frame.paths_per_block / (1 + (more_for_few() - 1) * (few / blocks));
 }
@@ -68,7 +68,7 @@ void MovingSamples::choose_in_block(const Frame& frame, size_t first, double per
   float has[4], sum = 0;
   for (int k = 0; k < 4; ++k) sum += has[k] = frame.history[pixels[k]].samples;
   const uint64_t bits = mix64(frame.number << 32 ^ first);
-  const int count = whole(sum < kFewSamples ? per_block * more_for_few() : per_block, bits);
+  const int count = whole(sum < kFewBlockSamples ? per_block * more_for_few() : per_block, bits);
   for (int n = 0; n < count; ++n) {
     // The pixel that has the fewest; of several, another one each frame.
     int least = static_cast<int>(bits & 3);

@@ -19,10 +19,10 @@ constexpr float kRate = 3e-3f, kBeta1 = 0.9f, kBeta2 = 0.99f, kLastRate = 0.02f;
 constexpr float kScalesRate = 6;  // times the rate
 constexpr int kWarmUp = 20;       // steps
 constexpr double kMostGradient = 1;
-constexpr double kLeastLoss = 1e-3;  // of a tile, as it is weighted
-constexpr int kLook = 200;           // steps between looks at the views kept apart; of the fall
-constexpr double kLeastGain = 0.02;  // of their error, from one look to the next
-constexpr double kDarkest = 0.01;    // of squared means, in relMSE
+constexpr double kLeastLoss = 1e-3;      // of a tile, as it is weighted
+constexpr int kLook = 200;               // steps between looks at the views kept apart; of the fall
+constexpr double kLeastGain = 0.02;      // of their error, from one look to the next
+constexpr double kDarkestSquare = 0.01;  // of squared means, in relMSE
 
 struct Choice {
   size_t view;
@@ -144,7 +144,7 @@ double recovery_error(const Network& net, const TrainingView& view) {
   for (size_t i = 0; i < result.size(); ++i) {
     const double t = static_cast<double>(target[i]);
     const double difference = static_cast<double>(result[i] * tile.albedo[i]) - t;
-    sum += difference * difference / (t * t + kDarkest);
+    sum += difference * difference / (t * t + kDarkestSquare);
   }
   return sum / static_cast<double>(result.size()) - view.target_relmse;
 }

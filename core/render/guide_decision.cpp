@@ -36,7 +36,8 @@ void GuideDecision::judge(uint64_t samples, const PassCost& cost, const NoiseEst
     changing_ = false;
     record.variance = noise->variance();
     if (guided_ && guide_.expects() && gate_.on())
-      record.gain = gate_.guided_pass(samples, pass, noise->variance(), noise->unguided_variance());
+      record.efficiency_gain =
+          gate_.guided_pass(samples, pass, noise->variance(), noise->unguided_variance());
     if (view_lasts_ && !gate_.grows()) guide_.stop_growing();
   }
   const GuideStats table = guide_.stats();

@@ -23,22 +23,23 @@ double GuideGate::guided_pass(uint64_t samples, const PassCost& cost, double var
   const double with = variance * cost.per_path(lookup_rays_),
                without = unguided_variance * unguided_.per_path(0);
   if (!(with > 0) || !(without > 0)) return 0;
-  const double gain = without / with;
-  const double before = checks_.empty() ? 0 : checks_.back().gain;
-  checks_.push_back({samples, gain});
-  if (open_) return gain;
-  if (samples >= (warm_ ? kFirstWarmCheck : kFirstCheck) && gain < 1 && gain < kHope * before)
+  const double efficiency_gain = without / with;
+  const double before = checks_.empty() ? 0 : checks_.back().efficiency_gain;
+  checks_.push_back({samples, efficiency_gain});
+  if (open_) return efficiency_gain;
+  if (samples >= (warm_ ? kFirstWarmCheck : kFirstCheck) && efficiency_gain < 1 &&
+      efficiency_gain < kHope * before)
     on_ = false;
   bool little = false;
   for (const Check& c : checks_) {
     if (c.samples > samples / 2 || c.samples <= samples / 4) continue;
-    const double brought = gain / c.gain;
+    const double brought = efficiency_gain / c.efficiency_gain;
     little |= brought < kLeastGrowth;
     if (samples >= kFirstEnd && brought < kLeastGain) learns_ = false;
   }
   if (little && brought_little_) grows_ = false;
   brought_little_ = little;
-  return gain;
+  return efficiency_gain;
 }
 
 }  // namespace qray

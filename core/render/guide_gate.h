@@ -44,8 +44,8 @@ class GuideGate {
 
   void unguided_pass(const PassCost& cost);
   // After a guided pass, `samples` a pixel being done. Variances of a sample, as NoiseEstimate
-  // tells them. Returns the gain: variance x cost without the guide over that with it; 0: not
-  // known.
+  // tells them. Returns the efficiency gain: variance x cost without the guide over the same with
+  // it; 0: not known.
   double guided_pass(uint64_t samples, const PassCost& cost, double variance,
                      double unguided_variance);
 
@@ -60,10 +60,10 @@ class GuideGate {
   static constexpr uint64_t kLeastSeen = 50'000;
   struct Check {
     uint64_t samples = 0;
-    double gain = 0;
+    double efficiency_gain = 0;
     template <class Self, class Archive>
     static void exchange(Self& self, Archive& archive) {
-      archive(self.samples, self.gain);
+      archive(self.samples, self.efficiency_gain);
     }
   };
 

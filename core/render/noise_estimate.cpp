@@ -10,11 +10,12 @@ namespace qray {
 namespace {
 
 constexpr int kRadiusPx = 4;
-constexpr float kKeep = 0.5f;          // of earlier passes, each pass: the guide gets better
-constexpr float kDeviation = 1.2533f;  // over the mean absolute distance (of a normal variable),
-                                       // which outliers move less than the mean square
-constexpr double kTrimmed = 0.001;     // of the pixels: fireflies decide nothing
-constexpr double kMostFade = 16;       // at once: a noisy estimate must not undo a picture
+constexpr float kKeep = 0.5f;  // of earlier passes, each pass: the guide gets better
+constexpr float kOverMeanDistance =
+    1.2533f;                        // over the mean absolute distance (of a normal variable),
+                                    // which outliers move less than the mean square
+constexpr double kTrimmed = 0.001;  // of the pixels: fireflies decide nothing
+constexpr double kMostFade = 16;    // at once: a noisy estimate must not undo a picture
 
 // Means over 2 kRadiusPx + 1 values along a line, fewer at its ends.
 void blur_line(float* values, int count, size_t stride, std::vector<double>& sums) {
@@ -79,7 +80,7 @@ bool NoiseEstimate::end_pass() {
     for (auto* values : {&half_[0], &half_[1], &count_[0], &count_[1]}) (*values)[i] = 0;
   }
   deviation_ = distance_;
-  for (float& d : deviation_) d *= kDeviation;
+  for (float& d : deviation_) d *= kOverMeanDistance;
   blur(deviation_);
   for (size_t i = 0; i < mean_.size(); ++i) {
     const float samples = all_count_[0][i] + all_count_[1][i];

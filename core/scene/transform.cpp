@@ -40,6 +40,11 @@ Transform Transform::after(const Transform& first) const {
   return out;
 }
 
+Vec3 Transform::column(size_t c) const {
+  return {static_cast<float>(rows[0][c]), static_cast<float>(rows[1][c]),
+          static_cast<float>(rows[2][c])};
+}
+
 double Transform::determinant() const {
   const auto& a = rows;
   return a[0][0] * (a[1][1] * a[2][2] - a[1][2] * a[2][1]) -

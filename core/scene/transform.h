@@ -20,7 +20,8 @@ struct Transform {
   static Transform translation(Vec3 offset);
   Transform after(const Transform& first) const;  // the map: first, then this
 
-  double determinant() const;  // of A
+  Vec3 column(size_t c) const;  // of A, or t: 3
+  double determinant() const;   // of A
   Vec3 point(Vec3 p) const;
   // Of normals, which are to be made unit: the inverse transpose but for a factor, turned with the
   // winding. pre: determinant() != 0.

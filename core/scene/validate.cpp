@@ -2,15 +2,11 @@
 
 #include <cstdio>
 
+#include "core/scene/value_ranges.h"
+
 namespace qray {
 namespace {
 
-constexpr float kMaxCoordinate = 1e6f;  // metres: a float still resolves 6 cm there
-constexpr float kMaxRadiance = 1e12f;   // the sun's disk: about 2e7; squares stay below 1e38
-constexpr float kMaxAbsorption = 1e6f;  // 1/m
-constexpr float kMaxSpecular = 1000;    // principled: what brings the least F0 to 1
-constexpr float kMaxSlope = 1000;       // of normal and bump maps
-constexpr float kMaxIndex = 20;         // of eta and k, real metals stay below 12
 constexpr int kMaxDepth = 128;
 
 std::string show(float v) {

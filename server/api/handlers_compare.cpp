@@ -11,8 +11,6 @@
 namespace qray::server {
 namespace {
 
-const proto::Problem kBusy{503, "Busy", "too many pictures at once", {}};
-
 struct Map {
   std::string_view name;
   Image (*draw)(const Image& a, const Image& b);
@@ -97,7 +95,7 @@ void CompareHandlers::compare(const Request& req, Response& res) {
   if (const proto::Problem wrong = judge(req, {"a", "b"}, {"ref"}); !wrong.errors.empty())
     return reply_problem(res, wrong);
   const Turn turn(encoders_);
-  if (!turn.mine()) return reply_problem(res, kBusy);
+  if (!turn.mine()) return reply_problem(res, kTooManyPictures);
   const Result<Pair> pair = both(req);
   if (!pair.ok()) return reply_error(res, pair.error());
   const auto& [a, b] = pair.value();
@@ -125,7 +123,7 @@ void CompareHandlers::map(const Request& req, Response& res) {
     return reply_problem(res, wrong);
   const Map& wanted = *map_named(req.get_param_value("map"));
   const Turn turn(encoders_);
-  if (!turn.mine()) return reply_problem(res, kBusy);
+  if (!turn.mine()) return reply_problem(res, kTooManyPictures);
   const Result<Pair> pair = both(req);
   if (!pair.ok()) return reply_error(res, pair.error());
   const auto& [a, b] = pair.value();
@@ -162,7 +160,7 @@ void CompareHandlers::metrics(const Request& req, Response& res, const std::stri
   metrics.moments = stores_.moments.moments(job.value().id);
   if (req.has_param("ref")) {
     const Turn turn(encoders_);
-    if (!turn.mine()) return reply_problem(res, kBusy);
+    if (!turn.mine()) return reply_problem(res, kTooManyPictures);
     const Result<Image> ref = image_named(req, "ref", "ref_moment");
     if (!ref.ok()) return reply_error(res, ref.error());
     Result<std::map<uint32_t, double>> errors =

@@ -9,24 +9,24 @@ namespace qray::server {
 namespace {
 
 using std::chrono::steady_clock;
-constexpr std::chrono::milliseconds kLook{1000};  // how soon a reader that left is noticed
+constexpr std::chrono::milliseconds kLookForEvent{1000};  // how soon a reader that left is noticed
 constexpr std::chrono::seconds kHeartbeat{10};
 constexpr size_t kMaxWrite = 64 * 1024;
 
-struct Reader {
+struct EventReader {
   uint64_t cursor = 0;
   std::string job;
   bool greeted = false;
   steady_clock::time_point last_write{};
 };
 
-bool send(httplib::DataSink& sink, Reader& reader, const std::string& text) {
+bool send(httplib::DataSink& sink, EventReader& reader, const std::string& text) {
   reader.last_write = steady_clock::now();
   return sink.write(text.data(), text.size());
 }
 
 // One round: what is new, or a comment when it was quiet for long. False: the reader has gone.
-bool pump(const EventLog& log, Reader& reader, httplib::DataSink& sink) {
+bool pump(const EventLog& log, EventReader& reader, httplib::DataSink& sink) {
   if (!reader.greeted) {
     reader.greeted = true;
     if (!send(sink, reader, "retry: 1000\n" + proto::sse_comment("qray"))) return false;
@@ -35,7 +35,7 @@ bool pump(const EventLog& log, Reader& reader, httplib::DataSink& sink) {
     sink.done();
     return true;
   }
-  EventLog::Batch batch = log.wait(reader.cursor, reader.job, kLook);
+  EventLog::Batch batch = log.wait(reader.cursor, reader.job, kLookForEvent);
   reader.cursor = batch.cursor;
   std::string text;
   if (batch.reset) text = proto::sse_event(batch.cursor, "reset", "{}");
@@ -69,7 +69,7 @@ void EventHandlers::add_to(Router& router) {
 }
 
 void EventHandlers::stream(const httplib::Request& req, httplib::Response& res) {
-  auto reader = std::make_shared<Reader>();
+  auto reader = std::make_shared<EventReader>();
   if (req.has_param("job")) {
     reader->job = req.get_param_value("job");
     const Result<JobRecord> job = jobs_.find(reader->job);

@@ -9,8 +9,8 @@
 namespace qray::server {
 namespace {
 
-constexpr std::chrono::milliseconds kLook{
-    1000};  // anyone may ask, and each look is a write to the disk
+// Anyone may ask, and each look is a write to the disk.
+constexpr std::chrono::milliseconds kLookAtFaults{1000};
 
 std::string version_json(int64_t started_ms) {
   const proto::JsonField fields[] = {
@@ -48,7 +48,7 @@ std::string HealthHandlers::why_not_ready() {
   if (draining_) return "the server stops";
   std::lock_guard lock(mutex_);
   const auto now = std::chrono::steady_clock::now();  // the time of day may be set back
-  if (looked_ && now - *looked_ < kLook) return fault_;
+  if (looked_ && now - *looked_ < kLookAtFaults) return fault_;
   looked_ = now;
   fault_.clear();
   std::error_code ec;

@@ -8,13 +8,14 @@
 namespace qray::server {
 namespace {
 
-constexpr std::chrono::milliseconds kLook{250};  // how soon a reader that left is noticed
+constexpr std::chrono::milliseconds kLookForFrame{250};  // how soon a reader that left is noticed
 
-struct Reader {
-  Reader(std::shared_ptr<LiveSession> s, FrameEncoding e) : session(std::move(s)), encoding(e) {}
-  ~Reader() { session->remove_reader(); }
-  Reader(const Reader&) = delete;
-  Reader& operator=(const Reader&) = delete;
+struct FrameReader {
+  FrameReader(std::shared_ptr<LiveSession> s, FrameEncoding e)
+      : session(std::move(s)), encoding(e) {}
+  ~FrameReader() { session->remove_reader(); }
+  FrameReader(const FrameReader&) = delete;
+  FrameReader& operator=(const FrameReader&) = delete;
 
   std::shared_ptr<LiveSession> session;
   FrameEncoding encoding;
@@ -22,8 +23,8 @@ struct Reader {
 };
 
 // The newest frame, whatever was missed meanwhile. False: the reader has gone.
-bool pump(Reader& reader, httplib::DataSink& sink) {
-  const std::shared_ptr<const ShownFrame> shown = reader.session->wait(reader.last, kLook);
+bool pump(FrameReader& reader, httplib::DataSink& sink) {
+  const std::shared_ptr<const ShownFrame> shown = reader.session->wait(reader.last, kLookForFrame);
   if (!shown) {
     if (!reader.session->ended()) return sink.is_writable();
     sink.done();
@@ -139,7 +140,7 @@ void LiveHandlers::frames(const Request& req, Response& res, std::shared_ptr<Liv
   }
   if (!session->add_reader())
     return reply_problem(res, {503, "Too many readers", "or the session has ended", {}});
-  auto reader = std::make_shared<Reader>(std::move(session), *encoding);
+  auto reader = std::make_shared<FrameReader>(std::move(session), *encoding);
   res.status = 200;
   res.set_header("Cache-Control", "no-store");
   res.set_header("X-Accel-Buffering", "no");  // for a proxy in between

@@ -20,7 +20,6 @@ constexpr int kMaxSide = 512;  // pixels, of a view
 constexpr int kViewSamples = 4;
 constexpr size_t kMostKeptBytes = 64u << 20;  // of a guide that is kept for the next pixel
 constexpr float kNoiseLow = 1e-3f, kNoiseHigh = 1;
-const proto::Problem kBusy{503, "Busy", "too many pictures at once", {}};
 
 Error conflict(std::string message) { return {ErrorCode::kConflict, std::move(message), ""}; }
 
@@ -181,7 +180,7 @@ void ViewHandlers::pixel(const Request& req, Response& res, const std::string& i
   const auto which = pictures_.which(req, job, /*best=*/true);
   if (!which.ok()) return reply_error(res, which.error());
   const Turn turn(turns_);
-  if (!turn.mine()) return reply_problem(res, kBusy);
+  if (!turn.mine()) return reply_problem(res, kTooManyPictures);
   const auto seen = pictures_.pixel(job, which.value(), x.value(), y.value());
   if (!seen.ok()) return reply_error(res, seen.error());
   proto::PixelInfo info;
@@ -226,7 +225,7 @@ void ViewHandlers::noise_view(Response& res, const std::string& id, bool samples
   const Result<JobRecord> job = stores_.jobs.find(id);
   if (!job.ok()) return reply_error(res, job.error());
   const Turn turn(turns_);
-  if (!turn.mine()) return reply_problem(res, kBusy);
+  if (!turn.mine()) return reply_problem(res, kTooManyPictures);
   const Result<std::shared_ptr<const Image>> noise = pictures_.noise(job.value());
   if (!noise.ok()) return reply_error(res, noise.error());
   const Image& from = *noise.value();
@@ -255,7 +254,7 @@ void ViewHandlers::guide_view(const Request& req, Response& res, const std::stri
   const Result<Wanted> wanted = this->wanted(req, id);
   if (!wanted.ok()) return reply_error(res, wanted.error());
   const Turn turn(turns_);
-  if (!turn.mine()) return reply_problem(res, kBusy);
+  if (!turn.mine()) return reply_problem(res, kTooManyPictures);
   const Result<std::shared_ptr<const Shown>> shown = load(wanted.value(), /*needs_guide=*/true);
   if (!shown.ok()) return reply_error(res, shown.error());
   RenderSettings settings = shown.value()->settings;
@@ -278,7 +277,7 @@ void ViewHandlers::lobe(const Request& req, Response& res, const std::string& id
   const Result<int> y = coordinate(req, "y", request.given(field::kHeight).value_or(1));
   if (!y.ok()) return reply_error(res, y.error());
   const Turn turn(turns_);
-  if (!turn.mine()) return reply_problem(res, kBusy);
+  if (!turn.mine()) return reply_problem(res, kTooManyPictures);
   const Result<std::shared_ptr<const Shown>> shown = load(wanted.value(), /*needs_guide=*/true);
   if (!shown.ok()) return reply_error(res, shown.error());
   const Result<LobeView> view = render_lobe_view(*shown.value()->scene, shown.value()->settings,

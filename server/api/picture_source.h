@@ -10,6 +10,8 @@
 
 namespace qray::server {
 
+inline const proto::Problem kTooManyPictures{503, "Busy", "too many pictures at once", {}};
+
 class PictureSource {
  public:
   PictureSource(const JobRunner& runner, Stores stores) : runner_(runner), stores_(stores) {}

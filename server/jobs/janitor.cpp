@@ -5,7 +5,7 @@
 namespace qray::server {
 namespace {
 
-constexpr std::chrono::minutes kBetween{10};
+constexpr std::chrono::minutes kBetweenRounds{10};
 constexpr size_t kAtOnce = 100;
 constexpr double kDayMs = 24 * 3600 * 1000.0;
 
@@ -37,7 +37,8 @@ Janitor::Janitor(JobRunner& runner, const JobStore& jobs, double keep_days,
     std::unique_lock lock(mutex);
     do {
       sweep(runner, jobs, keep_days, now_ms());
-    } while (!never.wait_for(lock, stop, kBetween, [] { return false; }) && !stop.stop_requested());
+    } while (!never.wait_for(lock, stop, kBetweenRounds, [] { return false; }) &&
+             !stop.stop_requested());
   });
 }
 

@@ -9,14 +9,14 @@ namespace qray::server {
 namespace {
 
 constexpr double kFirstSeconds = 1;
-constexpr double kShare = 0.05;       // of the time, that may go into writing
-constexpr double kMostSeconds = 10;   // between two, while that share is
-constexpr double kCostlySeconds = 1;  // a state that takes longer to write
-constexpr double kCostlyShare = 0.1;  // may take this share,
-constexpr double kMostCostly = 30;    // up to so many seconds between two
+constexpr double kShare = 0.05;             // of the time, that may go into writing
+constexpr double kMostSecondsBetween = 10;  // between two, while that share is
+constexpr double kCostlySeconds = 1;        // a state that takes longer to write
+constexpr double kCostlyShare = 0.1;        // may take this share,
+constexpr double kMostCostly = 30;          // up to so many seconds between two
 
 double period(double cost) {
-  if (cost < kCostlySeconds) return std::clamp(cost / kShare, kFirstSeconds, kMostSeconds);
+  if (cost < kCostlySeconds) return std::clamp(cost / kShare, kFirstSeconds, kMostSecondsBetween);
   return std::min(cost / kCostlyShare, kMostCostly);
 }
 

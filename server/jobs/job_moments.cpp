@@ -30,7 +30,7 @@ void JobMoments::add(const RenderProgress& progress, const RenderStats& stats, c
   if (guide && !stats.guide_passes.empty()) {
     const GuidePass& pass = stats.guide_passes.back();
     moment.guided = pass.guided;
-    moment.gain = pass.gain;
+    moment.efficiency_gain = pass.efficiency_gain;
     moment.states = pass.states;
     moment.direction_nodes = pass.direction_nodes;
     moment.table_bytes = pass.table_bytes;

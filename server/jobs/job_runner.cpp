@@ -10,7 +10,7 @@ namespace qray::server {
 namespace {
 
 constexpr std::chrono::seconds kWriteStates{3};  // at a stop
-constexpr double kMostSeconds = 24 * 3600;
+constexpr double kMostJobSeconds = 24 * 3600;
 
 Error ended(JobState state) {
   return {ErrorCode::kConflict, "the job has ended: it is " + std::string(to_string(state)), ""};
@@ -206,7 +206,7 @@ Result<JobRecord> JobRunner::extend(JobId id, const proto::ExtendRequest& more) 
   // Onto what was rendered: the limits that stood before have been reached.
   const int64_t samples = static_cast<int64_t>(done.samples) + more.samples.value_or(0);
   const double seconds = done.seconds + more.seconds.value_or(0);
-  if (samples > kMaxSamples || seconds > kMostSeconds)
+  if (samples > kMaxSamples || seconds > kMostJobSeconds)
     return Error{ErrorCode::kInvalid, "a job has at most 1000000 samples a pixel and 24 h",
                  more.samples ? "/samples" : "/seconds"};
   request.clear(field::kSamples);

@@ -11,8 +11,8 @@ namespace qray::server {
 namespace {
 
 using std::chrono::milliseconds;
-constexpr milliseconds kLook{50};      // for the end of learning
-constexpr milliseconds kBetween{500};  // progress events
+constexpr milliseconds kLook{50};            // for the end of learning
+constexpr milliseconds kBetweenEvents{500};  // progress events
 
 }  // namespace
 
@@ -30,7 +30,7 @@ void ProgressTicker::watch(std::stop_token stop, JobStore& jobs, const RunningJo
   std::mutex mutex;
   std::condition_variable_any never;
   std::unique_lock lock(mutex);
-  auto last = std::chrono::steady_clock::now() - kBetween;
+  auto last = std::chrono::steady_clock::now() - kBetweenEvents;
   uint64_t last_version = 0;
   while (!never.wait_for(lock, stop, kLook, [] { return false; }) && !stop.stop_requested()) {
     if (learning && job.past_learning()) {
@@ -42,7 +42,7 @@ void ProgressTicker::watch(std::stop_token stop, JobStore& jobs, const RunningJo
     }
     const uint64_t version = job.film().version();
     const auto now = std::chrono::steady_clock::now();
-    if (version == last_version || now - last < kBetween) continue;
+    if (version == last_version || now - last < kBetweenEvents) continue;
     last = now;
     last_version = version;
     const std::string name = job.id().text();

@@ -11,7 +11,7 @@ namespace {
 
 // A file: the magic, format and revision (u32), the build (a string of byte_io.h), the header and
 // the state as snapshot.h has them, CRC-32C of all that (u32). Format 1 was memory as it lay.
-constexpr uint64_t kMagic = 0x31504b4359415251;  // "QRAYCKP1"
+constexpr uint64_t kCheckpointMagic = 0x31504b4359415251;  // "QRAYCKP1"
 constexpr uint64_t kMaxBytes = uint64_t{1} << 36;
 constexpr size_t kCrcBytes = 4, kMaxBuildBytes = 256;
 
@@ -31,7 +31,7 @@ Status CheckpointStore::save(JobId id, const CheckpointHeader& header,
     out.write(bytes);
   };
   ByteWriter begin;
-  begin.u64(kMagic);
+  begin.u64(kCheckpointMagic);
   begin.u32(here_.format);
   begin.u32(here_.revision);
   begin.string(here_.build);
@@ -58,7 +58,7 @@ Result<Checkpoint> CheckpointStore::load(JobId id) const {
   ByteReader end(all.last(kCrcBytes));
   if (crc32c(content) != end.u32()) return wrong(ErrorCode::kCorrupt, "has a wrong checksum");
   ByteReader begin(content);
-  if (begin.u64() != kMagic) return wrong(ErrorCode::kCorrupt, "is none");
+  if (begin.u64() != kCheckpointMagic) return wrong(ErrorCode::kCorrupt, "is none");
   if (const uint32_t format = begin.u32(); format != here_.format)
     return wrong(ErrorCode::kUnsupported, "is of format " + std::to_string(format) +
                                               ", this build of qray reads format " +

@@ -14,7 +14,7 @@ constexpr uint64_t kIdBlock = 10'000;         // event ids reserved by one write
 constexpr int64_t kEventsKept = 2'000;        // on disk, at a start
 constexpr int64_t kKeyMs = 24 * 3600 * 1000;  // that a key is known
 
-constexpr const char* kColumns =
+constexpr const char* kJobColumns =
     "id, state, request, created_ms, started_ms, ended_ms, fraction, samples, seconds, "
     "error_message, error_where, table_in, table_out, stats, biased, warnings, attempts";
 
@@ -26,7 +26,7 @@ Result<JobRequest> stored_request(const std::string& json) {
   return std::get<JobRequest>(std::move(parsed));
 }
 
-Result<JobRecord> read_row(const Query& row) {
+Result<JobRecord> read_job(const Query& row) {
   JobRecord job;
   job.id.value = static_cast<uint64_t>(row.integer(0));
   const std::optional<JobState> state = parse_job_state(row.text(1));
@@ -216,10 +216,10 @@ Result<JobStore::Inserted> JobStore::insert_one(Database::Transaction& transacti
 
 Result<JobRecord> JobStore::get(JobId id) const {
   Database::Session session(db_);
-  const std::string sql = std::string("SELECT ") + kColumns + " FROM jobs WHERE id=?";
+  const std::string sql = std::string("SELECT ") + kJobColumns + " FROM jobs WHERE id=?";
   Query query(session.handle(), sql.c_str());
   query.bind(id.value);
-  if (query.next()) return read_row(query);
+  if (query.next()) return read_job(query);
   if (Status s = query.status(); !s.ok()) return s.error();
   return Error{ErrorCode::kNotFound, "no job " + id.text(), ""};
 }
@@ -232,7 +232,7 @@ Result<JobRecord> JobStore::find(const std::string& id) const {
 
 Result<std::vector<JobRecord>> JobStore::list(size_t limit, const Filter& filter) const {
   Database::Session session(db_);
-  std::string sql = std::string("SELECT ") + kColumns + " FROM jobs WHERE id < ?";
+  std::string sql = std::string("SELECT ") + kJobColumns + " FROM jobs WHERE id < ?";
   if (filter.table) sql += " AND ? IN (table_in, table_out)";
   if (filter.state) sql += " AND state=?";
   if (filter.label) sql += " AND json_extract(request, ?)=?";
@@ -246,7 +246,7 @@ Result<std::vector<JobRecord>> JobStore::list(size_t limit, const Filter& filter
   query.bind(static_cast<int64_t>(limit));
   std::vector<JobRecord> jobs;
   while (query.next()) {
-    Result<JobRecord> job = read_row(query);
+    Result<JobRecord> job = read_job(query);
     if (!job.ok()) return job.error();
     jobs.push_back(std::move(job).value());
   }

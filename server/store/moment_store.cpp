@@ -12,7 +12,7 @@ namespace {
 // A file: the magic and the version (u32), then records: kind and number (u32), size of the payload
 // (u64), CRC-32C of these sixteen bytes and the payload (u32), payload. Raise the version when
 // encode() changes, or what encode_tiles() makes.
-constexpr uint64_t kMagic = 0x53544d4f4d594152;  // "RAYMOMTS"
+constexpr uint64_t kMomentMagic = 0x53544d4f4d594152;  // "RAYMOMTS"
 constexpr uint32_t kVersion = 1;
 constexpr size_t kBeginBytes = 12, kHeadBytes = 20;
 constexpr uint64_t kMaxRecordBytes = uint64_t{1} << 30;
@@ -20,7 +20,7 @@ constexpr size_t kMaxGateBytes = 1000;
 
 Bytes begin_of_file() {
   ByteWriter out;
-  out.u64(kMagic);
+  out.u64(kMomentMagic);
   out.u32(kVersion);
   return out.take();
 }
@@ -31,7 +31,7 @@ Bytes encode(const proto::Moment& moment) {
   out.u64(moment.samples);
   out.f64(moment.seconds);
   out.f64(moment.noise);
-  out.f64(moment.gain);
+  out.f64(moment.efficiency_gain);
   for (bool flag : {moment.learning, moment.guided, moment.picture, moment.table}) out.u8(flag);
   out.u64(moment.states);
   out.u64(moment.direction_nodes);
@@ -47,7 +47,7 @@ std::optional<proto::Moment> decode(std::span<const uint8_t> bytes) {
   moment.samples = in.u64();
   moment.seconds = in.f64();
   moment.noise = in.f64();
-  moment.gain = in.f64();
+  moment.efficiency_gain = in.f64();
   for (bool* flag : {&moment.learning, &moment.guided, &moment.picture, &moment.table})
     *flag = in.u8() != 0;
   moment.states = in.u64();

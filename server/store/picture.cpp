@@ -9,7 +9,7 @@ namespace qray::server {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr uint32_t kMagic = 0x4d545251;  // "QRTM"
+constexpr uint32_t kPictureMagic = 0x4d545251;  // "QRTM"
 constexpr uint64_t kMaxTilesBytes = 16u << 20;
 
 int tiles_across(int width) { return (width + Film::kTilePx - 1) / Film::kTilePx; }
@@ -82,7 +82,7 @@ Status save_picture(const fs::path& folder, const Picture& picture, const ImageM
   fs::create_directories(folder, ec);
   if (ec) return Error{ErrorCode::kIo, ec.message(), folder.string()};
   ByteWriter out;
-  out.u32(kMagic);
+  out.u32(kPictureMagic);
   out.u32(static_cast<uint32_t>(picture.image.width()));
   out.u32(static_cast<uint32_t>(picture.image.height()));
   out.u32(static_cast<uint32_t>(picture.tiles.size()));
@@ -105,7 +105,7 @@ Result<Picture> load_picture(const fs::path& folder) {
   const int width = picture.image.width(), height = picture.image.height();
 
   ByteReader in(bytes.value());
-  bool good = in.u32() == kMagic && in.u32() == static_cast<uint32_t>(width);
+  bool good = in.u32() == kPictureMagic && in.u32() == static_cast<uint32_t>(width);
   good = in.u32() == static_cast<uint32_t>(height) && good;
   const uint32_t count = in.u32();
   good = good && picture.image.channels() == 3 && count == tile_count(width, height);

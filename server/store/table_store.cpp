@@ -9,10 +9,10 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr uint64_t kMaxTableBytes = uint64_t{4} << 30;
-constexpr const char* kColumns =
+constexpr const char* kTableColumns =
     "id, scene, method, parents, created_ms, bytes, states, samples_seen, job";
 
-proto::TableInfo read_row(const Query& row) {
+proto::TableInfo read_table(const Query& row) {
   proto::TableInfo info;
   info.id = row.text(0);
   info.scene = row.text(1);
@@ -83,20 +83,20 @@ Status TableStore::record(Database::Session& session, const TableFile& table,
 Result<std::vector<proto::TableInfo>> TableStore::list() const {
   Database::Session session(db_);
   const std::string sql =
-      std::string("SELECT ") + kColumns + " FROM tables ORDER BY number DESC LIMIT 10000";
+      std::string("SELECT ") + kTableColumns + " FROM tables ORDER BY number DESC LIMIT 10000";
   Query query(session.handle(), sql.c_str());
   std::vector<proto::TableInfo> tables;
-  while (query.next()) tables.push_back(read_row(query));
+  while (query.next()) tables.push_back(read_table(query));
   if (Status s = query.status(); !s.ok()) return s.error();
   return tables;
 }
 
 Result<proto::TableInfo> TableStore::find(const std::string& id) const {
   Database::Session session(db_);
-  const std::string sql = std::string("SELECT ") + kColumns + " FROM tables WHERE id=?";
+  const std::string sql = std::string("SELECT ") + kTableColumns + " FROM tables WHERE id=?";
   Query query(session.handle(), sql.c_str());
   query.bind(id);
-  if (query.next()) return read_row(query);
+  if (query.next()) return read_table(query);
   if (Status s = query.status(); !s.ok()) return s.error();
   return Error{ErrorCode::kNotFound, "no table " + id, ""};
 }

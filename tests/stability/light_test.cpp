@@ -10,7 +10,7 @@ namespace {
 
 using test::formatted;
 
-constexpr int kSide = 24;  // pixels
+constexpr int kLightSide = 24;  // pixels
 
 TEST(Light, NoneAtAll) {
   const test::FailureMode mode("no-light");
@@ -18,7 +18,7 @@ TEST(Light, NoneAtAll) {
   test::scale_emission(dark, 0);
   const auto scene = test::prepare(std::move(dark));
   for (const std::string& method : test::compared_methods()) {
-    const test::Rendered r = test::render(*scene, test::variant_settings(method, kSide, 16));
+    const test::Rendered r = test::render(*scene, test::variant_settings(method, kLightSide, 16));
     const RenderStats& stats = r.job.stats;
     for (float v : r.image.data()) ASSERT_EQ(v, 0.0f) << method;
     EXPECT_EQ(stats.dropped_samples, 0u) << method;
@@ -84,11 +84,11 @@ TEST(Light, TheTableHasNeverSeen) {
     Scene dark = c.scene;
     dark.materials[c.hidden.value].emission.value = {};
     const auto before = test::prepare(std::move(dark)), now = test::prepare(std::move(c.scene));
-    RenderSettings settings = test::small_settings("none", kSide, 16);
+    RenderSettings settings = test::small_settings("none", kLightSide, 16);
     test::SeedOptions options;
     options.open_guide_error = c.open_guide_error;
     options.table = [&](const std::string& variant) {
-      return test::render(*before, test::variant_settings(variant, kSide, 64, 99)).job.table;
+      return test::render(*before, test::variant_settings(variant, kLightSide, 64, 99)).job.table;
     };
     test::check_methods(mode, c.name, *now, settings, options);
   }
@@ -96,7 +96,7 @@ TEST(Light, TheTableHasNeverSeen) {
 
 TEST(Light, FarTooMuchOrTooLittle) {
   const test::FailureMode mode("extreme-emission");
-  const RenderSettings settings = test::small_settings("none", kSide, 32);
+  const RenderSettings settings = test::small_settings("none", kLightSide, 32);
   const test::SeedOptions options{.seeds = 8, .regions = 2, .table = {}};
   const auto room = test::prepare(test::room(true));
   const Image reference = test::reference_of(*room, settings, 16);

@@ -10,7 +10,7 @@ namespace {
 
 using test::formatted;
 
-constexpr int kSide = 24;  // pixels
+constexpr int kSurfaceSide = 24;  // pixels
 
 // Two rooms of 1 m x 2 m x 2 m, parted at x = 0 by a wall that is one sheet. A bright lamp is in
 // the left one, one of `right_emission` in the right one.
@@ -37,7 +37,7 @@ Camera beside_wall(float side) {
 
 std::optional<TableFile> learn(const PreparedScene& scene, std::string_view variant,
                                const Camera& camera) {
-  RenderSettings settings = test::variant_settings(variant, kSide, 64, 99);
+  RenderSettings settings = test::variant_settings(variant, kSurfaceSide, 64, 99);
   settings.camera = camera;
   return test::render(scene, settings).job.table;
 }
@@ -46,11 +46,11 @@ TEST(ThinWall, HoldsBackLight) {
   const test::FailureMode mode("thin-wall");
   const auto dark = test::prepare(parted_room({}));
   const auto dim = test::prepare(parted_room(Rgb{0.1f}));
-  RenderSettings settings = test::small_settings("none", kSide, 16);
+  RenderSettings settings = test::small_settings("none", kSurfaceSide, 16);
   test::SeedOptions options;
   for (const std::string& method : test::compared_methods()) {
     const auto table = learn(*dark, method, beside_wall(-1));
-    RenderSettings of_method = test::variant_settings(method, kSide, 64);
+    RenderSettings of_method = test::variant_settings(method, kSurfaceSide, 64);
     of_method.camera = beside_wall(1);
     for (const bool nee : {true, false}) {
       of_method.nee = nee;
@@ -88,7 +88,7 @@ TEST(Normals, FlippedOrTwoSided) {
   for (Material& m : scene.materials) m.emission_two_sided = m.emits();
   const auto lamp_two_sided = test::prepare(scene);
 
-  const RenderSettings settings = test::small_settings("none", kSide, 16);
+  const RenderSettings settings = test::small_settings("none", kSurfaceSide, 16);
   const test::Sampled none = test::sample_seeds(*usual, settings, "none", {});
   for (const std::string& method : test::compared_methods()) {
     const test::Sampled sampled = test::sample_seeds(*flipped, settings, method, {});
@@ -106,7 +106,7 @@ TEST(Parallax, SmallLampCloseToALargeState) {
   const MaterialId lamp = test::add_material(scene, {}, Rgb{200});
   test::add_box(scene, lamp, {-0.5f, 0.1f, 0.1f}, {-0.4f, 0.15f, 0.2f}, false);
   const auto prepared = test::prepare(std::move(scene));
-  RenderSettings settings = test::small_settings("none", kSide, 16);
+  RenderSettings settings = test::small_settings("none", kSurfaceSide, 16);
   settings.huang.grid = 2;  // states 1 m wide, the lamp 10 cm above their middle
   for (const bool nee : {true, false}) {
     settings.nee = nee;
@@ -126,7 +126,7 @@ TEST(Roughness, Sweep) {
       m.kind = kind;
       m.roughness.value = roughness;
       scene.materials[1] = m;  // the block
-      const RenderSettings settings = test::small_settings("none", kSide, 16);
+      const RenderSettings settings = test::small_settings("none", kSurfaceSide, 16);
       test::check_methods(mode, formatted("%s %.2g", name, double{roughness}),
                           *test::prepare(std::move(scene)), settings,
                           {.seeds = 24,
@@ -140,7 +140,7 @@ TEST(Roughness, Sweep) {
 
 TEST(Glass, AndCaustics) {
   const test::FailureMode mode("glass");
-  RenderSettings settings = test::small_settings("none", kSide, 16);
+  RenderSettings settings = test::small_settings("none", kSurfaceSide, 16);
   settings.max_depth = 12;
   Scene scene = test::room(true);  // its lamp goes into a block of glass
   Material glass;

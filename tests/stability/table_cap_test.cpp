@@ -11,7 +11,7 @@ namespace {
 
 using test::formatted;
 
-constexpr int kSide = 24;                         // pixels
+constexpr int kCapSide = 24;                      // pixels
 constexpr size_t kCaps[] = {1, 64'000, 400'000};  // bytes: no room at all, for few, for many states
 
 test::Rendered with_threads(const PreparedScene& scene, const RenderSettings& settings,
@@ -34,11 +34,11 @@ TEST(TableCap, AddsNoStatesAndStaysUnbiased) {
   const test::FailureMode mode("table-cap");
   const auto scene = test::prepare(test::room());
   for (size_t cap : kCaps) {
-    RenderSettings settings = test::small_settings("none", kSide, 16);
+    RenderSettings settings = test::small_settings("none", kCapSide, 16);
     settings.max_table_bytes = cap;
     const std::string label = formatted("cap of %zu byte%s", cap, cap == 1 ? "" : "s");
     for (const std::string& method : test::learning_methods()) {
-      RenderSettings of_method = test::variant_settings(method, kSide, 16);
+      RenderSettings of_method = test::variant_settings(method, kCapSide, 16);
       of_method.max_table_bytes = cap;
       const RenderStats stats = test::render(*scene, of_method).job.stats;
       EXPECT_LE(stats.table_bytes, cap) << method << ", " << label;
@@ -125,7 +125,7 @@ TEST(TableCap, ATableOverTheCapIsRefused) {
   const auto scene = test::prepare(test::room());
   for (std::string_view method : method_names()) {
     if (method == "none") continue;
-    RenderSettings settings = test::small_settings(std::string(method), kSide, 16);
+    RenderSettings settings = test::small_settings(std::string(method), kCapSide, 16);
     settings.adaptive.split_samples = 300;  // so that there is something to refuse
     settings.max_table_bytes = wants(*scene, settings);
     const TableFile table = *test::learned_table(*scene, settings, method);

@@ -13,7 +13,7 @@ namespace {
 
 using test::formatted;
 
-constexpr int kSide = 24;  // pixels
+constexpr int kFireflySide = 24;  // pixels
 constexpr float kFirefly = 1e6f;
 
 // One value of the state that learned the most, or of every state, in a direction above the
@@ -51,7 +51,7 @@ TableFile through_bytes(const TableFile& table) {
 TEST(TableFirefly, KeepsTheMeanAndCostsNoise) {
   const test::FailureMode mode("firefly-in-a-table");
   const auto scene = test::prepare(test::room(/*shaded=*/true));
-  const RenderSettings settings = test::small_settings("none", kSide, 16);
+  const RenderSettings settings = test::small_settings("none", kFireflySide, 16);
   const Image reference = test::reference_of(*scene, settings, 64);
   const test::SeedOptions cold{.seeds = 48, .regions = 2, .table = {}};
   const test::Sampled none = test::sample_seeds(*scene, settings, "none", cold, &reference);
@@ -78,7 +78,7 @@ TEST(TableFirefly, KeepsTheMeanAndCostsNoise) {
 TEST(TableFirefly, IsForgottenInAChainOfJobs) {
   const test::FailureMode mode("firefly-in-a-table");
   const auto scene = test::prepare(test::room(/*shaded=*/true));
-  RenderSettings settings = test::small_settings("huang", kSide, 256);
+  RenderSettings settings = test::small_settings("huang", kFireflySide, 256);
   settings.learning_samples = 64;
   settings.huang.grid = 8;
   const TableFile clean = *test::learned_table(*scene, settings, "huang", 256);
@@ -104,7 +104,7 @@ TEST(TableFirefly, IsForgottenInAChainOfJobs) {
 // The largest value that a file may hold must not become infinite, or the next job refuses it.
 TEST(TableFirefly, TheLargestFloatDoesNotOverflow) {
   const auto scene = test::prepare(test::room());
-  RenderSettings settings = test::small_settings("huang", kSide, 32);
+  RenderSettings settings = test::small_settings("huang", kFireflySide, 32);
   settings.huang.gamma = 1;
   settings.huang.alpha = 0.02f;
   TableFile table = *test::learned_table(*scene, settings, "huang");

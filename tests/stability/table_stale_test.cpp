@@ -11,7 +11,7 @@ namespace {
 
 using test::formatted;
 
-constexpr int kSide = 24;  // pixels
+constexpr int kStaleSide = 24;  // pixels
 
 struct Change {
   const char* name;
@@ -60,12 +60,12 @@ TEST(TableStale, WarmIsUnbiasedAndRecovers) {
   for (Change& change : changes()) {
     const auto before = test::prepare(std::move(change.before));
     const auto after = test::prepare(std::move(change.after));
-    RenderSettings settings = test::small_settings("none", kSide, 16);
+    RenderSettings settings = test::small_settings("none", kStaleSide, 16);
     const Image reference = test::reference_of(*after, settings, 64);
     const test::SeedOptions cold{.seeds = 48, .regions = 2, .table = {}};
     const test::Sampled none = test::sample_seeds(*after, settings, "none", cold, &reference);
     for (const std::string& name : test::learning_methods()) {
-      settings = test::variant_settings(name, kSide, 16);
+      settings = test::variant_settings(name, kStaleSide, 16);
       const TableFile stale = *test::learned_table(*before, settings, name, 256);
       ASSERT_FALSE(table_fits(stale.header, after->hash)) << change.name;
       test::SeedOptions warm = cold;

@@ -17,7 +17,7 @@ namespace {
 
 using test::formatted;
 
-constexpr int kSide = 24;  // pixels
+constexpr int kValuesSide = 24;  // pixels
 
 // A closed 2 m room with a block in it under a small lamp. The lamp hangs low: in the ceiling's
 // grid cell it would be the same state as the ceiling.
@@ -87,7 +87,7 @@ TEST(TableValues, MaxBackupOverestimates) {
   const auto scene = test::prepare(closed_room(0.2f, 0));
   double first_error = 0;  // of huang, at gamma 0.2
   for (float gamma : {0.2f, 1.0f}) {
-    RenderSettings settings = test::small_settings("none", kSide, 16);
+    RenderSettings settings = test::small_settings("none", kValuesSide, 16);
     settings.nee = false;
     settings.huang.gamma = gamma;
     settings.huang.grid = 8;
@@ -169,7 +169,7 @@ TEST(TableValues, GammaOneAndAlbedoOne) {
   for (bool black_lamp : {true, false}) {
     const std::string label = black_lamp ? "black lamp" : "white lamp";
     const auto scene = test::prepare(closed_room(1, black_lamp ? 0.0f : 1.0f));
-    RenderSettings settings = test::small_settings("none", kSide, 16);
+    RenderSettings settings = test::small_settings("none", kValuesSide, 16);
     settings.huang.gamma = 1;
     settings.huang.alpha = 0.2f;
     settings.huang.grid = 8;
@@ -204,7 +204,7 @@ TEST(TableValues, AlphaAndGammaAtTheirEnds) {
   const test::FailureMode mode("alpha-and-gamma-ends");
   const auto scene = test::prepare(test::room());
   const float lamp = lamp_luminance(scene->scene);
-  RenderSettings usual = test::small_settings("huang", kSide, 16);
+  RenderSettings usual = test::small_settings("huang", kValuesSide, 16);
   const TableFile taught = *test::learned_table(*scene, usual, "huang");
   for (float alpha : {0.0f, 1.0f})
     for (float gamma : {0.0f, 1.0f}) {

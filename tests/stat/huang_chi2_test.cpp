@@ -11,7 +11,7 @@ namespace qray {
 namespace {
 
 const Bounds3 kBounds{{0, 0, 0}, {1, 1, 1}};
-const Vec3 kPoint{0.4f, 0.3f, 0.6f};
+const Vec3 kHuangPoint{0.4f, 0.3f, 0.6f};
 
 std::vector<Vec3> normals() {
   test::Random random(5);
@@ -22,7 +22,7 @@ std::vector<Vec3> normals() {
 
 HuangGuide guide_with(HuangGuide::Density density, Vec3 n, const HuangGuide::Values& values) {
   HuangGuide guide(density, kBounds, {});
-  guide.set_values(guide.find(kPoint, n).key, values);
+  guide.set_values(guide.find(kHuangPoint, n).key, values);
   guide.end_pass();
   return guide;
 }
@@ -33,7 +33,7 @@ TEST(HuangChi2, SamplesFollowTheDensityOverTheSphere) {
   for (Vec3 n : normals())
     for (const test::NamedValues& table : test::huang_tables(n, 7)) {
       const HuangGuide guide = guide_with(HuangGuide::Density::kExact, n, table.values);
-      const GuidePoint point = guide.find(kPoint, n);
+      const GuidePoint point = guide.find(kHuangPoint, n);
       ASSERT_TRUE(point.state.valid());
       test::Chi2Options options;
       options.seed = seed++;
@@ -56,7 +56,7 @@ TEST(HuangChi2, ActionsAreChosenAsOftenAsTheClosedFormSays) {
     const HuangGuide::Values shares = hemisphere_shares26(n);
     for (const test::NamedValues& table : test::huang_tables(n, 11)) {
       const HuangGuide guide = guide_with(HuangGuide::Density::kExact, n, table.values);
-      const GuidePoint point = guide.find(kPoint, n);
+      const GuidePoint point = guide.find(kHuangPoint, n);
       const HuangGuide::Values weights = HuangGuide::density_weights(table.values, shares);
       std::vector<double> observed(kDirections26), expected(kDirections26);
       test::Random random(13);
@@ -81,7 +81,7 @@ TEST(HuangChi2, SampleTellsTheSameDensityAsPdf) {
     for (const test::NamedValues& table : test::huang_tables(n, 19))
       for (auto density : {HuangGuide::Density::kExact, HuangGuide::Density::kAsPublished}) {
         const HuangGuide guide = guide_with(density, n, table.values);
-        const GuidePoint point = guide.find(kPoint, n);
+        const GuidePoint point = guide.find(kHuangPoint, n);
         for (int i = 0; i < 1000; ++i) {
           const GuideSample s = guide.sample(point, random.next_2d());
           EXPECT_NEAR(length(s.wi), 1, 1e-5f);
@@ -95,7 +95,7 @@ TEST(HuangChi2, SampleTellsTheSameDensityAsPdf) {
 
 TEST(HuangChi2, NothingLearnedIsTheUniformHemisphere) {
   const HuangGuide guide(HuangGuide::Density::kExact, kBounds, {});
-  const GuidePoint point = guide.find(kPoint, normalize(Vec3{1, -2, 0.5f}));
+  const GuidePoint point = guide.find(kHuangPoint, normalize(Vec3{1, -2, 0.5f}));
   EXPECT_FALSE(point.state.valid());
   const test::Chi2 result = test::chi2_sphere(
       [&](test::Random& random) -> std::optional<Vec3> {
@@ -115,7 +115,7 @@ TEST(HuangChi2, TheBrighteningOfALambertPatchIsAsDerived) {
   values[top] = 10;
   const auto reflected = [&](HuangGuide::Density density) {
     const HuangGuide guide = guide_with(density, n, values);
-    const GuidePoint point = guide.find(kPoint, n);
+    const GuidePoint point = guide.find(kHuangPoint, n);
     test::Random random(23);
     test::Moments moments;
     for (int i = 0; i < 1'000'000; ++i) {

@@ -10,7 +10,7 @@
 namespace qray {
 namespace {
 
-constexpr int kTexels = 2048, kSide = 64;
+constexpr int kTexels = 2048, kTextureSide = 64;
 constexpr size_t kWholeBytes = size_t{4} * kTexels * kTexels - 1;  // all levels, 3 bytes a texel
 
 // Waves eight pixels long under noise of single texels.
@@ -19,7 +19,7 @@ Image waves_and_noise() {
   test::Random random(1);
   for (int y = 0; y < kTexels; ++y)
     for (int x = 0; x < kTexels; ++x) {
-      const float period = 8.0f * kTexels / kSide;
+      const float period = 8.0f * kTexels / kTextureSide;
       const float wave = std::sin(2 * kPi * static_cast<float>(x + y / 2) / period);
       image.set_rgb(x, y, Rgb{0.4f + 0.15f * wave + 0.4f * (random.next() - 0.5f)});
     }
@@ -52,11 +52,11 @@ TEST(Texture, AFloorIsItsPictureAtAFractionOfTheMemory) {
   const Image picture = waves_and_noise();
   ASSERT_TRUE(write_image(folder / "t.png", picture).ok());
   const auto scene = test::prepare(floor(folder / "t.png"));
-  const Image image = test::render(*scene, test::small_settings("none", kSide, 64)).image;
-  constexpr int kStep = kTexels / kSide;
+  const Image image = test::render(*scene, test::small_settings("none", kTextureSide, 64)).image;
+  constexpr int kStep = kTexels / kTextureSide;
   double square = 0, wave = 0, product = 0;
-  for (int y = 0; y < kSide; ++y) {
-    for (int x = 0; x < kSide; ++x) {
+  for (int y = 0; y < kTextureSide; ++y) {
+    for (int x = 0; x < kTextureSide; ++x) {
       double mean = 0;
       for (int j = 0; j < kStep; ++j)
         for (int i = 0; i < kStep; ++i)
@@ -68,7 +68,7 @@ TEST(Texture, AFloorIsItsPictureAtAFractionOfTheMemory) {
     }
   }
   // The root mean square error, against a mean of 0.4; and how much of the waves is left.
-  EXPECT_LT(std::sqrt(square / (kSide * kSide)), 0.006);
+  EXPECT_LT(std::sqrt(square / (kTextureSide * kTextureSide)), 0.006);
   EXPECT_NEAR(product / wave, 1, 0.02);
   EXPECT_LT(scene->textures->size_bytes(), kWholeBytes / 40);  // texels of a quarter of a pixel
 }
@@ -79,7 +79,7 @@ TEST(Texture, CloseUpItIsFine) {
   Scene close = floor(folder / "t.png");
   close.camera.position = {0, 0.1f, 0};
   const auto scene = test::prepare(close);
-  test::render(*scene, test::small_settings("none", kSide, 4));
+  test::render(*scene, test::small_settings("none", kTextureSide, 4));
   EXPECT_EQ(scene->textures->size_bytes(), kWholeBytes);
 }
 

@@ -7,8 +7,8 @@
 namespace qray {
 namespace {
 
-constexpr int kSide = 64;    // pixels
-constexpr int kRegions = 4;  // a side
+constexpr int kUnbiasedSide = 64;  // pixels
+constexpr int kRegions = 4;        // a side
 constexpr int kSeeds = 24;
 
 struct Means {
@@ -20,7 +20,7 @@ Means means_of(const PreparedScene& scene, const std::string& method, int sample
                const std::optional<TableFile>& table = {}) {
   Means means;
   for (uint64_t seed = 1; seed <= kSeeds; ++seed) {
-    RenderSettings settings = test::small_settings(method, kSide, samples, seed);
+    RenderSettings settings = test::small_settings(method, kUnbiasedSide, samples, seed);
     settings.nee = nee;
     settings.gate = false;  // so that the guide rules
     const test::Rendered rendered = test::render(scene, settings, table);
@@ -33,7 +33,7 @@ Means means_of(const PreparedScene& scene, const std::string& method, int sample
 }
 
 TableFile learned(const PreparedScene& scene, const std::string& method, bool nee) {
-  RenderSettings settings = test::small_settings(method, kSide, 64, 99);
+  RenderSettings settings = test::small_settings(method, kUnbiasedSide, 64, 99);
   settings.nee = nee;
   settings.learning_samples = 16;
   return *test::render(scene, settings).job.table;

@@ -13,7 +13,7 @@ namespace qray {
 namespace {
 
 // What all scenes have in common: which methods there are, in order of appearance.
-struct Series {
+struct Line {
   std::string method;
   bool warm = false;
   size_t style = 0;  // the method's number, so that cold and warm look alike
@@ -31,14 +31,14 @@ struct Range {
   bool empty() const { return low > high; }
 };
 
-std::vector<Series> series_of(const ChartSummary& summary) {
+std::vector<Line> series_of(const ChartSummary& summary) {
   std::vector<std::string> methods;
-  std::vector<Series> all;
+  std::vector<Line> all;
   for (const SceneSummary& scene : summary.scenes) {
     for (const MethodSummary& method : scene.methods) {
       auto name = std::find(methods.begin(), methods.end(), method.method);
       if (name == methods.end()) name = methods.insert(name, method.method);
-      const bool known = std::any_of(all.begin(), all.end(), [&](const Series& s) {
+      const bool known = std::any_of(all.begin(), all.end(), [&](const Line& s) {
         return s.method == method.method && s.warm == method.warm;
       });
       if (known) continue;
@@ -48,7 +48,7 @@ std::vector<Series> series_of(const ChartSummary& summary) {
   return all;
 }
 
-const MethodSummary* find(const SceneSummary& scene, const Series& series) {
+const MethodSummary* find(const SceneSummary& scene, const Line& series) {
   for (const MethodSummary& method : scene.methods)
     if (method.method == series.method && method.warm == series.warm) return &method;
   return nullptr;
@@ -96,7 +96,7 @@ std::string comment(std::string text) {
   return "# " + text + "\n";
 }
 
-std::string data_text(const ChartSummary& summary, const std::vector<Series>& series) {
+std::string data_text(const ChartSummary& summary, const std::vector<Line>& series) {
   std::string out = comment(summary.command);
   out += "# Medians over seeds, with the least and the greatest; a line ends at its floor.\n";
   out += "# 1 scene, 2 series, 3 seconds, 4 relMSE, 5 least, 6 greatest, 7 samples a pixel,\n";
@@ -120,7 +120,7 @@ std::string data_text(const ChartSummary& summary, const std::vector<Series>& se
 }
 
 // The legend's text of a series, over all scenes in which it is.
-std::string label(const Series& series, const std::vector<SceneSummary>& scenes) {
+std::string label(const Line& series, const std::vector<SceneSummary>& scenes) {
   size_t present = 0, biased = 0;
   for (const SceneSummary& scene : scenes) {
     const MethodSummary* method = find(scene, series);
@@ -161,11 +161,11 @@ Range error_range(const SceneSummary& scene) {
 
 // How each line looks. Okabe and Ito's palette without its yellow, told apart by colour-blind
 // readers; the points, six shapes, filled or (warm) hollow, tell lines apart in grey.
-std::string line_definitions(const std::vector<Series>& series) {
+std::string line_definitions(const std::vector<Line>& series) {
   static constexpr const char* kColours[] = {"0x000000", "0xe69f00", "0x0072b2", "0x009e73",
                                              "0xd55e00", "0xcc79a7", "0x56b4e9", "0x7f7f7f"};
   std::vector<std::string> colour, point;
-  for (const Series& s : series) {
+  for (const Line& s : series) {
     colour.push_back(kColours[s.style % std::size(kColours)]);
     point.push_back(std::to_string(5 + 2 * ((s.style + 1) % 6) - (s.warm ? 1 : 0)));
   }
@@ -203,11 +203,11 @@ std::string legend_columns(int width_px, const std::vector<std::string>& labels)
 }
 
 std::string legend_definitions(const std::vector<SceneSummary>& scenes,
-                               const std::vector<Series>& series, int panel_columns) {
+                               const std::vector<Line>& series, int panel_columns) {
   std::vector<std::string> all, one, dash;
-  for (const Series& s : series) all.push_back(quoted(label(s, scenes)));
+  for (const Line& s : series) all.push_back(quoted(label(s, scenes)));
   for (const SceneSummary& scene : scenes)
-    for (const Series& s : series) {
+    for (const Line& s : series) {
       const MethodSummary* method = find(scene, s);
       one.push_back(quoted(label(s, {scene})));
       dash.push_back(method != nullptr && method->biased ? "2" : "1");
@@ -222,7 +222,7 @@ std::string legend_definitions(const std::vector<SceneSummary>& scenes,
 }
 
 // What kPlotScript asks for.
-std::string definitions(const ChartSummary& summary, const std::vector<Series>& series) {
+std::string definitions(const ChartSummary& summary, const std::vector<Line>& series) {
   const size_t scenes = summary.scenes.size();
   const int columns = scenes < 5 ? std::min(static_cast<int>(scenes), 2) : 3;
   return "all_columns = " + std::to_string(columns) + "\nnote = " + quoted(note(summary)) + "\n" +
@@ -237,7 +237,7 @@ Status write(const std::filesystem::path& path, const std::string& text) {
 }  // namespace
 
 Status write_plots(const ChartSummary& summary, const std::filesystem::path& dir) {
-  const std::vector<Series> series = series_of(summary);
+  const std::vector<Line> series = series_of(summary);
   if (series.empty()) {
     return Error{ErrorCode::kInvalid, "nothing to draw: expected a scene with a method",
                  dir.string()};

@@ -9,7 +9,7 @@
 namespace qray {
 namespace {
 
-GuideSetup setup_of(size_t max_bytes = kDefaultTableBytes) {
+GuideSetup setup_with(size_t max_bytes = kDefaultTableBytes) {
   GuideSetup setup;
   setup.bounds = {{0, 0, 0}, {4, 2, 3}};
   setup.brightest_light = 50;
@@ -56,14 +56,14 @@ Bytes bytes_of(const Guide& guide) {
 }
 
 std::unique_ptr<AdaptiveGuide> taught(int passes, int shuffle = 1) {
-  auto guide = std::make_unique<AdaptiveGuide>(setup_of());
+  auto guide = std::make_unique<AdaptiveGuide>(setup_with());
   for (int pass = 0; pass < passes; ++pass)
     teach(*guide, static_cast<uint64_t>(pass), 20000, shuffle);
   return guide;
 }
 
 TEST(Adaptive, UntaughtItGuidesNowhere) {
-  const AdaptiveGuide guide(setup_of());
+  const AdaptiveGuide guide(setup_with());
   const GuidePoint point = guide.find({1, 0, 1}, {0, 1, 0});
   EXPECT_EQ(guide.guide_fraction(point, true), 0);
   EXPECT_FALSE(guide.expectation(point).credible);
@@ -86,7 +86,7 @@ TEST(Adaptive, PlacesThatAreHitOftenAreCutFiner) {
 }
 
 TEST(Adaptive, WhereAllDirectionsPayAlikeItDrawsFromTheBsdf) {
-  GuideSetup setup = setup_of();
+  GuideSetup setup = setup_with();
   setup.adaptive.min_gain = AdaptiveParams{}.min_gain;
   for (bool narrow : {false, true}) {
     AdaptiveGuide guide(setup), loaded(setup);
@@ -106,7 +106,7 @@ TEST(Adaptive, TheOrderOfEventsChangesNoBit) {
 
 TEST(Adaptive, SavedLoadedAndSavedAgainItIsTheSameFile) {
   const auto guide = taught(5);
-  AdaptiveGuide other(setup_of());
+  AdaptiveGuide other(setup_with());
   const Status loaded = other.load(guide->save());
   ASSERT_TRUE(loaded.ok()) << loaded.error().text();
   EXPECT_EQ(bytes_of(other), bytes_of(*guide));
@@ -124,12 +124,12 @@ TEST(Adaptive, SavedLoadedAndSavedAgainItIsTheSameFile) {
 
 TEST(Adaptive, AFullTableLearnsNoMoreStatesAndSaysSo) {
   constexpr size_t kBytes = 200'000;
-  AdaptiveGuide guide(setup_of(kBytes));
+  AdaptiveGuide guide(setup_with(kBytes));
   for (uint64_t pass = 0; pass < 10; ++pass) teach(guide, pass, 40000);
   EXPECT_LE(guide.stats().bytes, kBytes);
   EXPECT_GT(guide.stats().bytes, kBytes / 2);
   EXPECT_GT(guide.stats().refused, 0u);
-  AdaptiveGuide tiny(setup_of(1));
+  AdaptiveGuide tiny(setup_with(1));
   teach(tiny, 1, 1000);
   EXPECT_EQ(tiny.stats().states, 0u);
   EXPECT_GT(tiny.stats().refused, 0u);
@@ -165,14 +165,14 @@ TEST(Adaptive, TablesOfDifferentRefinementMergeInEitherOrder) {
 
 TEST(Adaptive, AMergeWithoutRoomLeavesTheTableAsItWas) {
   const auto other = taught(5);
-  AdaptiveGuide guide(setup_of(other->stats().bytes));
+  AdaptiveGuide guide(setup_with(other->stats().bytes));
   for (uint64_t pass = 20; pass < 25; ++pass) teach(guide, pass, 20000);
   const Bytes before = bytes_of(guide);
   const Status full = guide.merge(*other);
   ASSERT_FALSE(full.ok());
   EXPECT_EQ(full.error().code, ErrorCode::kTooLarge);
   EXPECT_EQ(bytes_of(guide), before);
-  GuideSetup elsewhere = setup_of();
+  GuideSetup elsewhere = setup_with();
   elsewhere.brightest_light = 5000;
   EXPECT_EQ(AdaptiveGuide(elsewhere).merge(*other).error().code, ErrorCode::kConflict);
 }
@@ -193,7 +193,7 @@ void write_state(ByteWriter& out, uint64_t key, int64_t n = 100, int64_t second 
 }
 
 Status load_states(std::initializer_list<uint64_t> keys, int64_t n = 100, int64_t second = 40) {
-  AdaptiveGuide guide(setup_of());
+  AdaptiveGuide guide(setup_with());
   std::vector<TableSection> sections = guide.save();
   ByteWriter out;
   out.u64(keys.size());
@@ -213,7 +213,7 @@ Status load_sum(AdaptiveGuide& guide, int64_t sum_of_cell) {
 
 TEST(Adaptive, SumsThatMayNotFitAreRefused) {
   constexpr int64_t kMost = int64_t{1} << 58;  // in each quarter
-  AdaptiveGuide a(setup_of()), b(setup_of()), too_large(setup_of()), wrapped(setup_of());
+  AdaptiveGuide a(setup_with()), b(setup_with()), too_large(setup_with()), wrapped(setup_with());
   EXPECT_EQ(load_sum(too_large, kMost + 1).error().code, ErrorCode::kCorrupt);
   EXPECT_EQ(load_sum(wrapped, kMost << 4).error().code, ErrorCode::kCorrupt);
   ASSERT_TRUE(load_sum(a, kMost).ok());
@@ -251,11 +251,11 @@ TEST(Adaptive, ItsRecordsAreChecked) {
 
 TEST(Adaptive, ATableThatIsTooLargeOrOfAnotherCubeIsRefused) {
   const auto guide = taught(5);
-  AdaptiveGuide small(setup_of(10'000));
+  AdaptiveGuide small(setup_with(10'000));
   const Status large = small.load(guide->save());
   ASSERT_FALSE(large.ok());
   EXPECT_EQ(large.error().code, ErrorCode::kTooLarge);
-  GuideSetup elsewhere = setup_of();
+  GuideSetup elsewhere = setup_with();
   elsewhere.bounds.hi.x = 40;
   AdaptiveGuide other(elsewhere);
   const Status conflict = other.load(guide->save());
@@ -264,7 +264,7 @@ TEST(Adaptive, ATableThatIsTooLargeOrOfAnotherCubeIsRefused) {
 }
 
 TEST(Adaptive, NoFiniteEventSpoilsTheTable) {
-  AdaptiveGuide guide(setup_of());
+  AdaptiveGuide guide(setup_with());
   for (int pass = 0; pass < 4; ++pass) {
     teach(guide, 1, 5000);
     GuideVertex v;

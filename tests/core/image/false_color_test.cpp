@@ -9,14 +9,14 @@
 namespace qray {
 namespace {
 
-void expect_same(Rgb a, Rgb b) {
+void expect_same_color(Rgb a, Rgb b) {
   for (int c = 0; c < 3; ++c) EXPECT_NEAR(a[c], b[c], 1e-4);
 }
 
 TEST(FalseColor, ViridisIsThePublishedOneAndRises) {
-  expect_same(viridis(0), srgb_to_linear(Rgb{68, 1, 84} * (1 / 255.0f)));
-  expect_same(viridis(0.5f), srgb_to_linear(Rgb{33, 145, 140} * (1 / 255.0f)));
-  expect_same(viridis(1), srgb_to_linear(Rgb{253, 231, 37} * (1 / 255.0f)));
+  expect_same_color(viridis(0), srgb_to_linear(Rgb{68, 1, 84} * (1 / 255.0f)));
+  expect_same_color(viridis(0.5f), srgb_to_linear(Rgb{33, 145, 140} * (1 / 255.0f)));
+  expect_same_color(viridis(1), srgb_to_linear(Rgb{253, 231, 37} * (1 / 255.0f)));
   for (int i = 1; i <= 100; ++i)
     EXPECT_GT(luminance(viridis(static_cast<float>(i) / 100)),
               luminance(viridis(static_cast<float>(i - 1) / 100)));

@@ -103,7 +103,7 @@ Vec3 board(double x, double y) {
   return {m * 0.9f, m * 0.2f + 0.1f, 1 - m * 0.7f};
 }
 
-double mean(const Image& map) {
+double mean_value(const Image& map) {
   double sum = 0;
   for (float v : map.data()) sum += v;
   return sum / static_cast<double>(map.data().size());
@@ -125,7 +125,7 @@ TEST(Flip, AgreesWithItsAuthorsProgram) {
                         {"board", board, 30, 0.893776, 0.687263, 0.986152}};
   for (const Case& c : cases) {
     const Image map = flip_map(draw(c.pattern), draw(wave), c.pixels_per_degree);
-    EXPECT_NEAR(mean(map), c.mean, 2e-5) << c.name;
+    EXPECT_NEAR(mean_value(map), c.mean, 2e-5) << c.name;
     EXPECT_NEAR(map.at(30, 20, 0), c.middle, 1e-4) << c.name;
     EXPECT_NEAR(map.at(0, 0, 0), c.corner, 1e-4) << c.name;
   }
@@ -133,7 +133,7 @@ TEST(Flip, AgreesWithItsAuthorsProgram) {
 
 TEST(Flip, UniformPicturesByHand) {
   const auto flip = [](Rgb a, Rgb b) {
-    return mean(flip_map(uniform(24, 24, a), uniform(24, 24, b)));
+    return mean_value(flip_map(uniform(24, 24, a), uniform(24, 24, b)));
   };
   // Green to blue is the largest difference there is.
   EXPECT_NEAR(flip({0, 1, 0}, {0, 0, 1}), 1, 1e-4);

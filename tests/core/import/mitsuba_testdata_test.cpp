@@ -7,12 +7,12 @@
 namespace qray {
 namespace {
 
-struct RealScene {
+struct RealMitsubaScene {
   const char* file;
   size_t triangles, warnings;
 };
 
-class MitsubaTestdata : public testing::TestWithParam<RealScene> {};
+class MitsubaTestdata : public testing::TestWithParam<RealMitsubaScene> {};
 
 LoadedScene load(const char* file) {
   auto loaded = load_scene(test::testdata_dir() / file);
@@ -23,7 +23,7 @@ LoadedScene load(const char* file) {
 bool is_there(const char* file) { return std::filesystem::exists(test::testdata_dir() / file); }
 
 TEST_P(MitsubaTestdata, Loads) {
-  const RealScene& scene = GetParam();
+  const RealMitsubaScene& scene = GetParam();
   if (!is_there(scene.file)) GTEST_SKIP() << "no test data: " << scene.file << " is not there";
   const LoadedScene loaded = load(scene.file);
   EXPECT_EQ(loaded.scene.triangle_count() + loaded.dropped_triangles, scene.triangles);
@@ -32,17 +32,18 @@ TEST_P(MitsubaTestdata, Loads) {
 }
 
 INSTANTIATE_TEST_SUITE_P(All, MitsubaTestdata,
-                         testing::Values(RealScene{"cornell-box/scene_v0.5.xml", 36, 0},
-                                         RealScene{"cornell-box/scene_v3.xml", 36, 0},
-                                         RealScene{"veach-ajar/scene_v0.5.xml", 382690, 0},
-                                         RealScene{"veach-ajar/scene_v3.xml", 382690, 0},
-                                         RealScene{"veach-mis/scene_v0.5.xml", 48436, 0},
-                                         RealScene{"veach-mis/scene_v3.xml", 48436, 0},
-                                         RealScene{"living-room/scene_v0.5.xml", 143163, 1},
-                                         RealScene{"staircase2/scene_v0.5.xml", 31247, 0},
-                                         RealScene{"cbox-bulb/scene_v0.6.xml", 62518, 0},
-                                         RealScene{"cbox-bulb/include_v0.6.xml", 62518, 0},
-                                         RealScene{"many-lights-a/scene_v0.6.xml", 168556, 0}));
+                         testing::Values(RealMitsubaScene{"cornell-box/scene_v0.5.xml", 36, 0},
+                                         RealMitsubaScene{"cornell-box/scene_v3.xml", 36, 0},
+                                         RealMitsubaScene{"veach-ajar/scene_v0.5.xml", 382690, 0},
+                                         RealMitsubaScene{"veach-ajar/scene_v3.xml", 382690, 0},
+                                         RealMitsubaScene{"veach-mis/scene_v0.5.xml", 48436, 0},
+                                         RealMitsubaScene{"veach-mis/scene_v3.xml", 48436, 0},
+                                         RealMitsubaScene{"living-room/scene_v0.5.xml", 143163, 1},
+                                         RealMitsubaScene{"staircase2/scene_v0.5.xml", 31247, 0},
+                                         RealMitsubaScene{"cbox-bulb/scene_v0.6.xml", 62518, 0},
+                                         RealMitsubaScene{"cbox-bulb/include_v0.6.xml", 62518, 0},
+                                         RealMitsubaScene{"many-lights-a/scene_v0.6.xml", 168556,
+                                                          0}));
 
 TEST(MitsubaVersions, OldAndNewFilesOfASceneAreTheSame) {
   for (const std::string folder : {"cornell-box", "veach-ajar", "veach-mis"}) {

@@ -7,21 +7,21 @@ namespace {
 
 const std::vector<SpectrumPoint> kWhite = {{300, 1}, {900, 1}};
 
-void expect_near(Rgb a, Rgb b, float relative) {
+void expect_near_color(Rgb a, Rgb b, float relative) {
   for (int i = 0; i < 3; ++i) EXPECT_NEAR(a[i], b[i], relative * b[i]) << i;
 }
 
 // The sRGB white is D65; equal energy has the chromaticity (1/3, 1/3).
 TEST(Spectrum, WhiteIsTheIlluminant) {
-  expect_near(spectrum_to_rgb(kWhite, SpectrumWeight::kD65), Rgb{1.0f}, 5e-4f);
-  expect_near(spectrum_to_rgb(kWhite, SpectrumWeight::kEqualEnergy), {1.2048f, 0.9483f, 0.9088f},
-              1e-3f);
+  expect_near_color(spectrum_to_rgb(kWhite, SpectrumWeight::kD65), Rgb{1.0f}, 5e-4f);
+  expect_near_color(spectrum_to_rgb(kWhite, SpectrumWeight::kEqualEnergy),
+                    {1.2048f, 0.9483f, 0.9088f}, 1e-3f);
 }
 
 TEST(Spectrum, LuminanceIsLinear) {
   const Rgb once = spectrum_to_rgb({{500, 1}, {600, 1}}, SpectrumWeight::kEqualEnergy);
   const Rgb twice = spectrum_to_rgb({{500, 2}, {600, 2}}, SpectrumWeight::kEqualEnergy);
-  expect_near(twice, once * 2, 1e-5f);
+  expect_near_color(twice, once * 2, 1e-5f);
   EXPECT_EQ(spectrum_to_rgb({{500, 1}}, SpectrumWeight::kD65), Rgb{});
   EXPECT_EQ(spectrum_to_rgb({{100, 1}, {300, 1}}, SpectrumWeight::kD65), Rgb{});
 }

@@ -13,16 +13,16 @@
 namespace qray {
 namespace {
 
-constexpr int kSide = 64;  // pixels
+constexpr int kRecoverSide = 64;  // pixels
 
 // A floor and a wall of two albedos under an even light, and noise.
 TrainingView corner(float noise, uint64_t seed) {
   test::Random random(seed);
-  TrainingView view{Image(kSide, kSide, kFeatures), Image(kSide, kSide, 3), Image(kSide, kSide, 1),
-                    Image(kSide, kSide, 3)};
-  for (int y = 0; y < kSide; ++y)
-    for (int x = 0; x < kSide; ++x) {
-      const bool wall = 3 * y + x < 2 * kSide;
+  TrainingView view{Image(kRecoverSide, kRecoverSide, kFeatures), Image(kRecoverSide, kRecoverSide, 3), Image(kRecoverSide, kRecoverSide, 1),
+                    Image(kRecoverSide, kRecoverSide, 3)};
+  for (int y = 0; y < kRecoverSide; ++y)
+    for (int x = 0; x < kRecoverSide; ++x) {
+      const bool wall = 3 * y + x < 2 * kRecoverSide;
       const float albedo = (x / 6 + y / 6) % 2 ? 0.7f : 0.3f, light = wall ? 2.0f : 0.5f;
       for (int k = 0; k < 3; ++k) view.features.at(x, y, k) = albedo;
       view.features.at(x, y, kFeatureNormal + (wall ? 0 : 1)) = 1;
@@ -38,7 +38,7 @@ TrainingView corner(float noise, uint64_t seed) {
 
 // No pixel's own noise is known: what the network makes counts alone.
 RecoveryInput input_of(const TrainingView& view) {
-  Image unknown(kSide, kSide, 1);
+  Image unknown(kRecoverSide, kRecoverSide, 1);
   for (float& e : unknown.data()) e = std::numeric_limits<float>::infinity();
   return {view.features, view.input, view.noise, std::move(unknown)};
 }
@@ -60,8 +60,8 @@ TEST(Recover, OnlyTheFirstPixelOfEachBlockIsRead) {
   const Network nets[] = {no_network(), untrained_network(16, 1)};
   std::vector<Image> before;
   for (const Network& net : nets) before.push_back(recover_quarter(net, input_of(view), pool));
-  for (int y = 0; y < kSide; ++y)
-    for (int x = 0; x < kSide; ++x)
+  for (int y = 0; y < kRecoverSide; ++y)
+    for (int x = 0; x < kRecoverSide; ++x)
       if (x % 2 || y % 2) view.input.set_rgb(x, y, Rgb{1e6f});
   for (size_t i = 0; i < before.size(); ++i)
     EXPECT_EQ(relmse(recover_quarter(nets[i], input_of(view), pool), before[i]), 0);

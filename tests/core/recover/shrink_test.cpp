@@ -11,10 +11,10 @@
 namespace qray {
 namespace {
 
-constexpr int kSide = 48;  // pixels
+constexpr int kShrinkSide = 48;  // pixels
 
 Image plain(float value, int channels = 3) {
-  Image image(kSide, kSide, channels);
+  Image image(kShrinkSide, kShrinkSide, channels);
   for (float& v : image.data()) v = value;
   return image;
 }
@@ -26,8 +26,8 @@ struct Sampled {
 Sampled sampled(float error, uint64_t seed) {
   test::Random random(seed);
   Sampled s;
-  for (int y = 0; y < kSide; ++y)
-    for (int x = 0; x < kSide; ++x) {
+  for (int y = 0; y < kShrinkSide; ++y)
+    for (int x = 0; x < kShrinkSide; ++x) {
       const auto half = [&] {
         return 1 + error * std::sqrt(2.0f) * (random.next() < 0.5f ? -1 : 1);
       };

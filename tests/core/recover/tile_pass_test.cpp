@@ -11,11 +11,11 @@
 namespace qray {
 namespace {
 
-constexpr int kSide = 24;  // pixels
+constexpr int kTileSide = 24;  // pixels
 
 struct Pictures {
-  Image features{kSide, kSide, kFeatures}, input{kSide, kSide, 3}, noise{kSide, kSide, 1},
-      target{kSide, kSide, 3};
+  Image features{kTileSide, kTileSide, kFeatures}, input{kTileSide, kTileSide, 3},
+      noise{kTileSide, kTileSide, 1}, target{kTileSide, kTileSide, 3};
 };
 
 Pictures random_pictures(uint64_t seed) {
@@ -29,7 +29,7 @@ Pictures random_pictures(uint64_t seed) {
 }
 
 BlockTile tile(const Pictures& p) {
-  return tile_of(p.features, p.input, p.noise, 0, 0, kSide / 2, kSide / 2);
+  return tile_of(p.features, p.input, p.noise, 0, 0, kTileSide / 2, kTileSide / 2);
 }
 
 Network shaken(int hidden, uint64_t seed) {
@@ -103,8 +103,8 @@ TEST(TilePass, InventsNothing) {
 
 TEST(TilePass, APictureOfOneColourStaysOne) {
   Pictures p = random_pictures(9);
-  for (int y = 0; y < kSide; ++y)
-    for (int x = 0; x < kSide; ++x)
+  for (int y = 0; y < kTileSide; ++y)
+    for (int x = 0; x < kTileSide; ++x)
       for (int c = 0; c < 3; ++c)
         p.input.at(x, y, c) = 0.7f * (p.features.at(x, y, c) + kAlbedoFloor);
   const BlockTile t = tile(p);
@@ -114,9 +114,9 @@ TEST(TilePass, APictureOfOneColourStaysOne) {
 
 TEST(TilePass, UntrainedItKeepsAnEdgeOfTheFeatures) {
   Pictures p = random_pictures(1);
-  for (int y = 0; y < kSide; ++y)
-    for (int x = 0; x < kSide; ++x) {
-      const bool left = x < kSide / 2;
+  for (int y = 0; y < kTileSide; ++y)
+    for (int x = 0; x < kTileSide; ++x) {
+      const bool left = x < kTileSide / 2;
       for (int k = 0; k < kFeatures; ++k) p.features.at(x, y, k) = 0.5f;
       for (int k = 0; k < 3; ++k)
         p.features.at(x, y, kFeatureNormal + k) = (k == 0) == left ? 1.0f : 0.0f;

@@ -7,19 +7,19 @@
 namespace qray {
 namespace {
 
-constexpr int kSide = 64;  // pixels
+constexpr int kTrainSide = 64;  // pixels
 
 // Stripes of albedo under a smooth light, seen through noise.
 TrainingView stripes(uint64_t seed) {
   test::Random random(seed);
-  TrainingView view{Image(kSide, kSide, kFeatures), Image(kSide, kSide, 3), Image(kSide, kSide, 1),
-                    Image(kSide, kSide, 3)};
+  TrainingView view{Image(kTrainSide, kTrainSide, kFeatures), Image(kTrainSide, kTrainSide, 3),
+                    Image(kTrainSide, kTrainSide, 1), Image(kTrainSide, kTrainSide, 3)};
   const float tilt = random.next();
-  for (int y = 0; y < kSide; ++y)
-    for (int x = 0; x < kSide; ++x) {
+  for (int y = 0; y < kTrainSide; ++y)
+    for (int x = 0; x < kTrainSide; ++x) {
       const float albedo = (x / 5 + y / 7) % 2 ? 0.8f : 0.2f;
-      const float light =
-          0.5f + tilt * static_cast<float>(x) / kSide + 0.5f * static_cast<float>(y) / kSide;
+      const float light = 0.5f + tilt * static_cast<float>(x) / kTrainSide +
+                          0.5f * static_cast<float>(y) / kTrainSide;
       for (int k = 0; k < 3; ++k) view.features.at(x, y, k) = albedo;
       for (int k = 0; k < 3; ++k)  // says nothing of the light, which must be learned
         view.features.at(x, y, kFeatureNormal + k) = random.next();
@@ -33,7 +33,7 @@ TrainingView stripes(uint64_t seed) {
   return view;
 }
 
-Trained taught(int threads, int steps) {
+Trained trained_for(int threads, int steps) {
   std::vector<TrainingView> views;
   for (uint64_t seed = 1; seed <= 6; ++seed) views.push_back(stripes(seed));
   TaskPool pool(threads);
@@ -46,13 +46,13 @@ Trained taught(int threads, int steps) {
 TEST(Train, LowersTheErrorOfViewsItHasNotSeen) {
   const TrainingView unseen = stripes(77);
   const double before = recovery_error(untrained_network(16, 1), unseen);
-  const Trained trained = taught(2, 120);
+  const Trained trained = trained_for(2, 120);
   EXPECT_EQ(trained.held_out.size(), 2u);
   EXPECT_LT(recovery_error(trained.network, unseen), 0.8 * before);
 }
 
 TEST(Train, AnyNumberOfThreadsMakesTheSameNetwork) {
-  EXPECT_EQ(taught(1, 20).network.values, taught(3, 20).network.values);
+  EXPECT_EQ(trained_for(1, 20).network.values, trained_for(3, 20).network.values);
 }
 
 TEST(Train, StopsWhenAsked) {

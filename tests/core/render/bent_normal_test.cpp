@@ -34,7 +34,7 @@ Image plain(Rgb texel) {
     for (int x = 0; x < 4; ++x) image.set_rgb(x, y, texel);
   return image;
 }
-void expect_near(Vec3 a, Vec3 b, float error = 1e-4f) {
+void expect_near_normal(Vec3 a, Vec3 b, float error = 1e-4f) {
   EXPECT_NEAR(a.x, b.x, error);
   EXPECT_NEAR(a.y, b.y, error);
   EXPECT_NEAR(a.z, b.z, error);
@@ -45,15 +45,15 @@ TEST(BentNormal, ImagesXPointsToUAndYToV) {
   Chart chart;
   chart.open(plain({0.5f + n.x / 2, 0.5f + n.y / 2, 0.5f + n.z / 2}));
   chart.material.normal_map = TextureId(0);
-  expect_near(chart.normal(), n);
+  expect_near_normal(chart.normal(), n);
   chart.material.normal_scale = 0.5f;
-  expect_near(chart.normal(), normalize({n.x / 2, n.y / 2, n.z}));
+  expect_near_normal(chart.normal(), normalize({n.x / 2, n.y / 2, n.z}));
   chart.material.normal_scale = 1;
   chart.edges.uv1 = {-1, 0};  // a mirrored chart
-  expect_near(chart.normal(), {-n.x, n.y, n.z});
+  expect_near_normal(chart.normal(), {-n.x, n.y, n.z});
   chart.edges.uv1 = {0, 1};  // x and y exchanged
   chart.edges.uv2 = {1, 0};
-  expect_near(chart.normal(), {n.y, n.x, n.z});
+  expect_near_normal(chart.normal(), {n.y, n.x, n.z});
 }
 
 TEST(BentNormal, ARampLeansAgainstItsSlope) {
@@ -64,11 +64,11 @@ TEST(BentNormal, ARampLeansAgainstItsSlope) {
   Chart chart;
   chart.open(image);
   chart.material.bump_map = {0.5f, TextureId(0), 1};
-  expect_near(chart.normal(), normalize({-0.8f, 0, 1}), 2e-3f);
+  expect_near_normal(chart.normal(), normalize({-0.8f, 0, 1}), 2e-3f);
   chart.edges = {{2, 0, 0}, {0, 2, 0}, {1, 0}, {0, 1}};  // twice as wide: half as steep
-  expect_near(chart.normal(), normalize({-0.4f, 0, 1}), 2e-3f);
+  expect_near_normal(chart.normal(), normalize({-0.4f, 0, 1}), 2e-3f);
   chart.edges = {{2, 0, 0}, {0, 2, 0}, {-1, 0}, {0, 1}};
-  expect_near(chart.normal(), normalize({0.4f, 0, 1}), 2e-3f);
+  expect_near_normal(chart.normal(), normalize({0.4f, 0, 1}), 2e-3f);
 }
 
 TEST(BentNormal, ATriangleWithoutAnAreaInUvStaysAsItIs) {
@@ -76,7 +76,7 @@ TEST(BentNormal, ATriangleWithoutAnAreaInUvStaysAsItIs) {
   chart.open(plain({0.9f, 0.5f, 0.7f}));
   chart.material.normal_map = TextureId(0);
   chart.edges.uv1 = chart.edges.uv2 = {};
-  expect_near(chart.normal(), {0, 0, 1});
+  expect_near_normal(chart.normal(), {0, 0, 1});
 }
 
 TEST(BentNormal, IsSeenAndMirrorsAboveTheSurface) {
@@ -101,7 +101,7 @@ TEST(BentNormal, IsSeenAndMirrorsAboveTheSurface) {
     const Vec3 front = n * side, up = ng * side;
     if (dot(up, wo) > 1e-3f && dot(front, wo) > 0.02f &&
         dot(front * (2 * dot(front, wo)) - wo, up) > 0.02f) {
-      expect_near(seen, n, 1e-6f);
+      expect_near_normal(seen, n, 1e-6f);
     }
   }
 }

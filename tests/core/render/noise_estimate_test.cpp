@@ -9,14 +9,14 @@
 namespace qray {
 namespace {
 
-constexpr int kSide = 64;
+constexpr int kNoiseSide = 64;
 
 // A pass of samples of mean 1 and the given standard deviation.
 void render(NoiseEstimate& noise, uint64_t& done, int samples, bool guided, float deviation,
             test::Random& random) {
   noise.start_pass(guided);
-  for (int y = 0; y < kSide; ++y)
-    for (int x = 0; x < kSide; ++x) {
+  for (int y = 0; y < kNoiseSide; ++y)
+    for (int x = 0; x < kNoiseSide; ++x) {
       float half[2] = {0, 0};
       for (int s = 0; s < samples; ++s)
         half[(done + static_cast<uint64_t>(s)) & 1] +=
@@ -28,7 +28,7 @@ void render(NoiseEstimate& noise, uint64_t& done, int samples, bool guided, floa
 }
 
 TEST(NoiseEstimate, TwoPassesOfOneSampleMakeAnEstimate) {
-  NoiseEstimate noise(kSide, kSide);
+  NoiseEstimate noise(kNoiseSide, kNoiseSide);
   test::Random random(1);
   uint64_t done = 0;
   EXPECT_EQ(noise.deviation(3, 3), 0);
@@ -42,7 +42,7 @@ TEST(NoiseEstimate, TwoPassesOfOneSampleMakeAnEstimate) {
 
 TEST(NoiseEstimate, AnyPassTellsTheVarianceOfItsSamples) {
   for (int samples : {2, 3, 8, 33}) {
-    NoiseEstimate noise(kSide, kSide);
+    NoiseEstimate noise(kNoiseSide, kNoiseSide);
     test::Random random(2);
     uint64_t done = 5;
     render(noise, done, samples, true, 0.3f, random);
@@ -52,16 +52,16 @@ TEST(NoiseEstimate, AnyPassTellsTheVarianceOfItsSamples) {
 }
 
 TEST(NoiseEstimate, APixelsOwnErrorIsOfAllItsSamples) {
-  NoiseEstimate noise(kSide, kSide);
+  NoiseEstimate noise(kNoiseSide, kNoiseSide);
   test::Random random(4);
   uint64_t done = 0;
   render(noise, done, 1, false, 0.5f, random);
   EXPECT_EQ(noise.own_error(3, 3), std::numeric_limits<float>::infinity());
   for (int samples : {1, 3, 8, 9}) render(noise, done, samples, true, 0.5f, random);
   double square = 0;
-  for (int y = 0; y < kSide; ++y)
-    for (int x = 0; x < kSide; ++x) square += sqr(double{noise.own_error(x, y)});
-  EXPECT_NEAR(square / (kSide * kSide), 0.25 / 22, 0.06 * 0.25 / 22);
+  for (int y = 0; y < kNoiseSide; ++y)
+    for (int x = 0; x < kNoiseSide; ++x) square += sqr(double{noise.own_error(x, y)});
+  EXPECT_NEAR(square / (kNoiseSide * kNoiseSide), 0.25 / 22, 0.06 * 0.25 / 22);
 }
 
 TEST(NoiseEstimate, AFireflyIsItsPixelsOwnError) {
@@ -72,7 +72,7 @@ TEST(NoiseEstimate, AFireflyIsItsPixelsOwnError) {
 }
 
 TEST(NoiseEstimate, GuidedPassesAreKeptApart) {
-  NoiseEstimate noise(kSide, kSide);
+  NoiseEstimate noise(kNoiseSide, kNoiseSide);
   test::Random random(3);
   uint64_t done = 0;
   render(noise, done, 4, false, 0.5f, random);

@@ -5,22 +5,22 @@
 namespace qray {
 namespace {
 
-constexpr int kSide = 64;
+constexpr int kPlanSide = 64;
 
 RenderSettings settings(Pixels pixels) {
   RenderSettings s;
-  s.width = s.height = 2 * kSide;
+  s.width = s.height = 2 * kPlanSide;
   s.pixels = pixels;
   return s;
 }
 
 // Noise of a picture of mean 1 whose right half scatters `times` as much.
 NoiseEstimate uneven_noise(float times) {
-  NoiseEstimate noise(kSide, kSide);
+  NoiseEstimate noise(kPlanSide, kPlanSide);
   noise.start_pass(false);
-  for (int y = 0; y < kSide; ++y)
-    for (int x = 0; x < kSide; ++x) {
-      const float off = (x < kSide / 2 ? 0.05f : 0.05f * times) * ((x + y) % 2 ? 1.0f : -1.0f);
+  for (int y = 0; y < kPlanSide; ++y)
+    for (int x = 0; x < kPlanSide; ++x) {
+      const float off = (x < kPlanSide / 2 ? 0.05f : 0.05f * times) * ((x + y) % 2 ? 1.0f : -1.0f);
       noise.add(x, y, 0, 4, 2 + off, 2 - off);
     }
   EXPECT_TRUE(noise.end_pass());
@@ -36,8 +36,8 @@ uint64_t total(const PixelPlan& plan) {
 
 TEST(PixelPlan, AQuarterIsOneOfEachBlock) {
   PixelPlan all(settings(Pixels::kAll)), quarter(settings(Pixels::kQuarter));
-  EXPECT_EQ(all.width(), 2 * kSide);
-  EXPECT_EQ(quarter.width(), kSide);
+  EXPECT_EQ(all.width(), 2 * kPlanSide);
+  EXPECT_EQ(quarter.width(), kPlanSide);
   EXPECT_EQ(quarter.step(), 2);
   quarter.start_pass(3, nullptr);
   EXPECT_EQ(quarter.count(5, 7), 3u);
@@ -53,7 +53,7 @@ TEST(PixelPlan, WhatScattersMoreGetsMoreAndNoSampleIsLost) {
   EXPECT_EQ(plan.count(0, 0), 4u);
   plan.end_pass();
   plan.start_pass(16, &noise);
-  const double pixels = kSide * kSide;
+  const double pixels = kPlanSide * kPlanSide;
   EXPECT_NEAR(static_cast<double>(total(plan)), 16 * pixels, 0.01 * 16 * pixels);
   // 20 a pixel in all, in proportion 1 : 4.
   EXPECT_NEAR(plan.first(10, 30) + plan.count(10, 30), 8, 1.5);

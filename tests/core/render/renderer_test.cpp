@@ -39,7 +39,7 @@ Image rendered(const PreparedScene& scene, const RenderSettings& settings, size_
   return film.develop();
 }
 
-bool same_bits(const Image& a, const Image& b) { return std::ranges::equal(a.data(), b.data()); }
+bool equal_bits(const Image& a, const Image& b) { return std::ranges::equal(a.data(), b.data()); }
 
 TEST(Renderer, HoweverItIsSteppedThePictureIsAJobs) {
   const auto scene = test::prepare(test::room());
@@ -47,7 +47,7 @@ TEST(Renderer, HoweverItIsSteppedThePictureIsAJobs) {
     const RenderSettings settings = passes_of_one(method, 6);
     const Image job = test::render(*scene, settings).image;
     for (const size_t most : {1, 3, 1000})
-      EXPECT_TRUE(same_bits(job, rendered(*scene, settings, most, {}))) << method << most;
+      EXPECT_TRUE(equal_bits(job, rendered(*scene, settings, most, {}))) << method << most;
   }
 }
 
@@ -58,7 +58,7 @@ TEST(Renderer, RoundsOfAPassTakeEachPixelOnce) {
   RenderMode mode;
   mode.in_rounds = true;
   const Image in_rounds = rendered(*scene, settings, 5, mode, &units);
-  EXPECT_TRUE(same_bits(test::render(*scene, settings).image, in_rounds));
+  EXPECT_TRUE(equal_bits(test::render(*scene, settings).image, in_rounds));
   EXPECT_EQ(units, 3u * 4 * 4) << "3 passes of 4 rounds of 4 tiles";
 }
 

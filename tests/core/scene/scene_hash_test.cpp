@@ -10,7 +10,7 @@
 namespace qray {
 namespace {
 
-enum Part { kNone = 0, kGeometry = 1, kMaterials = 2, kLights = 4 };
+enum ScenePart { kNone = 0, kGeometry = 1, kMaterialPart = 2, kLights = 4 };
 
 Scene some_scene() {
   Scene scene;
@@ -31,7 +31,7 @@ Scene some_scene() {
 
 int changed_parts(const SceneHash& a, const SceneHash& b) {
   return (a.geometry == b.geometry ? 0 : kGeometry) |
-         (a.materials == b.materials ? 0 : kMaterials) | (a.lights == b.lights ? 0 : kLights);
+         (a.materials == b.materials ? 0 : kMaterialPart) | (a.lights == b.lights ? 0 : kLights);
 }
 
 TEST(SceneHash, EachChangeShowsInItsPartAlone) {
@@ -59,33 +59,34 @@ TEST(SceneHash, EachChangeShowsInItsPartAlone) {
        [](Scene& s) {
          s.instances.push_back({MeshId(0), Transform::translation({1, 0, 0}), {}});
        }},
-      {"vertex colours", kMaterials, [](Scene& s) { s.meshes[0].colors.resize(3); }},
-      {"kind", kMaterials, [](Scene& s) { s.materials[1].kind = MaterialKind::kPlastic; }},
-      {"reflectance", kMaterials, [](Scene& s) { s.materials[1].reflectance.value.g = 0.1f; }},
-      {"roughness", kMaterials, [](Scene& s) { s.materials[1].roughness.value = 0.1f; }},
-      {"eta", kMaterials, [](Scene& s) { s.materials[1].eta.g = 0.1f; }},
-      {"k", kMaterials, [](Scene& s) { s.materials[1].k.g = 0.1f; }},
-      {"ior", kMaterials, [](Scene& s) { s.materials[1].ior = 1.1f; }},
-      {"specular", kMaterials, [](Scene& s) { s.materials[1].specular.value.g = 0.1f; }},
-      {"metallic", kMaterials, [](Scene& s) { s.materials[1].metallic.value = 1; }},
-      {"channel", kMaterials, [](Scene& s) { s.materials[1].roughness.channel = 1; }},
-      {"transmission", kMaterials, [](Scene& s) { s.materials[1].transmission.value = 1; }},
-      {"clearcoat", kMaterials, [](Scene& s) { s.materials[1].clearcoat.value = 1; }},
-      {"coat's roughness", kMaterials,
+      {"vertex colours", kMaterialPart, [](Scene& s) { s.meshes[0].colors.resize(3); }},
+      {"kind", kMaterialPart, [](Scene& s) { s.materials[1].kind = MaterialKind::kPlastic; }},
+      {"reflectance", kMaterialPart, [](Scene& s) { s.materials[1].reflectance.value.g = 0.1f; }},
+      {"roughness", kMaterialPart, [](Scene& s) { s.materials[1].roughness.value = 0.1f; }},
+      {"eta", kMaterialPart, [](Scene& s) { s.materials[1].eta.g = 0.1f; }},
+      {"k", kMaterialPart, [](Scene& s) { s.materials[1].k.g = 0.1f; }},
+      {"ior", kMaterialPart, [](Scene& s) { s.materials[1].ior = 1.1f; }},
+      {"specular", kMaterialPart, [](Scene& s) { s.materials[1].specular.value.g = 0.1f; }},
+      {"metallic", kMaterialPart, [](Scene& s) { s.materials[1].metallic.value = 1; }},
+      {"channel", kMaterialPart, [](Scene& s) { s.materials[1].roughness.channel = 1; }},
+      {"transmission", kMaterialPart, [](Scene& s) { s.materials[1].transmission.value = 1; }},
+      {"clearcoat", kMaterialPart, [](Scene& s) { s.materials[1].clearcoat.value = 1; }},
+      {"coat's roughness", kMaterialPart,
        [](Scene& s) { s.materials[1].clearcoat_roughness.value = 1; }},
-      {"specular weight", kMaterials, [](Scene& s) { s.materials[1].specular_weight.value = 0; }},
-      {"absorption", kMaterials, [](Scene& s) { s.materials[1].absorption.b = 1; }},
-      {"microfacets", kMaterials,
+      {"specular weight", kMaterialPart,
+       [](Scene& s) { s.materials[1].specular_weight.value = 0; }},
+      {"absorption", kMaterialPart, [](Scene& s) { s.materials[1].absorption.b = 1; }},
+      {"microfacets", kMaterialPart,
        [](Scene& s) { s.materials[1].microfacets = Microfacets::kBeckmann; }},
-      {"nonlinear", kMaterials, [](Scene& s) { s.materials[1].nonlinear = false; }},
-      {"thin", kMaterials, [](Scene& s) { s.materials[1].thin = true; }},
-      {"one-sided", kMaterials, [](Scene& s) { s.materials[1].two_sided = false; }},
-      {"opacity", kMaterials, [](Scene& s) { s.materials[1].opacity.value = 0.5f; }},
-      {"cutoff", kMaterials, [](Scene& s) { s.materials[1].alpha_cutoff = 0.5f; }},
-      {"normal scale", kMaterials, [](Scene& s) { s.materials[1].normal_scale = 2; }},
-      {"bump scale", kMaterials, [](Scene& s) { s.materials[1].bump_map.value = 2; }},
-      {"blend", kMaterials, [](Scene& s) { s.materials[1].second = MaterialId(0); }},
-      {"blend weight", kMaterials, [](Scene& s) { s.materials[1].blend_weight.value = 0; }},
+      {"nonlinear", kMaterialPart, [](Scene& s) { s.materials[1].nonlinear = false; }},
+      {"thin", kMaterialPart, [](Scene& s) { s.materials[1].thin = true; }},
+      {"one-sided", kMaterialPart, [](Scene& s) { s.materials[1].two_sided = false; }},
+      {"opacity", kMaterialPart, [](Scene& s) { s.materials[1].opacity.value = 0.5f; }},
+      {"cutoff", kMaterialPart, [](Scene& s) { s.materials[1].alpha_cutoff = 0.5f; }},
+      {"normal scale", kMaterialPart, [](Scene& s) { s.materials[1].normal_scale = 2; }},
+      {"bump scale", kMaterialPart, [](Scene& s) { s.materials[1].bump_map.value = 2; }},
+      {"blend", kMaterialPart, [](Scene& s) { s.materials[1].second = MaterialId(0); }},
+      {"blend weight", kMaterialPart, [](Scene& s) { s.materials[1].blend_weight.value = 0; }},
       {"emission", kLights, [](Scene& s) { s.materials[0].emission.value.g = 0.1f; }},
       {"two-sided", kLights, [](Scene& s) { s.materials[0].emission_two_sided = true; }},
       {"sky", kLights, [](Scene& s) { s.environment.radiance.g = 0.1f; }},
@@ -102,7 +103,7 @@ TEST(SceneHash, EachChangeShowsInItsPartAlone) {
       {"outer angle", kLights, [](Scene& s) { s.lights[0].outer_rad = 0.1f; }},
       {"falloff", kLights, [](Scene& s) { s.lights[0].falloff = SpotFalloff::kLinearAngle; }},
       {"sky image", kLights, [](Scene& s) { s.environment.image.at(1, 0, 2) = 1; }},
-      {"another material", kMaterials | kLights, [](Scene& s) { s.materials.resize(3); }},
+      {"another material", kMaterialPart | kLights, [](Scene& s) { s.materials.resize(3); }},
   };
   const SceneHash before = hash_scene(some_scene()).value();
   for (const auto& c : cases) {
@@ -162,7 +163,7 @@ TEST(SceneHash, TexturesCountByContentAndMeaning) {
   for (const auto& c : cases) {
     Texture changed = plain;
     c.change(changed);
-    EXPECT_EQ(changed_parts(before, hash(changed)), kMaterials) << c.what;
+    EXPECT_EQ(changed_parts(before, hash(changed)), kMaterialPart) << c.what;
   }
 }
 

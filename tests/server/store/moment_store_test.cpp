@@ -106,7 +106,7 @@ TEST_F(MomentStoreTest, EveryMemberOfAMomentIsKept) {
   moment.seconds = 1.5;
   moment.noise = 0.25;
   moment.learning = true;
-  moment.gain = 1.75;
+  moment.efficiency_gain = 1.75;
   moment.states = 11;
   moment.direction_nodes = 12;
   moment.table_bytes = 13;
@@ -120,7 +120,7 @@ TEST_F(MomentStoreTest, EveryMemberOfAMomentIsKept) {
   EXPECT_EQ(back.samples, moment.samples);
   EXPECT_EQ(back.seconds, moment.seconds);
   EXPECT_EQ(back.noise, moment.noise);
-  EXPECT_EQ(back.gain, moment.gain);
+  EXPECT_EQ(back.efficiency_gain, moment.efficiency_gain);
   EXPECT_TRUE(back.learning && back.table && !back.guided && !back.picture);
   EXPECT_EQ(back.states, moment.states);
   EXPECT_EQ(back.direction_nodes, moment.direction_nodes);
@@ -134,7 +134,7 @@ TEST_F(MomentStoreTest, BytesOnPaper) {
   ByteWriter moment;
   moment.u32(2);
   moment.u64(3);
-  for (int i = 0; i < 3; ++i) moment.f64(0);  // seconds, noise, gain
+  for (int i = 0; i < 3; ++i) moment.f64(0);  // seconds, noise, efficiency gain
   moment.bytes(Bytes{0, 0, 1, 0});            // learning, guided, picture, table
   for (int i = 0; i < 3; ++i) moment.u64(0);  // states, nodes, bytes
   moment.string("on");
