@@ -20,9 +20,19 @@ struct ShadingPoint {
 };
 ShadingPoint constant_point(const Material& material);  // where no texture changes it
 
+// A BSDF is a Lambert base, which scatters into all directions alike but for what layers above it
+// keep, and lobes, which are the rest. Either may be missing.
+struct BsdfParts {
+  float base_chance = 0;  // that sample() draws from the base, by cosine: u_lobe >= 1 - base_chance
+  Rgb base_albedo{}, lobes_albedo{};  // about
+};
+
 struct BsdfEval {
   Rgb f_cos;        // f * |cos(wi)|; per steradian
   float pdf_w = 0;  // density of sample(), per steradian; 0 for delta lobes
+  // What of both is the base's.
+  Rgb base_f_cos{};
+  float base_pdf_w = 0;
 };
 
 struct BsdfSample {
@@ -30,6 +40,14 @@ struct BsdfSample {
   Rgb weight;          // f * |cos(wi)| / pdf; for a delta lobe, its share over its chance
   float pdf_w = 0;     // per steradian; unused (0) when delta
   bool delta = false;  // a mirror or smooth refraction: no density
+  // What of weight and density is the base's.
+  Rgb base_weight{};
+  float base_pdf_w = 0;
+
+  // pre: e.pdf_w > 0.
+  static BsdfSample of(Vec3 wi, const BsdfEval& e) {
+    return {wi, e.f_cos / e.pdf_w, e.pdf_w, false, e.base_f_cos / e.pdf_w, e.base_pdf_w};
+  }
 };
 
 // What sort of lobes a surface has; rules who may guide it.
@@ -50,8 +68,12 @@ class Bsdf {
   // (tests/stat/bsdf_chi2_test.cpp).
   virtual std::optional<BsdfSample> sample(const ShadingPoint& sp, Vec3 wo, float u_lobe,
                                            Vec2 u_dir) const = 0;
+  virtual BsdfParts parts(const ShadingPoint& sp, Vec3 wo) const = 0;
   // Share of the light from wo's direction that scatters, about; for feature pictures.
-  virtual Rgb albedo(const ShadingPoint& sp, Vec3 wo) const = 0;
+  Rgb albedo(const ShadingPoint& sp, Vec3 wo) const {
+    const BsdfParts both = parts(sp, wo);
+    return both.base_albedo + both.lobes_albedo;
+  }
 };
 
 // Null for a blend, which is resolved to one of its parts at every hit.

@@ -10,7 +10,9 @@ class ConductorBase : public Bsdf {
  public:
   explicit ConductorBase(const Material& m) : eta_(m.eta), k_(m.k) {}
 
-  Rgb albedo(const ShadingPoint& sp, Vec3 wo) const override { return fresnel(sp, std::abs(wo.z)); }
+  BsdfParts parts(const ShadingPoint& sp, Vec3 wo) const override {
+    return {0, {}, fresnel(sp, std::abs(wo.z))};
+  }
 
  protected:
   Rgb fresnel(const ShadingPoint& sp, float cos_i) const {

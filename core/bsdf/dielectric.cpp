@@ -12,7 +12,7 @@ namespace {
 class DielectricBase : public Bsdf {
  public:
   explicit DielectricBase(const Material& m) : ior_(m.ior) {}
-  Rgb albedo(const ShadingPoint& sp, Vec3) const override { return sp.specular; }
+  BsdfParts parts(const ShadingPoint& sp, Vec3) const override { return {0, {}, sp.specular}; }
 
  protected:
   // The index beyond the surface, seen from wo, over that before it.

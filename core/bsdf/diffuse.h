@@ -12,15 +12,18 @@ class Diffuse final : public Bsdf {
   static BsdfEval eval_at(const ShadingPoint& sp, Vec3 wo, Vec3 wi) {
     if (!(wo.z * wi.z > 0)) return {};
     const float pdf_w = cosine_hemisphere_pdf_w(std::abs(wi.z));
-    return {sp.reflectance * pdf_w, pdf_w};
+    const Rgb f_cos = sp.reflectance * pdf_w;
+    return {f_cos, pdf_w, f_cos, pdf_w};
   }
   static std::optional<BsdfSample> sample_at(const ShadingPoint& sp, Vec3 wo, Vec2 u_dir) {
     Vec3 wi = square_to_cosine_hemisphere(u_dir);
     const float pdf_w = cosine_hemisphere_pdf_w(wi.z);
     if (wo.z == 0 || pdf_w == 0) return std::nullopt;
     wi.z = std::copysign(wi.z, wo.z);
-    return BsdfSample{wi, sp.reflectance, pdf_w, false};
+    return BsdfSample{wi, sp.reflectance, pdf_w, false, sp.reflectance, pdf_w};
   }
+
+  static BsdfParts parts_at(const ShadingPoint& sp) { return {1, sp.reflectance, {}}; }
 
   BsdfKind kind() const override { return BsdfKind::kDiffuse; }
   BsdfEval eval(const ShadingPoint& sp, Vec3 wo, Vec3 wi) const override {
@@ -30,7 +33,7 @@ class Diffuse final : public Bsdf {
                                    Vec2 u_dir) const override {
     return sample_at(sp, wo, u_dir);
   }
-  Rgb albedo(const ShadingPoint& sp, Vec3) const override { return sp.reflectance; }
+  BsdfParts parts(const ShadingPoint& sp, Vec3) const override { return parts_at(sp); }
 };
 
 }  // namespace qray

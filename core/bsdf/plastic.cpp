@@ -42,8 +42,8 @@ class PlasticBase : public Bsdf {
     l.coat_chance = l.black ? 0 : coat / sum;
     return l;
   }
-  Rgb albedo(const ShadingPoint& sp, const Layers& l) const {
-    return sp.specular * l.coat_albedo + l.base_albedo;
+  static BsdfParts parts_of(const ShadingPoint& sp, const Layers& l) {
+    return {l.black ? 0 : 1 - l.coat_chance, l.base_albedo, sp.specular * l.coat_albedo};
   }
   float ior() const { return ior_; }
 
@@ -76,11 +76,11 @@ class SmoothPlastic final : public PlasticBase {
     const BsdfEval e = base(l, wi.z);
     if (!(e.pdf_w > 0)) return std::nullopt;
     wi.z = std::copysign(wi.z, wo.z);
-    return BsdfSample{wi, e.f_cos / e.pdf_w, e.pdf_w, false};
+    return BsdfSample::of(wi, e);
   }
 
-  Rgb albedo(const ShadingPoint& sp, Vec3 wo) const override {
-    return PlasticBase::albedo(sp, layers_at(sp, wo));
+  BsdfParts parts(const ShadingPoint& sp, Vec3 wo) const override {
+    return parts_of(sp, layers_at(sp, wo));
   }
 
  private:
@@ -90,7 +90,9 @@ class SmoothPlastic final : public PlasticBase {
   }
   BsdfEval base(const Layers& l, float cos_i) const {
     const float cosine = cosine_hemisphere_pdf_w(cos_i);
-    return {l.base * (l.transmitted * (1 - coat(cos_i)) * cosine), (1 - l.coat_chance) * cosine};
+    const Rgb f_cos = l.base * (l.transmitted * (1 - coat(cos_i)) * cosine);
+    const float pdf_w = (1 - l.coat_chance) * cosine;
+    return {f_cos, pdf_w, f_cos, pdf_w};
   }
 
   float coat_mean_;
@@ -127,11 +129,11 @@ class RoughPlastic final : public PlasticBase {
     const BsdfEval e = eval(sp, ggx, row, l, wo, wi);
     if (!(e.pdf_w > 0)) return std::nullopt;
     wi.z *= side;
-    return BsdfSample{wi, e.f_cos / e.pdf_w, e.pdf_w, false};
+    return BsdfSample::of(wi, e);
   }
 
-  Rgb albedo(const ShadingPoint& sp, Vec3 wo) const override {
-    return PlasticBase::albedo(sp, layers_at(sp, coat_.row(sp.roughness), std::abs(wo.z)));
+  BsdfParts parts(const ShadingPoint& sp, Vec3 wo) const override {
+    return parts_of(sp, layers_at(sp, coat_.row(sp.roughness), std::abs(wo.z)));
   }
 
  private:
@@ -147,8 +149,10 @@ class RoughPlastic final : public PlasticBase {
                        ggx.d_g2_over_cos(h, wo, wi) * wi.z;
     const float cosine = cosine_hemisphere_pdf_w(wi.z);
     const float passed = l.transmitted * (1 - coat_.albedo(row, wi.z));
-    return {sp.specular * coat + l.base * (passed * cosine),
-            l.coat_chance * d * ggx.g1_over_cos(wo) + (1 - l.coat_chance) * cosine};
+    const Rgb base = l.base * (passed * cosine);
+    const float base_pdf_w = (1 - l.coat_chance) * cosine;
+    return {sp.specular * coat + base, l.coat_chance * d * ggx.g1_over_cos(wo) + base_pdf_w, base,
+            base_pdf_w};
   }
 
   CoatAlbedo coat_;

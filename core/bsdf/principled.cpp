@@ -73,12 +73,13 @@ class Principled final : public Bsdf {
     wi = normalize(wi);
     const BsdfEval e = eval(sp, l, wo, wi);
     if (!(e.pdf_w > 0)) return std::nullopt;
-    return BsdfSample{wi, e.f_cos / e.pdf_w, e.pdf_w, false};
+    return BsdfSample::of(wi, e);
   }
 
-  Rgb albedo(const ShadingPoint& sp, Vec3 wo) const override {
+  BsdfParts parts(const ShadingPoint& sp, Vec3 wo) const override {
     const Layers l = layers(sp, wo);
-    return Rgb{l.coat} + (l.facets + l.diffuse_albedo) * (1 - l.coat);
+    return {l.diffuse_chance, l.diffuse_albedo * (1 - l.coat),
+            Rgb{l.coat} + l.facets * (1 - l.coat)};
   }
 
  private:
@@ -186,8 +187,10 @@ class Principled final : public Bsdf {
         e.pdf_w += l.facet_chance * f.reflect_chance * d * ggx.g1_over_cos(o);
       }
       const float cosine = cosine_hemisphere_pdf_w(i.z);
-      e.f_cos += l.diffuse * (under * l.open * open(l, sp, i.z) * cosine);
-      e.pdf_w += l.diffuse_chance * cosine;
+      e.base_f_cos = l.diffuse * (under * l.open * open(l, sp, i.z) * cosine);
+      e.base_pdf_w = l.diffuse_chance * cosine;
+      e.f_cos += e.base_f_cos;
+      e.pdf_w += e.base_pdf_w;
     } else if (!smooth_ && !l.passes.is_black()) {
       add_passed(e, sp, l, wo, wi, under);
     }

@@ -64,9 +64,12 @@ GuidePoint AdaptiveGuide::find(Vec3 p, Vec3 n) const {
   return {StateId(leaf), state.key, frame_of(n, face)};
 }
 
-float AdaptiveGuide::guide_fraction(const GuidePoint& point, bool diffuse) const {
-  if (!states_[point.state.value].guides) return 0;
-  return diffuse ? 1.0f : params_.glossy;
+// The base is the guide's alone: its density is a Lambert surface's at least. Lobes are their own,
+// rough ones beside the guide.
+GuideMixture AdaptiveGuide::mixture(const GuidePoint& point, const GuidedSurface& surface) const {
+  if (!states_[point.state.value].guides) return {};
+  const float of_lobes = surface.smooth ? 0 : params_.glossy;
+  return {lerp(of_lobes, surface.base_chance, 1.0f), 0, 1 - of_lobes};
 }
 
 GuideSample AdaptiveGuide::sample(const GuidePoint& point, Vec2 u) const {

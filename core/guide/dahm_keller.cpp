@@ -73,8 +73,8 @@ GuidePoint DahmKellerGuide::find(Vec3 p, Vec3 n) const {
   return {frozen_index_.find(s.key), s.key, Frame(s.n)};
 }
 
-float DahmKellerGuide::guide_fraction(const GuidePoint& point, bool) const {
-  return point.state.valid() ? kGuided : 0;
+GuideMixture DahmKellerGuide::mixture(const GuidePoint& point, const GuidedSurface&) const {
+  return GuideMixture::of(point.state.valid() ? kGuided : 0);
 }
 
 // The inverse of square_to_uniform_hemisphere().

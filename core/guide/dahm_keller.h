@@ -28,7 +28,7 @@ class DahmKellerGuide final : public Guide {
   bool unbiased() const override { return true; }
 
   GuidePoint find(Vec3 p, Vec3 n) const override;
-  float guide_fraction(const GuidePoint& point, bool diffuse) const override;
+  GuideMixture mixture(const GuidePoint& point, const GuidedSurface& surface) const override;
   GuideSample sample(const GuidePoint& point, Vec2 u) const override;
   float pdf_w(const GuidePoint& point, Vec3 wi) const override;
   float gain(const GuidePoint& point) const override;

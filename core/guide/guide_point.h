@@ -26,6 +26,23 @@ struct GuidePoint {
   bool covers(Vec3 wi) const { return domain == GuideDomain::kSphere || dot(frame.z, wi) > 0; }
 };
 
+// How a surface scatters by itself, as far as it rules how a guide and its BSDF are mixed. As it
+// stands: Lambert's.
+struct GuidedSurface {
+  float base_chance = 1;  // BsdfParts::base_chance
+  bool smooth = false;    // its lobes are mirrors or clear glass
+};
+
+// A density p = guide p_guide + base p_base + lobes p_lobes, where p_base and p_lobes are the parts
+// of the BSDF's own density.
+struct GuideMixture {
+  float guide = 0;  // the chance to draw from the guide
+  float base = 1, lobes = 1;
+
+  // Guide and whole BSDF.
+  static GuideMixture of(float guide) { return {guide, 1 - guide, 1 - guide}; }
+};
+
 struct GuideSample {
   Vec3 wi;          // unit, away from the surface
   float pdf_w = 0;  // what pdf_w(point, wi) gives

@@ -17,9 +17,9 @@ class GuideSampler {
   // p: metres. n: unit geometric normal on the side that the light is reflected to. The answer's
   // domain holds the directions that the other calls are about.
   virtual GuidePoint find(Vec3 p, Vec3 n) const = 0;
-  // The chance to draw from the guide rather than the BSDF, on a diffuse or another surface.
-  virtual float guide_fraction(const GuidePoint& point, bool diffuse) const = 0;
-  // These two are asked only where guide_fraction() is over 0. u: uniform in [0, 1)^2.
+  // How directions are drawn there, on such a surface.
+  virtual GuideMixture mixture(const GuidePoint& point, const GuidedSurface& surface) const = 0;
+  // These two are asked only where the mixture has a guide. u: uniform in [0, 1)^2.
   virtual GuideSample sample(const GuidePoint& point, Vec2 u) const = 0;
   // Integrates to 1 over the point's domain, and is 0 outside of it.
   virtual float pdf_w(const GuidePoint& point, Vec3 wi) const = 0;

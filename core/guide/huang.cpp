@@ -67,9 +67,9 @@ GuidePoint HuangGuide::find(Vec3 p, Vec3 n) const {
   return {frozen_index_.find(s.key), s.key, Frame(s.n)};
 }
 
-float HuangGuide::guide_fraction(const GuidePoint&, bool diffuse) const {
-  if (diffuse) return 1;
-  return density_ == Density::kExact ? 0.5f : 0.0f;  // the thesis has Lambert surfaces only
+GuideMixture HuangGuide::mixture(const GuidePoint&, const GuidedSurface& surface) const {
+  if (surface.base_chance == 1) return GuideMixture::of(1);
+  return GuideMixture::of(density_ == Density::kExact ? 0.5f : 0);  // the thesis has Lambert only
 }
 
 GuideSample HuangGuide::sample(const GuidePoint& point, Vec2 u) const {

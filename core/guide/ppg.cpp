@@ -72,9 +72,9 @@ GuidePoint PpgGuide::find(Vec3 p, Vec3 n) const {
   return point_of(leaf);
 }
 
-float PpgGuide::guide_fraction(const GuidePoint& point, bool) const {
+GuideMixture PpgGuide::mixture(const GuidePoint& point, const GuidedSurface&) const {
   const Leaf& leaf = leaves_[point.state.value];
-  return leaf.ready ? leaf.fraction : 0;
+  return GuideMixture::of(leaf.ready ? leaf.fraction : 0);
 }
 
 GuideSample PpgGuide::sample(const GuidePoint& point, Vec2 u) const {

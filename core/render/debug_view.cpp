@@ -24,9 +24,9 @@ Rgb guide_color(DebugView view, const GuideInspector& guide, bool learned,
                 const SeenSurface& seen) {
   const GuidePoint at = guide.find(seen.point.p, seen.facing);
   if (view == DebugView::kState) return learned && !at.state.valid() ? Rgb{} : state_color(at.key);
-  if (seen.mesh->kind == BsdfKind::kDelta) return {};
+  if (!seen.guided) return {};
   if (view == DebugView::kGain) return viridis(log_scale(guide.gain(at), 1, kGainHigh));
-  return viridis(guide.guide_fraction(at, seen.mesh->kind == BsdfKind::kDiffuse));
+  return viridis(guide.mixture(at, *seen.guided).guide);
 }
 
 Rgb value_at(const PreparedScene& scene, DebugView view, const GuideInspector* guide, bool learned,
@@ -57,8 +57,15 @@ std::optional<SeenSurface> surface_seen(const PreparedScene& scene, const Ray& r
   Hit hit;
   if (!scene.accel->intersect(ray, hit)) return std::nullopt;
   const SurfacePoint point = scene.surface_at(ray, hit);
-  return SeenSurface{point, &scene.meshes[hit.mesh.value],
-                     dot(point.ng, ray.d) > 0 ? -point.ng : point.ng};
+  const MeshShading& mesh = scene.meshes[hit.mesh.value];
+  SeenSurface seen{point, &mesh, dot(point.ng, ray.d) > 0 ? -point.ng : point.ng, {}};
+  const MaterialShading& material = scene.resolve(mesh, point.uv, 0.5f);
+  if (material.kind != BsdfKind::kDelta) {
+    const BsdfParts parts = material.bsdf->parts(scene.shading_point(material, point),
+                                                 Frame(point.ns).to_local(-ray.d));
+    seen.guided = {parts.base_chance, material.kind == BsdfKind::kMixed};
+  }
+  return seen;
 }
 
 Rgb state_color(uint64_t key) {

@@ -32,7 +32,8 @@ constexpr bool shows_guide(DebugView view) { return view >= DebugView::kState; }
 struct SeenSurface {
   SurfacePoint point;
   const MeshShading* mesh;
-  Vec3 facing;  // the geometric normal on the side that is seen
+  Vec3 facing;                          // the geometric normal on the side that is seen
+  std::optional<GuidedSurface> guided;  // none: a mirror or clear glass, where no guide is asked
 };
 std::optional<SeenSurface> surface_seen(const PreparedScene& scene, const Ray& ray);
 

@@ -53,7 +53,7 @@ Result<LobeView> render_lobe_view(const PreparedScene& scene, const RenderSettin
   const GuidePoint& at = probe.value()->state->at;
   const auto* huang = dynamic_cast<const HuangGuide*>(&guide);
   LobeView view;
-  view.known = at.state.valid() && guide.guide_fraction(at, /*diffuse=*/true) > 0;
+  view.known = at.state.valid() && guide.mixture(at, {}).guide > 0;
   view.image = Image(huang ? kLobeWidth + kLobeHeight : kLobeWidth, kLobeHeight, 3);
   draw_sphere(guide, at, view.known, probe.value()->seen.facing, view.image);
   if (huang) draw_cube(*huang, at, view.image);

@@ -140,10 +140,19 @@ inline bool PathTracer::intersect(const Ray& ray, Hit& hit) {
   return scene_.accel->intersect(ray, hit);
 }
 
-inline float PathTracer::mixture_pdf_w(const PathVertex& v, Vec3 wi, float bsdf_pdf_w) {
-  if (v.guide_fraction == 0) return bsdf_pdf_w;
+// Of a direction that guide and BSDF draw with these densities.
+inline float PathTracer::mixed(const PathVertex& v, float guide_pdf_w, float bsdf_pdf_w,
+                               float base_pdf_w) {
+  const GuideMixture& mixture = v.mixture;
+  return mixture.guide * guide_pdf_w + mixture.base * base_pdf_w +
+         mixture.lobes * (bsdf_pdf_w - base_pdf_w);
+}
+
+inline float PathTracer::mixture_pdf_w(const PathVertex& v, Vec3 wi, float bsdf_pdf_w,
+                                       float base_pdf_w) {
+  if (v.mixture.guide == 0) return bsdf_pdf_w;
   const CycleScope guiding(timed_, counters_.timed_guiding);
-  return lerp(v.guide_fraction, bsdf_pdf_w, guide_->pdf_w(v.at, wi));
+  return mixed(v, guide_->pdf_w(v.at, wi), bsdf_pdf_w, base_pdf_w);
 }
 
 // More than the rounding noise of o + t d and of the largest triangle's coordinates.
@@ -220,11 +229,12 @@ inline void PathTracer::ask_guide(PathVertex& v, bool from_front) {
   ++counters_.lookups;
   const CycleScope guiding(timed_, counters_.timed_guiding);
   v.at = guide_->find(v.surface.p, from_front ? v.surface.ng : -v.surface.ng);
-  if (guiding_ == Guiding::kOn)
-    v.guide_fraction = guide_->guide_fraction(v.at, v.kind == BsdfKind::kDiffuse);
+  v.find_parts();
+  if (guiding_ == Guiding::kOn) v.mixture = guide_->mixture(v.at, v.guided_surface());
   if (!learner_.on()) return;
   learner_.vertex(v.at, v.surface.p);
-  if (learner_.wants_albedo()) learner_.albedo(luminance(v.albedo()));
+  if (learner_.wants_albedo())
+    learner_.albedo(luminance(v.parts.base_albedo + v.parts.lobes_albedo));
 }
 
 // Light straight from a light, paid if its ray turns out to be free. Nothing else finds a light
@@ -257,7 +267,8 @@ inline PathTracer::Connection PathTracer::connect(const PathVertex& v, float u_l
     light.radiance = scene_.emission_at(light.mesh, light.triangle, light.barycentric);
   if (const Rgb* inside = v.inside_along(light.wi); inside && std::isfinite(light.distance))
     light.radiance *= transmittance(*inside, light.distance);
-  const float ratio = light.punctual ? 0 : mixture_pdf_w(v, light.wi, eval.pdf_w) / light.pdf_w;
+  const float ratio =
+      light.punctual ? 0 : mixture_pdf_w(v, light.wi, eval.pdf_w, eval.base_pdf_w) / light.pdf_w;
   const float mis_over_pdf = 1 / (light.pdf_w * (1 + ratio * ratio));  // the power heuristic
   // The ray starts off the surface, perhaps nearer to the light, and must end before it.
   const float t_max = std::min(light.distance * (1 - 1e-4f), light.distance - 2 * v.ray_offset);
@@ -284,20 +295,23 @@ inline bool PathTracer::survive(PathState& path, const PathVertex& v, float pixe
 }
 
 // Where the table is credible, by the noise that what follows would bring into the pixel, with the
-// table's expectation as control variate (after Rath et al. 2022, "EARS", and Mueller et al. 2020,
-// "Neural Control Variates"); else by throughput from some depth on.
+// table's expectation of what the base sends on as control variate (after Rath et al. 2022, "EARS",
+// and Mueller et al. 2020, "Neural Control Variates"); else by throughput from some depth on. Lobes
+// have no control variate: their whole second moment counts.
 inline PathTracer::Survival PathTracer::survival(const PathState& path, const PathVertex& v,
                                                  float pixel_deviation) {
-  if (guide_expects_ && guiding_ != Guiding::kOff && v.kind == BsdfKind::kDiffuse) {
+  if (guide_expects_ && v.parts.base_chance > 0) {
     const CycleScope guiding(timed_, counters_.timed_guiding);
     const GuideExpectation expected = guide_->expectation(v.at);
     if (expected.credible) {
-      const Rgb control = v.sp.reflectance * expected.arriving;
+      const Rgb control = v.parts.base_albedo * expected.arriving;
       if (learner_.on()) learner_.expected(control);
       if (guiding_ == Guiding::kOn) {
         if (!settings_.russian_roulette || !(pixel_deviation > 0)) return {};
-        const float noise =
-            kRouletteFactor * luminance(path.throughput * v.sp.reflectance) * expected.deviation;
+        const float of_base = luminance(path.throughput * v.parts.base_albedo) * expected.deviation;
+        const float of_lobes = luminance(path.throughput * v.parts.lobes_albedo) *
+                               std::hypot(luminance(expected.arriving), expected.deviation);
+        const float noise = kRouletteFactor * (of_base + of_lobes);
         return {std::clamp(noise / pixel_deviation, kLeastSurvival, 1.0f), control};
       }
     }
@@ -313,7 +327,7 @@ inline bool PathTracer::go_on(PathState& path, const PathVertex& v, float u_lobe
   if (!next) return false;
   const bool absorbed = next->weight.is_black();
   if (!next->delta) {
-    learner_.scattered(next->wi, next->pdf_w, next->bsdf_pdf_w, next->weight, path.survivors);
+    learner_.scattered(*next, path.survivors);
   } else if (!absorbed) {
     learner_.scattered_delta(v.kind != BsdfKind::kDelta, next->weight * path.survivors);
   }
@@ -333,18 +347,30 @@ inline bool PathTracer::go_on(PathState& path, const PathVertex& v, float u_lobe
 // might have taken.
 std::optional<ScatterSample> PathTracer::scatter(const PathVertex& v, float u_lobe,
                                                  Vec2 u_direction) {
-  if (u_lobe < v.guide_fraction) return scatter_by_guide(v, u_direction);
-  if (v.guide_fraction > 0) u_lobe = (u_lobe - v.guide_fraction) / (1 - v.guide_fraction);
+  const GuideMixture& mixture = v.mixture;
+  if (u_lobe < mixture.guide) return scatter_by_guide(v, u_direction);
+  if (mixture.guide > 0) {
+    u_lobe = (u_lobe - mixture.guide) / (1 - mixture.guide);
+    if (mixture.base == 0) u_lobe *= 1 - v.parts.base_chance;  // lobes alone
+  }
   const std::optional<BsdfSample> s = v.sample(u_lobe, u_direction);
   if (!s) return {};
-  ScatterSample next{v.frame.to_world(s->wi), s->weight, s->pdf_w, s->pdf_w, s->delta};
-  if (next.delta) {
-    next.weight *= 1 / (1 - v.guide_fraction);
-  } else if (v.guide_fraction > 0) {
-    next.pdf_w = mixture_pdf_w(v, next.wi, s->pdf_w);
-    next.weight *= s->pdf_w / next.pdf_w;
+  ScatterSample next{.wi = v.frame.to_world(s->wi),
+                     .weight = s->weight,
+                     .pdf_w = s->pdf_w,
+                     .bsdf_pdf_w = s->pdf_w,
+                     .lobes_weight = s->weight - s->base_weight,
+                     .delta = s->delta};
+  if (mixture.guide > 0) {
+    float rescaled = 1 / mixture.lobes;
+    if (!next.delta) {
+      next.pdf_w = mixture_pdf_w(v, next.wi, s->pdf_w, s->base_pdf_w);
+      rescaled = s->pdf_w / next.pdf_w;
+    }
+    next.weight *= rescaled;
+    next.lobes_weight *= rescaled;
   }
-  if (!v.sides_agree(next.wi, s->wi)) next.weight = {};
+  if (!v.sides_agree(next.wi, s->wi)) next.weight = next.lobes_weight = {};
   return next;
 }
 
@@ -358,10 +384,12 @@ inline ScatterSample PathTracer::scatter_by_guide(const PathVertex& v, Vec2 u_di
   const BsdfEval eval = v.eval(wi_local);
   ScatterSample next{.wi = s.wi,
                      .weight = {},
-                     .pdf_w = lerp(v.guide_fraction, eval.pdf_w, s.pdf_w),
+                     .pdf_w = mixed(v, s.pdf_w, eval.pdf_w, eval.base_pdf_w),
                      .bsdf_pdf_w = eval.pdf_w};
-  if (!eval.f_cos.is_black() && v.sides_agree(s.wi, wi_local))
+  if (!eval.f_cos.is_black() && v.sides_agree(s.wi, wi_local)) {
     next.weight = eval.f_cos / next.pdf_w;
+    next.lobes_weight = (eval.f_cos - eval.base_f_cos) / next.pdf_w;
+  }
   return next;
 }
 

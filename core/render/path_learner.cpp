@@ -25,21 +25,21 @@ void PathLearner::emitted(Rgb radiance, float mis) {
   notes_.back().emitted += notes_.back().between * radiance * mis;
 }
 
-void PathLearner::scattered(Vec3 wi, float pdf_w, float bsdf_pdf_w, Rgb weight,
-                            float inverse_chance) {
+void PathLearner::scattered(const ScatterSample& next, float inverse_chance) {
   if (!has_vertex()) return;
   GuideVertex& v = vertices_.back();
-  v.wi = wi;
-  v.pdf_w = pdf_w;
-  if (needs_.bsdf) v.bsdf = {bsdf_pdf_w, luminance(weight) * pdf_w};
+  v.wi = next.wi;
+  v.pdf_w = next.pdf_w;
+  if (needs_.bsdf) v.bsdf = {next.bsdf_pdf_w, luminance(next.weight) * next.pdf_w};
   v.guidable = true;
-  notes_.back().weight = weight * inverse_chance;
+  notes_.back().weight = next.weight * inverse_chance;
+  notes_.back().lobes_weight = next.lobes_weight * inverse_chance;
 }
 
 void PathLearner::scattered_delta(bool at_vertex, Rgb weight) {
   if (!has_vertex()) return;
   notes_.back().between *= weight;
-  if (at_vertex) notes_.back().weight = Rgb{1.0f};
+  if (at_vertex) notes_.back().weight = notes_.back().lobes_weight = Rgb{1.0f};
 }
 
 void PathLearner::flush() {
@@ -49,7 +49,8 @@ void PathLearner::flush() {
       vertices_[i].arriving = x.emitted;
       if (!x.lands) continue;
       const Note& y = notes_[i + 1];
-      const Rgb further = y.credible ? y.expected : y.weight * vertices_[i + 1].arriving;
+      const Rgb& landed = vertices_[i + 1].arriving;
+      const Rgb further = y.credible ? y.expected + y.lobes_weight * landed : y.weight * landed;
       vertices_[i].arriving += x.between * (y.direct + further);
       if (needs_.transition) vertices_[i].transition.emitted += luminance(x.between * y.as_emitted);
     }

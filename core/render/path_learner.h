@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/guide/guide_learner.h"
+#include "core/render/path_state.h"
 
 namespace qray {
 
@@ -36,12 +37,12 @@ class PathLearner {
   void attenuated(Rgb share) {
     if (has_vertex()) notes_.back().between *= share;
   }
-  // What the guide expects the current vertex to scatter on, of radiance that arrives.
+  // What the guide expects the current vertex' base to scatter on, of radiance that arrives.
   void expected(Rgb scattered) {
     notes_.back().expected = scattered, notes_.back().credible = true;
   }
-  // The path goes on with `weight`, f |cos| / pdf; black if it was absorbed.
-  void scattered(Vec3 wi, float pdf_w, float bsdf_pdf_w, Rgb weight, float inverse_chance);
+  // The path goes on, not by a mirror or clear glass; a black weight: it was absorbed.
+  void scattered(const ScatterSample& next, float inverse_chance);
   // The same by a mirror or clear glass, `at_vertex` if a vertex of the path is there.
   void scattered_delta(bool at_vertex, Rgb weight);
   // Direct light that a vertex (as current() told it) scatters on. No direction hits a punctual
@@ -60,8 +61,9 @@ class PathLearner {
     Rgb between{1.0f};  // factor of the mirrors and glass between it and the next vertex
     Rgb direct;         // that it scatters on
     Rgb as_emitted;     // the share of `direct` that punctual lights have
-    Rgb weight;         // of what arrives in the direction taken
-    Rgb expected;
+    Rgb weight;         // of what arrives in the direction taken,
+    Rgb lobes_weight;   // and what of that is not of the surface's base
+    Rgb expected;       // from the base
     bool credible = false;
     bool lands = false;  // the next vertex of the path is where the ray landed
   };

@@ -50,6 +50,7 @@ struct ScatterSample {
   Rgb weight;            // f |cos| / pdf_w; black: the surface absorbs the path
   float pdf_w = 0;       // of the whole mixture, per steradian
   float bsdf_pdf_w = 0;  // of the BSDF alone
+  Rgb lobes_weight{};    // what of the weight is not of the BSDF's base
   bool delta = false;    // by a mirror or clear glass: the densities mean nothing
 };
 

@@ -24,7 +24,10 @@ struct PathVertex {
   const MaterialShading& material;
   const Rgb* inside;  // absorption where the path comes from, per metre; null: none
   GuidePoint at{};
-  float guide_fraction = 0;  // the chance to draw from the guide
+  BsdfParts parts{};  // known where the guide was asked
+  GuideMixture mixture{};
+
+  GuidedSurface guided_surface() const { return {parts.base_chance, kind == BsdfKind::kMixed}; }
 
   // Lambert surfaces are called directly, which the compiler can inline.
   BsdfEval eval(Vec3 wi) const {
@@ -34,7 +37,9 @@ struct PathVertex {
     return kind == BsdfKind::kDiffuse ? Diffuse::sample_at(sp, wo, u_direction)
                                       : bsdf.sample(sp, wo, u_lobe, u_direction);
   }
-  Rgb albedo() const { return kind == BsdfKind::kDiffuse ? sp.reflectance : bsdf.albedo(sp, wo); }
+  void find_parts() {
+    parts = kind == BsdfKind::kDiffuse ? Diffuse::parts_at(sp) : bsdf.parts(sp, wo);
+  }
   // Both normals must agree on which side a direction lies, or light leaks through the surface.
   bool sides_agree(Vec3 wi, Vec3 wi_local) const { return dot(wi, surface.ng) * wi_local.z > 0; }
   // What a ray that leaves along wi passes through: beyond a solid's boundary its inside or, coming

@@ -16,8 +16,7 @@ ProbedState probe_state(const PreparedScene& scene, const CameraRays& camera,
   ProbedState state;
   state.at = guide.find(seen.point.p, seen.facing);
   if (!state.at.state.valid()) return state;
-  if (seen.mesh->kind != BsdfKind::kDelta)
-    state.guide_fraction = guide.guide_fraction(state.at, seen.mesh->kind == BsdfKind::kDiffuse);
+  if (seen.guided) state.guide_fraction = guide.mixture(state.at, *seen.guided).guide;
   state.known = state.guide_fraction > 0;
   state.gain = guide.gain(state.at);
   state.summary = guide.summary(state.at);

@@ -119,7 +119,7 @@ void GuidedVertex(benchmark::State& state, bool records) {
     const Event& e = learned.events[++i % kEvents];
     const GuidePoint at = guide.find(e.at.p, e.at.n);
     benchmark::DoNotOptimize(guide.expectation(at));
-    if (guide.guide_fraction(at, true) > 0) {
+    if (guide.mixture(at, {}).guide > 0) {
       benchmark::DoNotOptimize(guide.sample(at, e.u));
       benchmark::DoNotOptimize(guide.pdf_w(at, e.vertex.wi));
       ++vertices;

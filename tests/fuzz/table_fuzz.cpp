@@ -33,7 +33,7 @@ void repair(std::span<uint8_t> bytes) {
 }
 
 void expect_density(const Guide& guide, const GuidePoint& point) {
-  const float fraction = guide.guide_fraction(point, true);
+  const float fraction = guide.mixture(point, {}).guide;
   QRAY_CHECK(fraction >= 0 && fraction <= 1);
   QRAY_CHECK(guide.gain(point) >= 0);
   guide.expectation(point);

@@ -79,7 +79,7 @@ void expect_usable(const Guide& guide, const std::string& where) {
     Vec3 n;
     n[i % 3] = i % 2 == 0 ? 1.0f : -1.0f;
     const GuidePoint point = guide.find(p, n);
-    if (guide.guide_fraction(point, true) == 0) continue;  // it is not asked there
+    if (guide.mixture(point, {}).guide == 0) continue;  // it is not asked there
     const GuideSample s = guide.sample(point, random.next_2d());
     ASSERT_TRUE(std::isfinite(s.pdf_w) && s.pdf_w > 0 && std::abs(length(s.wi) - 1) < 1e-4f)
         << where << ": " << s.pdf_w;

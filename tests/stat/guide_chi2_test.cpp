@@ -137,7 +137,7 @@ class GuideChi2 : public ::testing::TestWithParam<const char*> {
         v.at = guide->find(kPoint, n);
         v.p = kPoint;
         v.guidable = true;
-        const bool guides = guide->guide_fraction(v.at, !lesson.glossy) > 0;
+        const bool guides = guide->mixture(v.at, {lesson.glossy ? 0.0f : 1.0f}).guide > 0;
         const bool lobe = lesson.glossy && (!guides || random.next() < 0.5f);
         if (lobe) {
           v.wi = v.at.frame.to_world(sample_lobe(random.next_2d()));
@@ -172,7 +172,7 @@ TEST_P(GuideChi2, SamplesFollowTheDensity) {
     for (Vec3 n : normals) {
       const std::unique_ptr<Guide> guide = taught(n, lesson);
       const GuidePoint point = guide->find(kPoint, n);
-      if (guide->guide_fraction(point, true) == 0) continue;  // it would not be asked
+      if (guide->mixture(point, {}).guide == 0) continue;  // it would not be asked
       ++tested;
       const test::Chi2 result = chi2_of(
           *guide, point, square_of(GetParam()), [](Vec2 u) { return u; }, seed++);

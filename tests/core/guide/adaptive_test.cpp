@@ -65,7 +65,7 @@ std::unique_ptr<AdaptiveGuide> taught(int passes, int shuffle = 1) {
 TEST(Adaptive, UntaughtItGuidesNowhere) {
   const AdaptiveGuide guide(setup_with());
   const GuidePoint point = guide.find({1, 0, 1}, {0, 1, 0});
-  EXPECT_EQ(guide.guide_fraction(point, true), 0);
+  EXPECT_EQ(guide.mixture(point, {}).guide, 0);
   EXPECT_FALSE(guide.expectation(point).credible);
   EXPECT_EQ(guide.stats().states, 0u);
   EXPECT_TRUE(guide.known_points(10).empty());
@@ -74,12 +74,12 @@ TEST(Adaptive, UntaughtItGuidesNowhere) {
 TEST(Adaptive, PlacesThatAreHitOftenAreCutFiner) {
   const auto guide = taught(12);
   const auto at = [&](float x) { return guide->find({x, 0, 1}, {0, 1, 0}); };
-  EXPECT_EQ(guide->guide_fraction(at(3.5f), true), 1);
+  EXPECT_EQ(guide->mixture(at(3.5f), {}).guide, 1);
   EXPECT_NEAR(guide->expectation(at(3.7f)).arriving.g, 10, 2);
   EXPECT_NEAR(guide->expectation(at(2.2f)).arriving.g, 0.5f, 0.25f);
   EXPECT_NE(at(3.7f).state, at(2.2f).state);
   const GuidePoint below = guide->find({1, 0, 1}, {0, -1, 0});  // a side that nothing hit
-  EXPECT_EQ(guide->guide_fraction(below, true), 0);
+  EXPECT_EQ(guide->mixture(below, {}).guide, 0);
   EXPECT_FALSE(guide->expectation(below).credible);
   EXPECT_GT(guide->stats().states, 20u);
   EXPECT_EQ(guide->stats().samples_seen, 12u * 20000);
@@ -95,7 +95,7 @@ TEST(Adaptive, WhereAllDirectionsPayAlikeItDrawsFromTheBsdf) {
     for (const AdaptiveGuide* g : {&guide, &loaded}) {
       const GuidePoint point = g->find({3.5f, 0, 1}, {0, 1, 0});
       EXPECT_TRUE(g->expectation(point).credible);
-      EXPECT_EQ(g->guide_fraction(point, true), narrow ? 1 : 0);
+      EXPECT_EQ(g->mixture(point, {}).guide, narrow ? 1 : 0);
     }
   }
 }
@@ -115,8 +115,8 @@ TEST(Adaptive, SavedLoadedAndSavedAgainItIsTheSameFile) {
     const Vec3 p{4 * random.next(), 0, 3 * random.next()}, n{0, 1, 0};
     const GuidePoint a = guide->find(p, n), b = other.find(p, n);
     ASSERT_EQ(a.key, b.key);
-    ASSERT_EQ(guide->guide_fraction(a, true), other.guide_fraction(b, true));
-    if (guide->guide_fraction(a, true) == 0) continue;
+    ASSERT_EQ(guide->mixture(a, {}).guide, other.mixture(b, {}).guide);
+    if (guide->mixture(a, {}).guide == 0) continue;
     const float expected = guide->expectation(a).arriving.r;
     EXPECT_NEAR(other.expectation(b).arriving.r / expected, 1, 0.02);  // sums faded after it
   }

@@ -131,7 +131,9 @@ class Wrong final : public GuideSampler {
   explicit Wrong(float factor) : factor_(factor) {}
   bool unbiased() const override { return false; }
   GuidePoint find(Vec3, Vec3) const override { return {}; }
-  float guide_fraction(const GuidePoint&, bool) const override { return 1; }
+  GuideMixture mixture(const GuidePoint&, const GuidedSurface&) const override {
+    return GuideMixture::of(1);
+  }
   GuideSample sample(const GuidePoint& point, Vec2 u) const override {
     const Vec3 wi = square_to_cosine_hemisphere(u);
     return {wi, pdf_w(point, wi)};
@@ -149,7 +151,9 @@ class Everywhere final : public GuideSampler {
  public:
   bool unbiased() const override { return true; }
   GuidePoint find(Vec3, Vec3) const override { return {}; }
-  float guide_fraction(const GuidePoint&, bool) const override { return 1; }
+  GuideMixture mixture(const GuidePoint&, const GuidedSurface&) const override {
+    return GuideMixture::of(1);
+  }
   GuideSample sample(const GuidePoint&, Vec2 u) const override {
     return {square_to_uniform_sphere(u), kUniformSpherePdfW};
   }
