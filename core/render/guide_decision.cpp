@@ -7,7 +7,7 @@ namespace qray {
 namespace {
 
 // Measured, about: a vertex' lookup in the guide; a ray, from 36 triangles to 333,000.
-constexpr double kLookupNs = 110;
+constexpr double kLookupNs = 140;
 double ray_ns(const PreparedScene& scene) {
   const auto triangles = static_cast<double>(scene.scene.placed_triangle_count());
   return 75 + 17 * std::max(0.0, std::log2(triangles / 36));

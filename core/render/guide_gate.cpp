@@ -5,6 +5,9 @@ namespace {
 
 constexpr uint64_t kFirstCheck = 16;  // samples: before, the table is too young to be judged
 constexpr uint64_t kFirstWarmCheck = 4;
+// A guide that gains less is left: what guiding saves is known to about a tenth, and roulette's
+// noise counts for the guide.
+constexpr double kLeastEfficiencyGain = 1.1;
 constexpr double kHope = 1.1;  // a loser that got better by this goes on
 // What learning as much again must have brought: for the table to grow on, of two checks in a row
 // one, since gains are noisy; for learning to go on.
@@ -27,8 +30,8 @@ double GuideGate::guided_pass(uint64_t samples, const PassCost& cost, double var
   const double before = checks_.empty() ? 0 : checks_.back().efficiency_gain;
   checks_.push_back({samples, efficiency_gain});
   if (open_) return efficiency_gain;
-  if (samples >= (warm_ ? kFirstWarmCheck : kFirstCheck) && efficiency_gain < 1 &&
-      efficiency_gain < kHope * before)
+  if (samples >= (warm_ ? kFirstWarmCheck : kFirstCheck) &&
+      efficiency_gain < kLeastEfficiencyGain && efficiency_gain < kHope * before)
     on_ = false;
   bool little = false;
   for (const Check& c : checks_) {

@@ -44,11 +44,10 @@ class GuideGate {
 
   void unguided_pass(const PassCost& cost);
   // After a guided pass, `samples` a pixel being done. Variances of a sample, as NoiseEstimate
-  // tells them. Returns the efficiency gain: variance x cost without the guide over the same with
-  // it; 0: not known.
+  // tells them: the pass' own, and what it would have been without the guide. Returns the
+  // efficiency gain: variance x cost without the guide over the same with it; 0: not known.
   double guided_pass(uint64_t samples, const PassCost& cost, double variance,
                      double unguided_variance);
-
   template <class Self, class Archive>
   static void exchange(Self& self, Archive& archive) {
     archive(self.warm_, self.unguided_, self.checks_, self.brought_little_, self.on_, self.grows_,

@@ -37,20 +37,24 @@ NoiseEstimate::NoiseEstimate(int width, int height) : width_(width), height_(hei
   for (int odd : {0, 1})
     for (auto* values : {&all_[odd], &all_count_[odd], &half_[odd], &count_[odd]})
       values->resize(pixels);
+  saved_.resize(pixels);
   square_.resize(pixels);
   mean_.resize(pixels);
 }
 
-void NoiseEstimate::start_pass(bool guided) {
-  if (guided != guided_)
-    for (auto* values : {&half_[0], &half_[1], &count_[0], &count_[1]})
+void NoiseEstimate::start_pass(bool guided, bool learning) {
+  if (guided != guided_ || learning != learning_)
+    for (auto* values : {&half_[0], &half_[1], &count_[0], &count_[1], &saved_})
       std::fill(values->begin(), values->end(), 0.0f);
   guided_ = guided;
+  learning_ = learning;
 }
 
-void NoiseEstimate::add(int x, int y, uint32_t first, uint32_t count, float even, float odd) {
+void NoiseEstimate::add(int x, int y, uint32_t first, uint32_t count, float even, float odd,
+                        double saved) {
   const size_t i = index(x, y);
   const uint32_t odds = (count + (first & 1)) / 2;
+  saved_[i] += static_cast<float>(saved);
   for (auto* sums : {&half_, &all_}) {
     (*sums)[0][i] += even;
     (*sums)[1][i] += odd;
@@ -69,6 +73,7 @@ bool NoiseEstimate::end_pass() {
   if (!any) return false;
   if (!first) before_ = square_;
   distance_.resize(square_.size());
+  std::vector<float> unguided = square_;
   for (size_t i = 0; i < square_.size(); ++i) {
     if (!ready(i)) continue;
     // The halves are independent: the variance of their difference is (1 / even + 1 / odd) times a
@@ -77,7 +82,8 @@ bool NoiseEstimate::end_pass() {
     square_[i] = sqr(half_[0][i] * even - half_[1][i] * odd) / (even + odd);
     const float distance = std::sqrt(square_[i]);
     distance_[i] = first ? distance : lerp(kKeep, distance, distance_[i]);
-    for (auto* values : {&half_[0], &half_[1], &count_[0], &count_[1]}) (*values)[i] = 0;
+    unguided[i] = square_[i] + saved_[i] / (count_[0][i] + count_[1][i]);
+    for (auto* values : {&half_[0], &half_[1], &count_[0], &count_[1], &saved_}) (*values)[i] = 0;
   }
   deviation_ = distance_;
   for (float& d : deviation_) d *= kOverMeanDistance;
@@ -87,14 +93,9 @@ bool NoiseEstimate::end_pass() {
     mean_[i] = samples > 0 ? (all_[0][i] + all_[1][i]) * (1 / samples) : 0.0f;
   }
   blur(mean_);
-  if (!guided_) {
-    unguided_.resize(square_.size());
-    const float part = static_cast<float>(1 / ++unguided_count_);
-    for (size_t i = 0; i < square_.size(); ++i) unguided_[i] = lerp(part, unguided_[i], square_[i]);
-  }
   variance_ = trimmed_mean(square_, mean_);
   if (!first) variance_before_ = trimmed_mean(before_, mean_);
-  if (!unguided_.empty()) unguided_variance_ = trimmed_mean(unguided_, mean_);
+  unguided_variance_ = learning_ ? trimmed_mean(unguided, mean_) : 0;
   return true;
 }
 

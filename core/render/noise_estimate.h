@@ -14,9 +14,11 @@ class NoiseEstimate {
  public:
   NoiseEstimate(int width, int height);
 
-  void start_pass(bool guided);
-  // Sums of the luminance of a pixel's `count` samples, by even and odd number, from `first` on.
-  void add(int x, int y, uint32_t first, uint32_t count, float even, float odd);
+  // `learning`: the guide is told what its directions were paid, so that what it saves is known.
+  void start_pass(bool guided, bool learning);
+  // Sums of the luminance of a pixel's `count` samples, by even and odd number, from `first` on;
+  // and of what guiding saved of its second moment.
+  void add(int x, int y, uint32_t first, uint32_t count, float even, float odd, double saved);
   // False: no pixel has samples of both kinds yet, the next pass goes on.
   bool end_pass();
 
@@ -28,8 +30,8 @@ class NoiseEstimate {
     return all_count_[0][index(x, y)] + all_count_[1][index(x, y)];
   }
   // Mean over pixels of a sample's variance over (mean^2 + 0.01), without the greatest 0.1 %: of
-  // the last passes, and of all unguided ones; 0: not known. Both with the means known by now,
-  // blurred: a firefly must not hide behind itself.
+  // the last passes, and what it would have been without a guide, by what that saved; 0: not known.
+  // Both with the means known by now, blurred: a firefly must not hide behind itself.
   double variance() const { return variance_; }
   // Of the estimate before; by the same means.
   double variance_before() const { return variance_before_; }
@@ -56,7 +58,7 @@ class NoiseEstimate {
   static void exchange(Self& self, Archive& archive) {
     archive(self.guided_, self.all_[0], self.all_[1], self.all_count_[0], self.all_count_[1],
             self.half_[0], self.half_[1], self.count_[0], self.count_[1], self.mean_, self.square_,
-            self.before_, self.unguided_, self.unguided_count_, self.distance_, self.deviation_,
+            self.before_, self.learning_, self.saved_, self.distance_, self.deviation_,
             self.variance_, self.variance_before_, self.unguided_variance_);
   }
 
@@ -68,15 +70,14 @@ class NoiseEstimate {
   void blur(std::vector<float>& values) const;
 
   int width_, height_;
-  bool guided_ = false;
+  bool guided_ = false, learning_ = false;
   // Of luminance, by even and odd samples: all of them, and those since the last estimate.
   std::vector<float> all_[2], all_count_[2];
   std::vector<float> half_[2], count_[2];
   std::vector<float> mean_;      // of luminance, blurred
   std::vector<float> square_;    // a sample's variance by the last estimate
   std::vector<float> before_;    // square_ of the estimate before
-  std::vector<float> unguided_;  // the same of unguided passes, their mean
-  double unguided_count_ = 0;    // estimates in unguided_
+  std::vector<float> saved_;     // sums since the last estimate, of what guiding saved
   std::vector<float> distance_;  // roots of square_, faded over passes
   std::vector<float> deviation_;
   double variance_ = 0, variance_before_ = 0, unguided_variance_ = 0;

@@ -32,8 +32,8 @@ int PassPlan::next(const RenderAge& age, double last_pass_seconds) const {
 bool PassPlan::learning(const RenderAge& age) const {
   if (age.samples >= static_cast<uint64_t>(settings_.learning_samples)) return false;
   if (!settings_.passes.empty() || age.samples == 0) return true;
-  if (settings_.seconds > 0 && age.seconds > settings_.seconds / 4) return false;
-  return total_ == 0 || age.samples < static_cast<uint64_t>(std::max<int64_t>(1, total_ / 4));
+  if (settings_.seconds > 0 && age.seconds > settings_.seconds / 2) return false;
+  return total_ == 0 || age.samples < static_cast<uint64_t>(std::max<int64_t>(1, total_ / 2));
 }
 
 double PassPlan::fraction(const RenderAge& age, double in_pass) const {

@@ -55,14 +55,14 @@ PathTracer::PathTracer(const PreparedScene& scene, const LightPick& lights,
       learner_(guide) {}
 
 void PathTracer::sample(const Ray& ray, Sampler& sampler, GuideDelta* learn, float pixel_deviation,
-                        Rgb& pixel) {
+                        PixelTarget pixel) {
   timed_ = counters_.paths++ % kTimedEvery == 0;
   const CycleScope scope(timed_, counters_.timed_total);
-  learner_.begin(learn);
-  const Rgb radiance = walk(ray, sampler, pixel_deviation, pixel);
+  learner_.begin(learn, pixel.saved);
+  const Rgb radiance = walk(ray, sampler, pixel_deviation, pixel.radiance);
   learner_.end();
   if (is_finite(radiance)) {
-    pixel += radiance;
+    pixel.radiance += radiance;
   } else {
     ++counters_.dropped_samples;
   }
@@ -327,7 +327,8 @@ inline bool PathTracer::go_on(PathState& path, const PathVertex& v, float u_lobe
   if (!next) return false;
   const bool absorbed = next->weight.is_black();
   if (!next->delta) {
-    learner_.scattered(*next, path.survivors);
+    path.survival_chance /= path.survivors;
+    learner_.scattered(*next, path.survivors, path.throughput, path.survival_chance);
   } else if (!absorbed) {
     learner_.scattered_delta(v.kind != BsdfKind::kDelta, next->weight * path.survivors);
   }

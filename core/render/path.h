@@ -37,11 +37,11 @@ class PathTracer {
              const Guide* guide);
 
   // Adds the radiance arriving at the ray's origin along it to `pixel`, some of it only at flush():
-  // rays to lights are traced many at once. `pixel` must live until then. A sample that is not
-  // finite adds nothing and is counted. When `learn` is given, the path's scattering events are
+  // rays to lights are traced many at once. A sample that is not finite adds nothing and is
+  // counted. When `learn` is given, the path's scattering events are
   // recorded there by flush(). `pixel_deviation`: of a sample of this pixel, about; 0: not known.
   void sample(const Ray& ray, Sampler& sampler, GuideDelta* learn, float pixel_deviation,
-              Rgb& pixel);
+              PixelTarget pixel);
   void flush();
   void discard();  // instead of flush()
 

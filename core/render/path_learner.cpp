@@ -1,14 +1,23 @@
 #include "core/render/path_learner.h"
 
-namespace qray {
+#include <algorithm>
+#include <cmath>
 
-void PathLearner::begin(GuideDelta* delta) {
+namespace qray {
+namespace {
+
+constexpr float kMostRatio = 64;  // of densities
+
+}  // namespace
+
+void PathLearner::begin(GuideDelta* delta, double* saved) {
   delta_ = delta;
+  saved_ = saved;
   begin_ = vertices_.size();
 }
 
 void PathLearner::end() {
-  if (has_vertex()) paths_.push_back({begin_, vertices_.size(), delta_});
+  if (has_vertex()) paths_.push_back({begin_, vertices_.size(), delta_, saved_});
 }
 
 void PathLearner::vertex(const GuidePoint& at, Vec3 p) {
@@ -25,8 +34,14 @@ void PathLearner::emitted(Rgb radiance, float mis) {
   notes_.back().emitted += notes_.back().between * radiance * mis;
 }
 
-void PathLearner::scattered(const ScatterSample& next, float inverse_chance) {
+void PathLearner::scattered(const ScatterSample& next, float inverse_chance, Rgb throughput,
+                            float survival_chance) {
   if (!has_vertex()) return;
+  notes_.back().to_pixel = throughput * next.weight;
+  notes_.back().saves =
+      next.bsdf_pdf_w > 0
+          ? survival_chance * (std::min(next.pdf_w / next.bsdf_pdf_w, kMostRatio) - 1)
+          : 0;
   GuideVertex& v = vertices_.back();
   v.wi = next.wi;
   v.pdf_w = next.pdf_w;
@@ -54,9 +69,18 @@ void PathLearner::flush() {
       vertices_[i].arriving += x.between * (y.direct + further);
       if (needs_.transition) vertices_[i].transition.emitted += luminance(x.between * y.as_emitted);
     }
+    if (path.saved) *path.saved += saved_by(path);
     guide_->record(std::span(vertices_).subspan(path.begin, path.end - path.begin), *path.delta);
   }
   discard();
+}
+
+double PathLearner::saved_by(const Path& path) const {
+  double saved = 0;
+  for (size_t i = path.begin; i < path.end; ++i)
+    saved += static_cast<double>(sqr(luminance(notes_[i].to_pixel * vertices_[i].arriving)) *
+                                 notes_[i].saves);
+  return std::isfinite(saved) ? saved : 0;
 }
 
 void PathLearner::discard() {

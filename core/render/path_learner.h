@@ -18,7 +18,8 @@ class PathLearner {
   explicit PathLearner(const GuideLearner* guide)
       : guide_(guide), needs_(guide ? guide->needs() : GuideNeeds{}) {}
 
-  void begin(GuideDelta* delta);  // a path; null: nothing is learned from it
+  // A path; null: nothing is learned from it. `saved`: PixelTarget.
+  void begin(GuideDelta* delta, double* saved);
   void end();
   bool on() const { return delta_ != nullptr; }
 
@@ -41,8 +42,10 @@ class PathLearner {
   void expected(Rgb scattered) {
     notes_.back().expected = scattered, notes_.back().credible = true;
   }
-  // The path goes on, not by a mirror or clear glass; a black weight: it was absorbed.
-  void scattered(const ScatterSample& next, float inverse_chance);
+  // The path goes on, not by a mirror or clear glass; a black weight: it was absorbed. Of the path
+  // before it, roulette included: its throughput, and the chance that it got so far.
+  void scattered(const ScatterSample& next, float inverse_chance, Rgb throughput,
+                 float survival_chance);
   // The same by a mirror or clear glass, `at_vertex` if a vertex of the path is there.
   void scattered_delta(bool at_vertex, Rgb weight);
   // Direct light that a vertex (as current() told it) scatters on. No direction hits a punctual
@@ -52,7 +55,14 @@ class PathLearner {
     if (punctual) notes_[vertex].as_emitted += radiance;
   }
 
-  void flush();    // all direct light is there: record the paths
+  // All direct light is there: records the paths, and sums what guiding saved them.
+  //
+  // Where a vertex' direction, drawn with density p, brought the pixel c, the BSDF's own density
+  // p_bsdf would have brought c p / p_bsdf. Its second moment is the mean of c^2 p / p_bsdf over
+  // directions drawn with p, so guiding there saves the mean of c^2 (p / p_bsdf - 1): both come
+  // from the same paths, and where p finds light that p_bsdf would miss for long, both are known at
+  // once. c leaves out roulette, and that the BSDF would have reached the vertex by other weights.
+  void flush();
   void discard();  // forget them
 
  private:
@@ -64,18 +74,23 @@ class PathLearner {
     Rgb weight;         // of what arrives in the direction taken,
     Rgb lobes_weight;   // and what of that is not of the surface's base
     Rgb expected;       // from the base
+    Rgb to_pixel;       // what the pixel gets of what arrives in the direction taken
+    float saves = 0;    // the factor of its square
     bool credible = false;
     bool lands = false;  // the next vertex of the path is where the ray landed
   };
   struct Path {
     size_t begin, end;
     GuideDelta* delta;
+    double* saved;
   };
+  double saved_by(const Path& path) const;
   bool has_vertex() const { return on() && vertices_.size() > begin_; }
 
   const GuideLearner* guide_;
   const GuideNeeds needs_;
   GuideDelta* delta_ = nullptr;
+  double* saved_ = nullptr;
   size_t begin_ = 0;
   std::vector<GuideVertex> vertices_;
   std::vector<Note> notes_;  // parallel

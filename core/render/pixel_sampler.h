@@ -12,15 +12,15 @@ class PixelSampler {
   PixelSampler(const CameraRays& camera, uint64_t seed, PathTracer& tracer)
       : camera_(camera), sampler_(seed), tracer_(tracer) {}
 
-  // Adds the pixel's sample of that number to `sum`, some of it only at the tracer's flush().
+  // Adds the pixel's sample of that number to `to`, some of it only at the tracer's flush().
   // `learn` and `deviation` as PathTracer::sample() takes them.
-  void sample(int x, int y, uint32_t number, GuideDelta* learn, float deviation, Rgb& sum) {
+  void sample(int x, int y, uint32_t number, GuideDelta* learn, float deviation, PixelTarget to) {
     sampler_.start(static_cast<uint32_t>(x), static_cast<uint32_t>(y), number);
     const Vec2 in_pixel = sampler_.next_2d();
     const Vec2 on_lens = camera_.has_lens() ? sampler_.next_2d() : Vec2{};
     const Ray ray = camera_.ray(
         {static_cast<float>(x) + in_pixel.x, static_cast<float>(y) + in_pixel.y}, on_lens);
-    tracer_.sample(ray, sampler_, learn, deviation, sum);
+    tracer_.sample(ray, sampler_, learn, deviation, to);
   }
 
  private:

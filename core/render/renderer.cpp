@@ -39,7 +39,7 @@ bool Renderer::start_pass(bool may_learn) {
   pass_ = {true, samples, 0, elapsed()};
   if (decision_) decision_->start_pass(samples_, may_learn && plan_.learning(age()));
   plan_.started(samples);
-  if (noise_) noise_->start_pass(guided());
+  if (noise_) noise_->start_pass(guided(), decision_ && decision_->learning());
   pixels_.start_pass(samples, noise_ ? &*noise_ : nullptr);
   return true;
 }
@@ -95,7 +95,7 @@ bool Renderer::sample_pixels(int round, RenderWorker& worker, GuideDelta* learn,
     const float deviation = noise_ ? noise_->deviation(column, row) : 0.0f;
     samples.set_count(x, y, count);
     for (uint32_t number = first; number < first + count; ++number)
-      sampler.sample(x, y, number, learn, deviation, samples.half(x, y, number));
+      sampler.sample(x, y, number, learn, deviation, samples.target(x, y, number));
     return true;
   });
 }
@@ -104,7 +104,7 @@ void Renderer::add_noise(int round, const TileSamples& samples) {
   pixels_.for_each_in_round(round, samples.rect(), [&](int x, int y) {
     const int column = x / pixels_.step(), row = y / pixels_.step();
     noise_->add(column, row, pixels_.first(column, row), samples.count(x, y),
-                luminance(samples.even(x, y)), luminance(samples.odd(x, y)));
+                luminance(samples.even(x, y)), luminance(samples.odd(x, y)), samples.saved(x, y));
     return true;
   });
 }

@@ -79,8 +79,8 @@ FieldTable guide_fields() {
       "A place whose directions gain less than this draws from the BSDF alone.", "Least gain",
       {0, 1e6}, [](RenderSettings & s) -> auto& { return s.adaptive.min_gain; }));
   out.push_back(guide_setting(
-      "glossy", adaptive, "The chance to draw from the guide on a surface that is not diffuse.",
-      "Guided on glossy surfaces", {0, 1},
+      "glossy", adaptive, "The chance that the guide is drawn from in place of a rough lobe.",
+      "Guided in place of rough lobes", {0, 1},
       [](RenderSettings & s) -> auto& { return s.adaptive.glossy; }));
   out.push_back(guide_setting(
       "shrinkage", adaptive,

@@ -154,8 +154,8 @@ void add_renderer(FieldTable& out) {
                  .setting = setting([](RenderSettings & s) -> auto& { return s.max_depth; })});
   out.push_back(with_default(
       {.path = "learning_samples",
-       .help = "The most samples that the guide learns from. It never learns from more than a "
-               "quarter of the job's.",
+       .help = "The most samples that the guide learns from. It never learns from more than "
+               "half of the job's.",
        .label = "Learning samples",
        .unit = "samples a pixel",
        .most = kMaxSamples,

@@ -64,7 +64,7 @@ Seen seen_from_floor(const PreparedScene& scene, const RenderSettings& settings,
       const size_t a = static_cast<size_t>(nearest_direction26(up));
       sampler.start(i, 0, k);
       Rgb radiance;
-      tracer.sample({p + n * 1e-3f, up}, sampler, nullptr, 0, radiance);
+      tracer.sample({p + n * 1e-3f, up}, sampler, nullptr, 0, {radiance});
       tracer.flush();
       const double l = static_cast<double>(luminance(radiance));
       lit[a] = lit[a] || l > 0.9 * lamp;

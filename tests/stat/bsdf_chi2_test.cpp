@@ -36,6 +36,44 @@ TEST(BsdfChi2, SamplesFollowTheDensity) {
     }
 }
 
+// A guide stands in for the base alone: lobes and base must be drawn from where BsdfParts says,
+// each by its part of the density.
+TEST(BsdfChi2, BaseAndLobesAreDrawnApart) {
+  const std::vector<test::BsdfCase> cases = test::density_cases();
+  const Vec3 eyes[] = {test::direction(30, 50), test::direction(80, 300), test::direction(140, 70)};
+  const double level = test::significance(static_cast<int>(cases.size()) * 3 * 2);
+  test::Chi2Options options;
+  options.samples = 50'000;
+  options.tolerance = 1e-6;
+  int layered = 0;
+  for (const test::BsdfCase& c : cases)
+    for (const Vec3 wo : eyes) {
+      const float base = c.bsdf->parts(c.point, wo).base_chance;
+      for (const bool of_base : {true, false}) {
+        const float chance = of_base ? base : 1 - base;
+        if (chance < 1e-3f) continue;
+        layered += of_base && base < 1;
+        ++options.seed;
+        const test::Chi2 result = test::chi2_sphere(
+            [&](test::Random& random) -> std::optional<Vec3> {
+              const float u = random.next() * chance;
+              const auto s =
+                  c.bsdf->sample(c.point, wo, of_base ? 1 - base + u : u, random.next_2d());
+              return s && !s->delta ? std::optional(s->wi) : std::nullopt;
+            },
+            [&](Vec3 wi) {
+              const BsdfEval e = c.bsdf->eval(c.point, wo, wi);
+              return (of_base ? e.base_pdf_w : e.pdf_w - e.base_pdf_w) / chance;
+            },
+            options);
+        EXPECT_GT(result.p_value, level)
+            << c.name << (of_base ? ", base" : ", lobes") << " from " << test::text(wo) << "\n"
+            << result.table;
+      }
+    }
+  EXPECT_GT(layered, 20);
+}
+
 TEST(BsdfChi2, NoticesAWrongDensity) {
   // The same test on a rough metal sampled at a slightly different roughness must fail.
   const Material m = test::material_of(MaterialKind::kConductor, 0.5f);

@@ -39,6 +39,11 @@ TEST(GuideGate, AGuideThatLosesIsLeft) {
   EXPECT_FALSE(gate.guides(100, kSeen));
 }
 
+TEST(GuideGate, OneThatGainsLessThanATenthIsLeft) {
+  EXPECT_FALSE(after({1.05, 1.05, 1.05}).on());
+  EXPECT_TRUE(after({1.15, 1.15, 1.15}).on());
+}
+
 TEST(GuideGate, AYoungTableIsNotJudged) { EXPECT_TRUE(after({0.4, 0.3}).on()); }
 
 TEST(GuideGate, ALoserThatGetsBetterGoesOn) {

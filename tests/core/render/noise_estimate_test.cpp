@@ -11,18 +11,18 @@ namespace {
 
 constexpr int kNoiseSide = 64;
 
-// A pass of samples of mean 1 and the given standard deviation.
+// A pass of samples of mean 1 and the given standard deviation, whose guide saved each so much.
 void render(NoiseEstimate& noise, uint64_t& done, int samples, bool guided, float deviation,
-            test::Random& random) {
-  noise.start_pass(guided);
+            test::Random& random, double saved = 0) {
+  noise.start_pass(guided, /*learning=*/true);
   for (int y = 0; y < kNoiseSide; ++y)
     for (int x = 0; x < kNoiseSide; ++x) {
       float half[2] = {0, 0};
       for (int s = 0; s < samples; ++s)
         half[(done + static_cast<uint64_t>(s)) & 1] +=
             1 + deviation * (random.next() < 0.5f ? -1.0f : 1.0f);
-      noise.add(x, y, static_cast<uint32_t>(done), static_cast<uint32_t>(samples), half[0],
-                half[1]);
+      noise.add(x, y, static_cast<uint32_t>(done), static_cast<uint32_t>(samples), half[0], half[1],
+                saved * samples);
     }
   done += static_cast<uint64_t>(samples);
 }
@@ -38,6 +38,18 @@ TEST(NoiseEstimate, TwoPassesOfOneSampleMakeAnEstimate) {
   EXPECT_TRUE(noise.end_pass());
   EXPECT_NEAR(noise.unguided_variance(), 0.25 / 1.01, 0.03);
   EXPECT_NEAR(noise.variance(), noise.unguided_variance(), 1e-9);
+}
+
+TEST(NoiseEstimate, OnlyLearningPassesTellWhatTheGuideSaves) {
+  NoiseEstimate noise(kNoiseSide, kNoiseSide);
+  for (const bool learning : {true, false}) {
+    noise.start_pass(/*guided=*/true, learning);
+    for (int y = 0; y < kNoiseSide; ++y)
+      for (int x = 0; x < kNoiseSide; ++x) noise.add(x, y, 0, 2, 0.9f, 1.1f, 2 * 0.38);
+    ASSERT_TRUE(noise.end_pass());
+    EXPECT_NEAR(noise.variance(), 0.02 / 1.01, 1e-6);
+    EXPECT_NEAR(noise.unguided_variance(), learning ? 0.4 / 1.01 : 0, 1e-6);
+  }
 }
 
 TEST(NoiseEstimate, AnyPassTellsTheVarianceOfItsSamples) {
@@ -66,8 +78,8 @@ TEST(NoiseEstimate, APixelsOwnErrorIsOfAllItsSamples) {
 
 TEST(NoiseEstimate, AFireflyIsItsPixelsOwnError) {
   NoiseEstimate noise(1, 1);
-  noise.start_pass(false);
-  noise.add(0, 0, 0, 4, 400, 4);  // 2 samples each
+  noise.start_pass(false, false);
+  noise.add(0, 0, 0, 4, 400, 4, 0);  // 2 samples each
   EXPECT_FLOAT_EQ(noise.own_error(0, 0), 99) << "the mean is 101, all but 2 of it by one half";
 }
 
@@ -80,9 +92,10 @@ TEST(NoiseEstimate, GuidedPassesAreKeptApart) {
   render(noise, done, 1, false, 100, random);  // half an estimate: lost
   EXPECT_FALSE(noise.end_pass());
   for (int pass = 0; pass < 2; ++pass) {
-    render(noise, done, 4, true, 0.1f, random);
+    render(noise, done, 4, true, 0.1f, random, /*saved=*/0.24);
     ASSERT_TRUE(noise.end_pass());
   }
+  // What it would be unguided: the guided passes' own, and what they saved.
   const double ratio = noise.unguided_variance() / noise.variance();
   EXPECT_NEAR(ratio, 25, 4);
   EXPECT_NEAR(noise.variance_before() / noise.variance(), 1, 0.2);

@@ -114,9 +114,9 @@ TEST(RenderLoop, PassesGrowAndEndAtTheSamplesAskedFor) {
   EXPECT_EQ(outcome.job.stats.dropped_samples, 0u);
 }
 
-TEST(RenderLoop, LearnsForAQuarterOfTheJobAtMost) {
+TEST(RenderLoop, LearnsForHalfOfTheJobAtMost) {
   const auto scene = test::prepare(test::room());
-  EXPECT_EQ(run(*scene, small("huang", 16), 2).job.stats.learning_samples_per_pixel, 4u);
+  EXPECT_EQ(run(*scene, small("huang", 16), 2).job.stats.learning_samples_per_pixel, 8u);
   EXPECT_EQ(run(*scene, small("none", 16), 2).job.stats.learning_samples_per_pixel, 0u);
 }
 
