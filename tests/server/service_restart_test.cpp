@@ -12,7 +12,7 @@ namespace {
 using test::Json;
 using test::TestService;
 
-Json tiny(int samples) {
+Json tiny_of(int samples) {
   return {{"scene", "box"},
           {"width", 32},
           {"height", 32},
@@ -29,8 +29,8 @@ std::string body_of(const TestService& s, const std::string& path) {
 TEST(ServiceRestart, QueuedAndRunningJobsGoOn) {
   TestService s;
   s.start();
-  const std::string running = s.submit(tiny(100'000));
-  const std::string queued = s.submit(tiny(4));
+  const std::string running = s.submit(tiny_of(100'000));
+  const std::string queued = s.submit(tiny_of(4));
   s.wait(running, {"rendering"});
   s.stop();
 
@@ -41,14 +41,14 @@ TEST(ServiceRestart, QueuedAndRunningJobsGoOn) {
   s.post("/v1/jobs/" + running + "/cancel", "", 202);
   EXPECT_EQ(s.wait_end(running)["state"], "canceled");
   EXPECT_EQ(s.wait_end(queued)["state"], "succeeded");
-  EXPECT_EQ(s.submit(tiny(1)), "j000003");
+  EXPECT_EQ(s.submit(tiny_of(1)), "j000003");
 }
 
 // A stop of the server in the middle of jobs, twice, changes no bit of their pictures.
 TEST(ServiceRestart, AnInterruptedJobGoesOnFromItsState) {
   TestService s;
   s.start();
-  Json request = tiny(6000);
+  Json request = tiny_of(6000);
   request["learning_samples"] = 1000;
   request["table"] = "none";
   const std::string whole = s.submit(request), cut = s.submit(request);
@@ -68,7 +68,7 @@ TEST(ServiceRestart, AnInterruptedJobGoesOnFromItsState) {
 TEST(ServiceRestart, AStateThatIsOfNoUseIsSaidAndTheJobStartsAnew) {
   TestService s;
   s.start();
-  const std::string id = s.submit(tiny(100'000));
+  const std::string id = s.submit(tiny_of(100'000));
   s.wait(id, {"rendering"});
   s.stop();
   test::write_text(s.config.data / "checkpoints" / id, "torn");
@@ -107,7 +107,7 @@ Json extended(TestService& s, const std::string& id, int samples) {
 TEST(ServiceRestart, AfterAnUpgradeAJobGoesOnAndSaysSo) {
   TestService s;
   s.start();
-  const std::string id = s.submit(tiny(8));
+  const std::string id = s.submit(tiny_of(8));
   EXPECT_FALSE(s.wait_end(id)["stats"]["mixed_builds"]);
   Json job;
   for (const char* build : {"oldest", "older", ""}) {
@@ -131,7 +131,7 @@ TEST(ServiceRestart, AStateOfAnotherFormatOrRevisionIsNotGoneOnFrom) {
   for (const bool format : {true, false}) {
     TestService s;
     s.start();
-    const std::string id = s.submit(tiny(8));
+    const std::string id = s.submit(tiny_of(8));
     s.wait_end(id);
     s.stop();
     rewrite_origin(s.config.data / "checkpoints" / id, kStateFormat - format,
@@ -151,7 +151,7 @@ TEST(ServiceRestart, AStateOfAnotherFormatOrRevisionIsNotGoneOnFrom) {
 TEST(ServiceRestart, MomentsOfAnOlderQrayAreLeftOutAndTheLogSaysSo) {
   TestService s;
   s.start();
-  const std::string id = s.submit(tiny(2)), other = s.submit(tiny(2));
+  const std::string id = s.submit(tiny_of(2)), other = s.submit(tiny_of(2));
   s.wait_end(other);
   s.stop();
   std::filesystem::remove(s.config.data / "moments" / id);
@@ -168,7 +168,7 @@ TEST(ServiceRestart, MomentsOfAnOlderQrayAreLeftOutAndTheLogSaysSo) {
 TEST(ServiceRestart, EndedJobsAreKeptAsLongAsTheyShould) {
   TestService s;
   s.start();
-  const std::string id = s.submit(tiny(1));
+  const std::string id = s.submit(tiny_of(1));
   s.wait_end(id);
   s.stop();
   s.config.keep_days = 1;
@@ -188,7 +188,7 @@ TEST(ServiceRestart, EndedJobsAreKeptAsLongAsTheyShould) {
 TEST(ServiceRestart, PicturesTablesAndRecordsStay) {
   TestService s;
   s.start();
-  const std::string id = s.submit(tiny(8));
+  const std::string id = s.submit(tiny_of(8));
   const Json job = s.wait_end(id);
   const std::string base = "/v1/jobs/" + id;
   const std::string tiles = body_of(s, base + "/tiles?since=0");
@@ -199,7 +199,7 @@ TEST(ServiceRestart, PicturesTablesAndRecordsStay) {
   EXPECT_EQ(s.get(base), job);
   EXPECT_EQ(body_of(s, base + "/tiles?since=0"), tiles);
   EXPECT_EQ(body_of(s, base + "/image.png?exposure=0.5"), png);
-  const Json next = s.wait_end(s.submit(tiny(8)));
+  const Json next = s.wait_end(s.submit(tiny_of(8)));
   EXPECT_EQ(next["table_in"], job["table_out"]);
 }
 
@@ -217,11 +217,11 @@ TEST(ServiceRestart, AFullQueueSaysSo) {
   TestService s;
   s.config.max_queued = 2;
   s.start();
-  const std::string running = s.submit(tiny(1'000'000));
+  const std::string running = s.submit(tiny_of(1'000'000));
   s.wait(running, {"rendering"});
-  s.submit(tiny(1));
-  s.submit(tiny(1));
-  const auto full = s.client().Post("/v1/jobs", tiny(1).dump(), "application/json");
+  s.submit(tiny_of(1));
+  s.submit(tiny_of(1));
+  const auto full = s.client().Post("/v1/jobs", tiny_of(1).dump(), "application/json");
   ASSERT_TRUE(full);
   EXPECT_EQ(full->status, 429);
   EXPECT_TRUE(full->has_header("Retry-After"));

@@ -10,6 +10,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "core/base/sha256.h"
 #include "server/service.h"
 #include "tests/support/contract.h"
 #include "tests/support/places.h"
@@ -18,6 +19,10 @@
 namespace qray::server::test {
 
 using Json = nlohmann::json;
+
+inline std::string sha(const std::string& text) {
+  return sha256({reinterpret_cast<const uint8_t*>(text.data()), text.size()}).hex();
+}
 
 inline void write_text(const std::filesystem::path& path, const std::string& text) {
   std::filesystem::create_directories(path.parent_path());

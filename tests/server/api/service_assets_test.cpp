@@ -9,11 +9,8 @@ namespace {
 
 using test::Json;
 using test::RawConnection;
+using test::sha;
 using test::TestService;
-
-std::string sha(const std::string& text) {
-  return sha256({reinterpret_cast<const uint8_t*>(text.data()), text.size()}).hex();
-}
 
 class ServiceAssets : public ::testing::Test {
  protected:

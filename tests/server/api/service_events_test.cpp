@@ -20,7 +20,7 @@ struct SseEvent {
 };
 
 // The events in a stream's text; the chunk framing around them is passed over.
-std::vector<SseEvent> parse(const std::string& text) {
+std::vector<SseEvent> parse_events(const std::string& text) {
   std::vector<SseEvent> events;
   std::istringstream in(text);
   SseEvent event;
@@ -59,7 +59,7 @@ class ServiceEventsTest : public ::testing::Test {
 TEST_F(ServiceEventsTest, AJobsEventsInOrder) {
   RawConnection c = open("");
   const std::string id = submit();
-  const std::vector<SseEvent> events = parse(c.read_until("\"succeeded\"}\n"));
+  const std::vector<SseEvent> events = parse_events(c.read_until("\"succeeded\"}\n"));
   std::vector<std::string> states;
   uint64_t last = 0;
   for (const SseEvent& e : events) {
@@ -75,12 +75,12 @@ TEST_F(ServiceEventsTest, AJobsEventsInOrder) {
 TEST_F(ServiceEventsTest, LastEventIdGoesOnAndOldIdsReset) {
   const std::string id = submit();
   s_.wait_end(id);
-  const std::vector<SseEvent> all = parse(open("?after=0").read_until("\"succeeded\"}\n"));
+  const std::vector<SseEvent> all = parse_events(open("?after=0").read_until("\"succeeded\"}\n"));
   ASSERT_GE(all.size(), 7u);
   EXPECT_EQ(all.back().kind, "done");
   EXPECT_EQ(all[all.size() - 3].kind, "table");
   const std::vector<SseEvent> rest =
-      parse(open("", std::to_string(all[2].id)).read_until("\"succeeded\"}\n"));
+      parse_events(open("", std::to_string(all[2].id)).read_until("\"succeeded\"}\n"));
   ASSERT_EQ(rest.size(), all.size() - 3);
   EXPECT_EQ(rest[0].id, all[3].id);
   for (const char* unknown : {"999999999", "nonsense", "-1"}) {
@@ -93,7 +93,7 @@ TEST_F(ServiceEventsTest, OfOneJob) {
   const std::string first = submit(), second = submit();
   s_.wait_end(second);
   RawConnection c = open("?after=0&job=" + second);
-  for (const SseEvent& e : parse(c.read_until("\"succeeded\"}\n"))) {
+  for (const SseEvent& e : parse_events(c.read_until("\"succeeded\"}\n"))) {
     EXPECT_EQ(e.data["job"], second) << "not " << first;
   }
 }

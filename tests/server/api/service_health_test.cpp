@@ -10,7 +10,7 @@ namespace {
 using test::Json;
 using test::TestService;
 
-const Json kTiny = {
+const Json kTinyJob = {
     {"scene", "box"}, {"width", 32}, {"height", 32}, {"samples", 8}, {"learning_samples", 8}};
 
 // The metrics, once they have this line: a request is counted after its answer.
@@ -68,8 +68,8 @@ TEST(ServiceHealth, NotReadyWhileTheDatabaseCannotBeWritten) {
 TEST(ServiceHealth, CountsJobsRequestsAndTables) {
   TestService s;
   s.start();
-  s.wait_end(s.submit(kTiny));
-  s.wait_end(s.submit(kTiny));
+  s.wait_end(s.submit(kTinyJob));
+  s.wait_end(s.submit(kTinyJob));
   s.get("/v1/jobs/j000099", 404);
   s.get("/v1/nothing-of-this-name", 404);
   const std::string text = metrics_with(

@@ -14,11 +14,8 @@ namespace {
 namespace fs = std::filesystem;
 using test::Json;
 using test::make_zip;
+using test::sha;
 using test::TestService;
-
-std::string sha(const std::string& text) {
-  return sha256({reinterpret_cast<const uint8_t*>(text.data()), text.size()}).hex();
-}
 
 class ServiceScenes : public ::testing::Test {
  protected:

@@ -10,11 +10,11 @@ using test::Json;
 using test::same;
 using test::TestService;
 
-const Json kTiny = {
+const Json kTinySeen = {
     {"scene", "box"}, {"width", 32}, {"height", 24}, {"samples", 64}, {"learning_samples", 16}};
 
-Json tiny(const Json& changes) {
-  Json request = kTiny;
+Json tiny_seen(const Json& changes) {
+  Json request = kTinySeen;
   request.update(changes);
   return request;
 }
@@ -38,7 +38,7 @@ class ServiceViewsTest : public ::testing::Test {
 
 TEST_F(ServiceViewsTest, ShowWhatTheJobsTableKnows) {
   for (const char* method : {"huang", "ppg"}) {
-    const std::string job = ended(tiny({{"method", method}}));
+    const std::string job = ended(tiny_seen({{"method", method}}));
     std::vector<Image> views;
     for (const char* name : {"state", "beta", "gain"}) {
       views.push_back(png(job + "/view.png?view=" + name));
@@ -54,7 +54,7 @@ TEST_F(ServiceViewsTest, ShowWhatTheJobsTableKnows) {
 }
 
 TEST_F(ServiceViewsTest, AreNoLargerThanNeeded) {
-  const std::string job = ended(tiny({{"width", 1200}, {"height", 300}, {"samples", 4}}));
+  const std::string job = ended(tiny_seen({{"width", 1200}, {"height", 300}, {"samples", 4}}));
   const Image view = png(job + "/view.png?view=state");
   EXPECT_EQ(view.width(), 512);
   EXPECT_EQ(view.height(), 128);
@@ -62,7 +62,7 @@ TEST_F(ServiceViewsTest, AreNoLargerThanNeeded) {
 }
 
 TEST_F(ServiceViewsTest, SayWhatIsWrongWithTheRequest) {
-  const std::string job = ended(kTiny);
+  const std::string job = ended(kTinySeen);
   const auto expect_pointer = [&](const std::string& path, const char* pointer) {
     const Json problem = s_.get(job + path, 422);
     EXPECT_EQ(problem["errors"][0]["pointer"], pointer) << path << problem.dump();
@@ -82,18 +82,18 @@ TEST_F(ServiceViewsTest, SayWhatIsWrongWithTheRequest) {
 }
 
 TEST_F(ServiceViewsTest, NeedATable) {
-  const std::string plain = ended(tiny({{"method", "none"}}));
-  const std::string running = s_.submit(tiny({{"samples", 1'000'000}}));
-  for (const std::string& job : {plain, "/v1/jobs/" + s_.submit(kTiny)})  // it waits
+  const std::string plain = ended(tiny_seen({{"method", "none"}}));
+  const std::string running = s_.submit(tiny_seen({{"samples", 1'000'000}}));
+  for (const std::string& job : {plain, "/v1/jobs/" + s_.submit(kTinySeen)})  // it waits
     for (const char* path : {"/view.png?view=beta", "/lobe.png?x=16&y=18"})
       EXPECT_EQ(s_.get(job + path, 409)["detail"], "no table of this job is kept") << job;
   s_.post("/v1/jobs/" + running + "/cancel", "", 202);
   // A table that no other job gets is one still.
-  EXPECT_EQ(png(ended(tiny({{"table", "none"}})) + "/view.png?view=beta").width(), 32);
+  EXPECT_EQ(png(ended(tiny_seen({{"table", "none"}})) + "/view.png?view=beta").width(), 32);
 }
 
 TEST_F(ServiceViewsTest, NeedTheTableAndTheSceneAsTheyWere) {
-  const std::string job = ended(kTiny);
+  const std::string job = ended(kTinySeen);
   const auto detail = [&] {
     return s_.get(job + "/view.png?view=gain", 409)["detail"].get<std::string>();
   };
