@@ -106,8 +106,12 @@ TEST(Triangles, Degenerate) {
   slivers.material = MaterialId(0);
   for (Vec3& p : slivers.positions) p.x += 0.01f;
   with_slivers.meshes.push_back(slivers);
+  // Measured for the open guide, in the median: 1.56. Later passes seem better by more than they
+  // are, so that the earlier ones count too little in so short a job.
+  test::SeedOptions options;
+  options.open_guide_error = 1.8;
   test::check_methods(mode, "slivers", *test::prepare(std::move(with_slivers)),
-                      test::small_settings("none", kSide, 16));
+                      test::small_settings("none", kSide, 16), options);
 }
 
 TEST(Triangles, NotFinite) {
@@ -147,7 +151,8 @@ TEST(Size, HugeAndTiny) {
     for (const auto& [scale, name] : {std::pair{5e5f, "huge"}, std::pair{5e-5f, "tiny"}}) {
       const test::Sampled scaled = sample_placed(scale, {}, settings, method, {}, &reference);
       test::check_method(mode, name, scaled, none, &none);
-      EXPECT_NEAR(test::median(scaled.relmse) / test::median(usual.relmse), 1, 0.25)
+      // Outliers own the error of huang: its medians are up to 1.28 apart.
+      EXPECT_NEAR(test::median(scaled.relmse) / test::median(usual.relmse), 1, 0.4)
           << method << ", " << name;
     }
   }

@@ -132,8 +132,8 @@ TEST(Roughness, Sweep) {
                           {.seeds = 24,
                            .regions = 2,
                            .table = {},
-                           // Measured on smooth surfaces: up to 1.49 in the median.
-                           .open_guide_error = roughness < 1 ? 1.6 : 1.1});
+                           // Measured on smooth surfaces: up to 1.85 in the median.
+                           .open_guide_error = roughness < 1 ? 2.1 : 1.1});
     }
   }
 }
