@@ -1,4 +1,5 @@
-// The largest values that validate() lets through. Importers clamp to them or refuse what is beyond.
+// The largest values that validate() lets through. Importers clamp to them, or refuse what is
+// beyond.
 #pragma once
 
 namespace qray {

@@ -18,7 +18,8 @@ constexpr int kRecoverSide = 64;  // pixels
 // A floor and a wall of two albedos under an even light, and noise.
 TrainingView corner(float noise, uint64_t seed) {
   test::Random random(seed);
-  TrainingView view{Image(kRecoverSide, kRecoverSide, kFeatures), Image(kRecoverSide, kRecoverSide, 3), Image(kRecoverSide, kRecoverSide, 1),
+  TrainingView view{Image(kRecoverSide, kRecoverSide, kFeatures),
+                    Image(kRecoverSide, kRecoverSide, 3), Image(kRecoverSide, kRecoverSide, 1),
                     Image(kRecoverSide, kRecoverSide, 3)};
   for (int y = 0; y < kRecoverSide; ++y)
     for (int x = 0; x < kRecoverSide; ++x) {
