@@ -11,7 +11,7 @@ constexpr double kLeastEfficiencyGain = 1.1;
 constexpr double kHope = 1.1;  // a loser that got better by this goes on
 // What learning as much again must have brought: for the table to grow on, of two checks in a row
 // one, since gains are noisy; for learning to go on.
-constexpr double kLeastGrowth = 1.25, kLeastGain = 1.03;
+constexpr double kLeastGrowth = 1.25, kLeastGain = 1.1;
 constexpr uint64_t kFirstEnd = 32;  // samples: learning goes on at least as long
 
 }  // namespace
