@@ -1,6 +1,7 @@
 #include "core/cmd/chart_session.h"
 
 #include "core/cmd/files.h"
+#include "core/cmd/render_options.h"
 #include "core/image/difference_map.h"
 #include "core/image/image_io.h"
 #include "core/laboratory/chart/names.h"
@@ -9,8 +10,6 @@
 
 namespace qray::cmd {
 namespace {
-
-constexpr int64_t kMaxChartPixels = int64_t{1} << 28;
 
 // Progress over all runs.
 class ChartProgress final : public RenderObserver {
@@ -67,7 +66,7 @@ Status ChartSession::check(const NamedScene& scene) const {
     const Result<RenderSettings> s =
         apply_variant(method, chart_settings(scene.prepared->scene, plan_));
     if (!s) return s.error();
-    if (Status checked = check_settings(s.value(), kMaxChartPixels); !checked) return checked;
+    if (Status checked = check_settings(s.value(), kMaxPixels); !checked) return checked;
   }
   return {};
 }

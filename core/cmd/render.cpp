@@ -16,8 +16,6 @@
 namespace qray::cmd {
 namespace {
 
-constexpr int64_t kMaxRenderPixels = int64_t{1} << 28;
-
 struct RenderCommand {
   RenderOptions render;
   std::vector<int> passes;
@@ -108,7 +106,7 @@ Status run(const RenderCommand& o) {
   RenderSettings settings = std::move(made).value();
   settings.passes = o.passes;
   settings.max_table_bytes = static_cast<size_t>(o.table_mib) << 20;
-  if (Status s = check_settings(settings, kMaxRenderPixels); !s) return s;
+  if (Status s = check_settings(settings, kMaxPixels); !s) return s;
   TaskPool pool(o.threads);
   return o.view == "beauty" ? render_beauty(o, scene, settings, pool, stop.token())
                             : render_view(view_options(o), scene, settings, pool, stop.token());

@@ -15,6 +15,8 @@ class App;
 
 namespace qray::cmd {
 
+inline constexpr int64_t kMaxPixels = int64_t{1} << 28;  // of a picture rendered here
+
 struct RenderOptions {
   std::string scene;
   std::optional<std::string> method;  // "huang", "huang:grid=12" (variant.h)

@@ -233,7 +233,7 @@ class GltfReader {
 }  // namespace
 
 void GltfImport::warn(const JsonNode& node, const std::string& text) {
-  if (out.warnings.size() < kMaxWarnings) out.warnings.push_back(node.place() + ": " + text);
+  out.warn(node.place(), text);
 }
 
 void GltfImport::expect_extensions(const JsonNode& node,

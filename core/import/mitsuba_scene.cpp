@@ -190,7 +190,7 @@ class MitsubaReader {
 }  // namespace
 
 void MitsubaImport::warn(const MitsubaNode& node, const std::string& text) {
-  if (out.warnings.size() < kMaxWarnings) out.warnings.push_back(node.where + ": " + text);
+  out.warn(node.where, text);
 }
 
 void MitsubaImport::expect_only(const MitsubaNode& plugin,

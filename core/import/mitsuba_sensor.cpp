@@ -58,14 +58,11 @@ double half_height(const MitsubaNode& sensor, double aspect) {
 // Mitsuba's camera looks along its +z and has its +x at the picture's left, which is right-handed.
 // A map that mirrors, mirrors the picture.
 void place(Camera& camera, const Transform& to_world) {
-  const auto column = [&to_world](size_t c) {
-    return Vec3{static_cast<float>(to_world.rows[0][c]), static_cast<float>(to_world.rows[1][c]),
-                static_cast<float>(to_world.rows[2][c])};
-  };
-  camera.position = column(3);
+  camera.position = to_world.column(3);
   // As far as its distance from the origin, so that its rounding turns the view by nothing.
-  camera.target = camera.position + normalize(column(2)) * std::max(1.0f, length(camera.position));
-  camera.up = normalize(column(1));
+  camera.target =
+      camera.position + normalize(to_world.column(2)) * std::max(1.0f, length(camera.position));
+  camera.up = normalize(to_world.column(1));
   camera.mirrored = to_world.determinant() < 0;
 }
 

@@ -1,5 +1,5 @@
-// Whether a job's guide pays: the variance of its passes times what they cost, against that of
-// passes without it (design, section 4). The first passes are unguided and learned from. A guide
+// Whether a job's guide pays: the variance of its passes times what they cost, against the same
+// without it (design, section 4). The first passes are unguided: they tell what that costs. A guide
 // that loses is left for the rest of the job; the table stops growing when the picture gains little
 // by it, and learning ends when it gains nothing any more. Everything is counted, nothing timed, so
 // that a job decides the same whatever machine it runs on.
@@ -34,7 +34,7 @@ class GuideGate {
 
   // Of a pass that starts after `samples` a pixel, with a table that has seen so many events.
   bool guides(uint64_t samples, uint64_t table_samples_seen) const {
-    return open_ || (on_ && samples >= kControlSamples && knows_enough(table_samples_seen));
+    return open_ || (on_ && samples >= kUnguidedSamples && knows_enough(table_samples_seen));
   }
   // Fewer events make noise.
   static bool knows_enough(uint64_t table_samples_seen) { return table_samples_seen >= kLeastSeen; }
@@ -55,7 +55,7 @@ class GuideGate {
   }
 
  private:
-  static constexpr uint64_t kControlSamples = 2;
+  static constexpr uint64_t kUnguidedSamples = 2;
   static constexpr uint64_t kLeastSeen = 50'000;
   struct Check {
     uint64_t samples = 0;

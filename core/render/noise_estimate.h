@@ -1,7 +1,7 @@
 // How noisy the picture is, from how far samples of even number lie from those of odd number, pixel
 // by pixel. Russian roulette weighs a pixel's noise against what a path may still bring; the gate
-// (guide_gate.h) compares that of guided passes with that of unguided ones; passes are weighted by
-// theirs. Between passes one thread; add() from any, a pixel's from one at a time.
+// (guide_gate.h) compares that of a guided pass with what it would be unguided; passes are weighted
+// by theirs. Between passes one thread; add() from any, a pixel's from one at a time.
 #pragma once
 
 #include <cstddef>

@@ -58,7 +58,7 @@ void PathTracer::sample(const Ray& ray, Sampler& sampler, GuideDelta* learn, flo
                         PixelTarget pixel) {
   timed_ = counters_.paths++ % kTimedEvery == 0;
   const CycleScope scope(timed_, counters_.timed_total);
-  learner_.begin(learn, pixel.saved);
+  learner_.begin(learn, guide_expects_ ? pixel.saved : nullptr);  // others are not judged
   const Rgb radiance = walk(ray, sampler, pixel_deviation, pixel.radiance);
   learner_.end();
   if (is_finite(radiance)) {
@@ -229,12 +229,11 @@ inline void PathTracer::ask_guide(PathVertex& v, bool from_front) {
   ++counters_.lookups;
   const CycleScope guiding(timed_, counters_.timed_guiding);
   v.at = guide_->find(v.surface.p, from_front ? v.surface.ng : -v.surface.ng);
-  v.find_parts();
+  if (guide_expects_ || v.kind == BsdfKind::kDiffuse) v.find_parts();
   if (guiding_ == Guiding::kOn) v.mixture = guide_->mixture(v.at, v.guided_surface());
   if (!learner_.on()) return;
   learner_.vertex(v.at, v.surface.p);
-  if (learner_.wants_albedo())
-    learner_.albedo(luminance(v.parts.base_albedo + v.parts.lobes_albedo));
+  if (learner_.wants_albedo()) learner_.albedo(luminance(v.albedo()));
 }
 
 // Light straight from a light, paid if its ray turns out to be free. Nothing else finds a light
@@ -289,6 +288,7 @@ inline bool PathTracer::survive(PathState& path, const PathVertex& v, float pixe
     return false;
   }
   path.survivors = 1 / survival.chance;
+  path.survival_chance *= survival.chance;
   path.radiance += control * (1 - path.survivors);
   path.throughput *= path.survivors;
   return true;
@@ -327,7 +327,6 @@ inline bool PathTracer::go_on(PathState& path, const PathVertex& v, float u_lobe
   if (!next) return false;
   const bool absorbed = next->weight.is_black();
   if (!next->delta) {
-    path.survival_chance /= path.survivors;
     learner_.scattered(*next, path.survivors, path.throughput, path.survival_chance);
   } else if (!absorbed) {
     learner_.scattered_delta(v.kind != BsdfKind::kDelta, next->weight * path.survivors);

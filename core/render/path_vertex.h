@@ -24,7 +24,7 @@ struct PathVertex {
   const MaterialShading& material;
   const Rgb* inside;  // absorption where the path comes from, per metre; null: none
   GuidePoint at{};
-  BsdfParts parts{};  // known where the guide was asked
+  BsdfParts parts{};  // found for guides that expect, and of Lambert surfaces
   GuideMixture mixture{};
 
   GuidedSurface guided_surface() const { return {parts.base_chance, kind == BsdfKind::kMixed}; }
@@ -37,6 +37,7 @@ struct PathVertex {
     return kind == BsdfKind::kDiffuse ? Diffuse::sample_at(sp, wo, u_direction)
                                       : bsdf.sample(sp, wo, u_lobe, u_direction);
   }
+  Rgb albedo() const { return kind == BsdfKind::kDiffuse ? sp.reflectance : bsdf.albedo(sp, wo); }
   void find_parts() {
     parts = kind == BsdfKind::kDiffuse ? Diffuse::parts_at(sp) : bsdf.parts(sp, wo);
   }

@@ -17,10 +17,6 @@ using test::formatted;
 
 constexpr int kSide = 24;  // pixels
 
-bool same_bits(const Image& a, const Image& b) {
-  return std::equal(a.data().begin(), a.data().end(), b.data().begin(), b.data().end());
-}
-
 TEST(Lights, TenThousand) {
   const test::FailureMode mode("ten-thousand-lights");
   Scene scene = test::room();
@@ -83,8 +79,8 @@ TEST(Triangles, Degenerate) {
   const auto cleaned = test::prepare(scene);
   for (const std::string& method : test::compared_methods()) {
     const RenderSettings settings = test::variant_settings(method, kSide, 4);
-    EXPECT_TRUE(
-        same_bits(test::render(*usual, settings).image, test::render(*cleaned, settings).image))
+    EXPECT_TRUE(test::same_bits(test::render(*usual, settings).image,
+                                test::render(*cleaned, settings).image))
         << method << ": zero-area triangles change the picture";
   }
   mode.says("", formatted("%d of 5 triangles without area are left out with a warning, and the "

@@ -44,6 +44,11 @@ std::shared_ptr<const PreparedScene> included_scene(const std::string& name) {
   return std::move(scene).value();
 }
 
+bool same_bits(const Image& a, const Image& b) {
+  return a.width() == b.width() && a.height() == b.height() &&
+         std::ranges::equal(a.data(), b.data());
+}
+
 double mean_luminance(const Image& image) { return region_luminances(image, 1)[0]; }
 
 std::vector<double> region_luminances(const Image& image, int regions) {

@@ -30,6 +30,7 @@ Result<Rendered> try_render(const PreparedScene& scene, const RenderSettings& se
 // scenes/<name>/scene.json, which must load.
 std::shared_ptr<const PreparedScene> included_scene(const std::string& name);
 
+bool same_bits(const Image& a, const Image& b);
 double mean_luminance(const Image& image);
 // Means over regions x regions blocks, row by row. The sides are multiples of `regions`.
 std::vector<double> region_luminances(const Image& image, int regions);

@@ -17,7 +17,7 @@ GuideGate after(std::initializer_list<double> gains, double lookup_rays = 1) {
   return gate;
 }
 
-TEST(GuideGate, TheFirstSamplesAreTheControl) {
+TEST(GuideGate, TheFirstSamplesAreUnguided) {
   const GuideGate gate(1);
   EXPECT_FALSE(gate.guides(0, kSeen));
   EXPECT_FALSE(gate.guides(1, kSeen));

@@ -5,6 +5,7 @@
 #include <atomic>
 
 #include "core/job/run_job.h"
+#include "tests/support/render.h"
 #include "tests/support/test_scenes.h"
 
 namespace qray {
@@ -35,10 +36,6 @@ Outcome run(const PreparedScene& scene, const RenderSettings& settings, int thre
   return {film.develop(), std::move(job).value()};
 }
 
-bool same_bits(const Image& a, const Image& b) {
-  return std::equal(a.data().begin(), a.data().end(), b.data().begin(), b.data().end());
-}
-
 TEST(RenderLoop, SameBitsForAnyNumberOfThreads) {
   const auto scene = test::prepare(test::room());
   for (std::string_view method : method_names()) {
@@ -46,7 +43,7 @@ TEST(RenderLoop, SameBitsForAnyNumberOfThreads) {
     const Outcome one = run(*scene, settings, 1);
     for (int threads : {2, 4}) {
       const Outcome many = run(*scene, settings, threads);
-      EXPECT_TRUE(same_bits(one.image, many.image)) << method << " with " << threads;
+      EXPECT_TRUE(test::same_bits(one.image, many.image)) << method << " with " << threads;
       if (one.job.table) {
         EXPECT_EQ(encode_table(*one.job.table), encode_table(*many.job.table)) << method;
       }
@@ -76,7 +73,7 @@ TEST(RenderLoop, AdaptivePixelsAreTheSameForAnyNumberOfThreadsAndAsManySamples) 
     const uint64_t paths = run(*scene, settings, 2).job.stats.paths;
     settings.pixels = Pixels::kByNoise;
     const Outcome one = run(*scene, settings, 1);
-    EXPECT_TRUE(same_bits(one.image, run(*scene, settings, 3).image)) << method;
+    EXPECT_TRUE(test::same_bits(one.image, run(*scene, settings, 3).image)) << method;
     EXPECT_NEAR(static_cast<double>(one.job.stats.paths), static_cast<double>(paths),
                 0.02 * static_cast<double>(paths));
     EXPECT_FALSE(one.job.stats.unbiased);
@@ -88,7 +85,7 @@ TEST(RenderLoop, SeedsGiveOtherPictures) {
   RenderSettings settings = small("none", 1);
   const Outcome first = run(*scene, settings, 1);
   settings.seed = 2;
-  EXPECT_FALSE(same_bits(first.image, run(*scene, settings, 1).image));
+  EXPECT_FALSE(test::same_bits(first.image, run(*scene, settings, 1).image));
 }
 
 TEST(RenderLoop, ATimedJobReplaysFromItsPasses) {
@@ -102,7 +99,7 @@ TEST(RenderLoop, ATimedJobReplaysFromItsPasses) {
   RenderSettings replay = small("huang", 1);
   replay.passes = timed.job.stats.passes;
   replay.learning_samples = static_cast<int>(timed.job.stats.learning_samples_per_pixel);
-  EXPECT_TRUE(same_bits(timed.image, run(*scene, replay, 1).image));
+  EXPECT_TRUE(test::same_bits(timed.image, run(*scene, replay, 1).image));
 }
 
 TEST(RenderLoop, PassesGrowAndEndAtTheSamplesAskedFor) {
@@ -226,7 +223,7 @@ TEST(RunJob, TableGrowsFromItsParent) {
   EXPECT_EQ(warm.job.table->header.parents, std::vector<std::string>{cold.job.table->header.id});
   EXPECT_GT(warm.job.table->header.samples_seen, cold.job.table->header.samples_seen);
   EXPECT_NE(warm.job.table->header.id, cold.job.table->header.id);
-  EXPECT_FALSE(same_bits(cold.image, warm.image));
+  EXPECT_FALSE(test::same_bits(cold.image, warm.image));
 }
 
 TEST(RunJob, ATableOfAnotherMethodOrGridIsRefused) {

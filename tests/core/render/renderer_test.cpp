@@ -39,15 +39,13 @@ Image rendered(const PreparedScene& scene, const RenderSettings& settings, size_
   return film.develop();
 }
 
-bool equal_bits(const Image& a, const Image& b) { return std::ranges::equal(a.data(), b.data()); }
-
 TEST(Renderer, HoweverItIsSteppedThePictureIsAJobs) {
   const auto scene = test::prepare(test::room());
   for (const char* method : {"none", "adaptive"}) {
     const RenderSettings settings = passes_of_one(method, 6);
     const Image job = test::render(*scene, settings).image;
     for (const size_t most : {1, 3, 1000})
-      EXPECT_TRUE(equal_bits(job, rendered(*scene, settings, most, {}))) << method << most;
+      EXPECT_TRUE(test::same_bits(job, rendered(*scene, settings, most, {}))) << method << most;
   }
 }
 
@@ -58,7 +56,7 @@ TEST(Renderer, RoundsOfAPassTakeEachPixelOnce) {
   RenderMode mode;
   mode.in_rounds = true;
   const Image in_rounds = rendered(*scene, settings, 5, mode, &units);
-  EXPECT_TRUE(equal_bits(test::render(*scene, settings).image, in_rounds));
+  EXPECT_TRUE(test::same_bits(test::render(*scene, settings).image, in_rounds));
   EXPECT_EQ(units, 3u * 4 * 4) << "3 passes of 4 rounds of 4 tiles";
 }
 
@@ -87,7 +85,7 @@ TEST(GuideDecision, TheFirstPassesAreLearnedFromAndNotGuided) {
   GuideDecision decision(*scene, *guide, /*open=*/false, /*view_lasts=*/false);
   decision.start_pass(0, /*may_learn=*/true);
   EXPECT_TRUE(decision.learning());
-  EXPECT_FALSE(decision.guided()) << "the first samples are the control";
+  EXPECT_FALSE(decision.guided()) << "the first samples tell what unguided ones cost";
   EXPECT_FALSE(decision.noise_changed());
   decision.judge(1, {100, 500, 0}, nullptr);
   ASSERT_EQ(decision.passes().size(), 1u);
