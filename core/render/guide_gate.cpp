@@ -1,13 +1,19 @@
 #include "core/render/guide_gate.h"
 
+#include <algorithm>
+
 namespace qray {
 namespace {
 
-constexpr uint64_t kFirstCheck = 16;  // samples: before, the table is too young to be judged
-constexpr uint64_t kFirstWarmCheck = 4;
-// A guide that gains less is left: what guiding saves is known to about a tenth, and roulette's
-// noise counts for the guide.
-constexpr double kLeastEfficiencyGain = 1.1;
+// A guide that gains less from so many samples on is left. A young table need only be near to
+// paying. An old one must gain more than 1: Sobol points help the BSDF's smooth densities more than
+// the guide's, by up to 1.4, which no path tells.
+struct Least {
+  uint64_t samples;
+  double gain;
+};
+constexpr Least kYoung{8, 0.9}, kOld{16, 1.25};
+constexpr uint64_t kWarm = 4;  // samples: a guide that starts from a table is old by then
 constexpr double kHope = 1.1;  // a loser that got better by this goes on
 // What learning as much again must have brought: for the table to grow on, of two checks in a row
 // one, since gains are noisy; for learning to go on.
@@ -30,9 +36,10 @@ double GuideGate::guided_pass(uint64_t samples, const PassCost& cost, double var
   const double before = checks_.empty() ? 0 : checks_.back().efficiency_gain;
   checks_.push_back({samples, efficiency_gain});
   if (open_) return efficiency_gain;
-  if (samples >= (warm_ ? kFirstWarmCheck : kFirstCheck) &&
-      efficiency_gain < kLeastEfficiencyGain && efficiency_gain < kHope * before)
-    on_ = false;
+  double least = 0;
+  if (samples >= kYoung.samples) least = kYoung.gain;
+  if (samples >= (warm_ ? kWarm : kOld.samples)) least = kOld.gain;
+  if (efficiency_gain < std::min(least, kHope * before)) on_ = false;
   bool little = false;
   for (const Check& c : checks_) {
     if (c.samples > samples / 2 || c.samples <= samples / 4) continue;

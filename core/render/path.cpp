@@ -96,7 +96,7 @@ Rgb PathTracer::walk(const Ray& ray, Sampler& sampler, float pixel_deviation, Rg
     const MaterialShading& material = material_at(hit, wo, surface, u.u_blend);
     if (material.one_sided && cos_geometric < 0) break;
     PathVertex v = vertex_at(path, material, surface, wo, cos_geometric, hit.t);
-    ask_guide(v, cos_geometric > 0);
+    ask_guide(path, v, cos_geometric > 0);
 
     // 4. Light straight from a light.
     if (!add_direct_light(path, v, u.u_light, u.u_light_point, pixel)) break;
@@ -118,7 +118,7 @@ void PathTracer::flush() {
   shadow_rays_.for_each_free([this](const AwaitedLight& awaited) {
     *awaited.pixel += awaited.light;
     if (awaited.vertex != PathLearner::kNoVertex)
-      learner_.direct(awaited.vertex, awaited.scattered, awaited.punctual);
+      learner_.direct(awaited.vertex, awaited.scattered, awaited.punctual, awaited.unguided_weight);
   });
   shadow_rays_.clear();
   learner_.flush();
@@ -224,7 +224,7 @@ inline PathVertex PathTracer::vertex_at(const PathState& path, const MaterialSha
           .inside = path.inside};
 }
 
-inline void PathTracer::ask_guide(PathVertex& v, bool from_front) {
+inline void PathTracer::ask_guide(const PathState& path, PathVertex& v, bool from_front) {
   if (!guide_ || guiding_ == Guiding::kOff || v.kind == BsdfKind::kDelta) return;
   ++counters_.lookups;
   const CycleScope guiding(timed_, counters_.timed_guiding);
@@ -232,7 +232,7 @@ inline void PathTracer::ask_guide(PathVertex& v, bool from_front) {
   if (guide_expects_ || v.kind == BsdfKind::kDiffuse) v.find_parts();
   if (guiding_ == Guiding::kOn) v.mixture = guide_->mixture(v.at, v.guided_surface());
   if (!learner_.on()) return;
-  learner_.vertex(v.at, v.surface.p);
+  learner_.vertex(v.at, v.surface.p, path);
   if (learner_.wants_albedo()) learner_.albedo(luminance(v.albedo()));
 }
 
@@ -248,8 +248,8 @@ inline bool PathTracer::add_direct_light(PathState& path, const PathVertex& v, f
     path.radiance = light;
     return false;
   }
-  shadow_rays_.add(connection.ray,
-                   {light, &pixel, connection.light, learner_.current(), connection.punctual});
+  shadow_rays_.add(connection.ray, {light, &pixel, connection.light, learner_.current(),
+                                    connection.punctual, connection.unguided_weight});
   return true;
 }
 
@@ -268,29 +268,40 @@ inline PathTracer::Connection PathTracer::connect(const PathVertex& v, float u_l
     light.radiance *= transmittance(*inside, light.distance);
   const float ratio =
       light.punctual ? 0 : mixture_pdf_w(v, light.wi, eval.pdf_w, eval.base_pdf_w) / light.pdf_w;
-  const float mis_over_pdf = 1 / (light.pdf_w * (1 + ratio * ratio));  // the power heuristic
+  const float plain_ratio = light.punctual ? 0 : eval.pdf_w / light.pdf_w;
+  const float mis_over_pdf = 1 / (light.pdf_w * (1 + sqr(ratio)));  // the power heuristic
   // The ray starts off the surface, perhaps nearer to the light, and must end before it.
   const float t_max = std::min(light.distance * (1 - 1e-4f), light.distance - 2 * v.ray_offset);
   return {eval.f_cos * light.radiance * mis_over_pdf,
           {v.ray_origin(light.wi), light.wi, std::max(t_max, 0.0f)},
-          light.punctual};
+          light.punctual,
+          (1 + sqr(ratio)) / (1 + sqr(plain_ratio))};
 }
 
 // Russian roulette.
 inline bool PathTracer::survive(PathState& path, const PathVertex& v, float pixel_deviation,
                                 float u_roulette) {
   const Survival survival = this->survival(path, v, pixel_deviation);
-  path.survivors = 1;
-  if (!(survival.chance < 1)) return true;
+  float plain_chance = 1;
+  if (learner_.on()) {
+    plain_chance = this->plain_chance(
+        path.depth, path.throughput * (path.survival_chance / path.plain_survival_chance));
+    path.plain_survival_chance *= plain_chance;
+  }
+  if (!(survival.chance < 1)) {
+    learner_.survived(v.kind != BsdfKind::kDelta, 1, {}, plain_chance);
+    return true;
+  }
   const Rgb control = path.throughput * survival.control;
   if (!(u_roulette < survival.chance)) {
     path.radiance += control;
     return false;
   }
-  path.survivors = 1 / survival.chance;
+  const float survivors = 1 / survival.chance;
   path.survival_chance *= survival.chance;
-  path.radiance += control * (1 - path.survivors);
-  path.throughput *= path.survivors;
+  path.radiance += control * (1 - survivors);
+  path.throughput *= survivors;
+  learner_.survived(v.kind != BsdfKind::kDelta, survival.chance, survival.control, plain_chance);
   return true;
 }
 
@@ -316,8 +327,12 @@ inline PathTracer::Survival PathTracer::survival(const PathState& path, const Pa
       }
     }
   }
-  if (!settings_.russian_roulette || path.depth < kRouletteFromDepth) return {};
-  return {std::min(0.95f, max_component(path.throughput)), {}};
+  return {plain_chance(path.depth, path.throughput), {}};
+}
+
+inline float PathTracer::plain_chance(int depth, Rgb throughput) const {
+  if (!settings_.russian_roulette || depth < kRouletteFromDepth) return 1;
+  return std::min(0.95f, max_component(throughput));
 }
 
 // The next direction.
@@ -327,9 +342,9 @@ inline bool PathTracer::go_on(PathState& path, const PathVertex& v, float u_lobe
   if (!next) return false;
   const bool absorbed = next->weight.is_black();
   if (!next->delta) {
-    learner_.scattered(*next, path.survivors, path.throughput, path.survival_chance);
+    learner_.scattered(*next);
   } else if (!absorbed) {
-    learner_.scattered_delta(v.kind != BsdfKind::kDelta, next->weight * path.survivors);
+    learner_.scattered_delta(v.kind != BsdfKind::kDelta, next->weight);
   }
   if (absorbed) return false;
   path.throughput *= next->weight;

@@ -61,6 +61,7 @@ class PathTracer {
     Rgb light;
     Ray ray;
     bool punctual = false;
+    float unguided_weight = 1;  // AwaitedLight
   };
   // A path goes on with probability `chance`; `control` is paid to one that ends, and paid back by
   // one that goes on: the mean is the same whatever it is.
@@ -79,7 +80,7 @@ class PathTracer {
   PathVertex vertex_at(const PathState& path, const MaterialShading& material,
                        const SurfacePoint& surface, Vec3 wo, float cos_geometric,
                        float distance) const;
-  void ask_guide(PathVertex& v, bool from_front);
+  void ask_guide(const PathState& path, PathVertex& v, bool from_front);
   bool add_direct_light(PathState& path, const PathVertex& v, float u_light, Vec2 u_light_point,
                         Rgb& pixel);
   bool survive(PathState& path, const PathVertex& v, float pixel_deviation, float u_roulette);
@@ -87,6 +88,7 @@ class PathTracer {
 
   Connection connect(const PathVertex& v, float u_light, Vec2 u_light_point);
   Survival survival(const PathState& path, const PathVertex& v, float pixel_deviation);
+  float plain_chance(int depth, Rgb throughput) const;
   std::optional<ScatterSample> scatter(const PathVertex& v, float u_lobe, Vec2 u_direction);
   ScatterSample scatter_by_guide(const PathVertex& v, Vec2 u_direction);
   static float mixed(const PathVertex& v, float guide_pdf_w, float bsdf_pdf_w, float base_pdf_w);

@@ -1,15 +1,8 @@
 #include "core/render/path_learner.h"
 
-#include <algorithm>
 #include <cmath>
 
 namespace qray {
-namespace {
-
-constexpr float kMostRatio = 64;  // of densities
-
-}  // namespace
-
 void PathLearner::begin(GuideDelta* delta, double* saved) {
   delta_ = delta;
   saved_ = saved;
@@ -20,41 +13,69 @@ void PathLearner::end() {
   if (has_vertex()) paths_.push_back({begin_, vertices_.size(), delta_, saved_});
 }
 
-void PathLearner::vertex(const GuidePoint& at, Vec3 p) {
+void PathLearner::vertex(const GuidePoint& at, Vec3 p, const PathState& path) {
   if (has_vertex()) notes_.back().lands = vertices_.back().transition.lands = true;
   GuideVertex& v = vertices_.emplace_back();
   v.at = at;
   v.p = p;
-  notes_.emplace_back();
+  GuideSavings& savings = notes_.emplace_back().savings;
+  savings.reached = path.survival_chance;
+  savings.throughput = path.throughput;
 }
 
 void PathLearner::emitted(Rgb radiance, float mis) {
   if (!has_vertex()) return;
   if (needs_.transition) vertices_.back().transition.emitted = luminance(radiance);
-  notes_.back().emitted += notes_.back().between * radiance * mis;
+  Note& note = notes_.back();
+  const Rgb emitted = note.between * radiance;
+  note.emitted += emitted * mis;
+  note.savings.emitted += emitted * mis;
+  note.savings.plain_emitted += emitted * note.savings.plain_weight(mis);
 }
 
-void PathLearner::scattered(const ScatterSample& next, float inverse_chance, Rgb throughput,
-                            float survival_chance) {
+void PathLearner::direct(uint32_t vertex, Rgb radiance, bool punctual, float unguided_weight) {
+  Note& note = notes_[vertex];
+  note.direct += radiance;
+  if (punctual) note.as_emitted += radiance;
+  const float to_pixel = luminance(note.savings.throughput * radiance);
+  note.savings.nee += to_pixel;
+  note.savings.plain_nee += to_pixel * unguided_weight;
+}
+
+void PathLearner::survived(bool at_vertex, float chance, Rgb control, float plain_chance) {
   if (!has_vertex()) return;
-  notes_.back().to_pixel = throughput * next.weight;
-  notes_.back().saves =
-      next.bsdf_pdf_w > 0
-          ? survival_chance * (std::min(next.pdf_w / next.bsdf_pdf_w, kMostRatio) - 1)
-          : 0;
+  Note& note = notes_.back();
+  if (!at_vertex) {
+    note.between *= 1 / chance;
+    return;
+  }
+  note.survivors = 1 / chance;
+  note.savings.chance = chance;
+  note.savings.plain_chance = plain_chance;
+  note.savings.control = luminance(note.savings.throughput * control) * note.survivors;
+}
+
+void PathLearner::scattered(const ScatterSample& next) {
+  if (!has_vertex()) return;
+  Note& note = notes_.back();
+  note.savings.to_pixel = note.savings.throughput * next.weight * note.survivors;
+  if (next.bsdf_pdf_w > 0) note.savings.density_ratio = next.pdf_w / next.bsdf_pdf_w;
   GuideVertex& v = vertices_.back();
   v.wi = next.wi;
   v.pdf_w = next.pdf_w;
   if (needs_.bsdf) v.bsdf = {next.bsdf_pdf_w, luminance(next.weight) * next.pdf_w};
   v.guidable = true;
-  notes_.back().weight = next.weight * inverse_chance;
-  notes_.back().lobes_weight = next.lobes_weight * inverse_chance;
+  note.weight = next.weight * note.survivors;
+  note.lobes_weight = next.lobes_weight * note.survivors;
 }
 
 void PathLearner::scattered_delta(bool at_vertex, Rgb weight) {
   if (!has_vertex()) return;
-  notes_.back().between *= weight;
-  if (at_vertex) notes_.back().weight = notes_.back().lobes_weight = Rgb{1.0f};
+  Note& note = notes_.back();
+  note.between *= weight;
+  if (!at_vertex) return;
+  note.between *= note.survivors;
+  note.weight = note.lobes_weight = Rgb{1.0f};
 }
 
 void PathLearner::flush() {
@@ -76,11 +97,10 @@ void PathLearner::flush() {
 }
 
 double PathLearner::saved_by(const Path& path) const {
-  double saved = 0;
+  float saved = 0;
   for (size_t i = path.begin; i < path.end; ++i)
-    saved += static_cast<double>(sqr(luminance(notes_[i].to_pixel * vertices_[i].arriving)) *
-                                 notes_[i].saves);
-  return std::isfinite(saved) ? saved : 0;
+    saved += notes_[i].savings.saved(vertices_[i].arriving - notes_[i].emitted);
+  return std::isfinite(saved) ? static_cast<double>(saved) : 0;
 }
 
 void PathLearner::discard() {

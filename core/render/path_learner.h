@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/guide/guide_learner.h"
+#include "core/render/guide_savings.h"
 #include "core/render/path_state.h"
 
 namespace qray {
@@ -25,7 +26,7 @@ class PathLearner {
 
   // The path's next vertex where a guide may learn. Mirrors and clear glass are passed over: what
   // is seen in them counts as seen directly.
-  void vertex(const GuidePoint& at, Vec3 p);
+  void vertex(const GuidePoint& at, Vec3 p, const PathState& path);
   // Luminance of that vertex' surface, if the guide wants it.
   bool wants_albedo() const { return needs_.transition; }
   void albedo(float albedo) { vertices_.back().transition.albedo = albedo; }
@@ -42,42 +43,33 @@ class PathLearner {
   void expected(Rgb scattered) {
     notes_.back().expected = scattered, notes_.back().credible = true;
   }
-  // The path goes on, not by a mirror or clear glass; a black weight: it was absorbed. Of the path
-  // before it, roulette included: its throughput, and the chance that it got so far.
-  void scattered(const ScatterSample& next, float inverse_chance, Rgb throughput,
-                 float survival_chance);
+  // Roulette let the path go on, `at_vertex` as below; `plain_chance`: as it would without a guide.
+  void survived(bool at_vertex, float chance, Rgb control, float plain_chance);
+  // It goes on, not by a mirror or clear glass; a black weight: it was absorbed.
+  void scattered(const ScatterSample& next);
   // The same by a mirror or clear glass, `at_vertex` if a vertex of the path is there.
   void scattered_delta(bool at_vertex, Rgb weight);
   // Direct light that a vertex (as current() told it) scatters on. No direction hits a punctual
   // light: for those who learn from what is hit, the surface is what emits.
-  void direct(uint32_t vertex, Rgb radiance, bool punctual) {
-    notes_[vertex].direct += radiance;
-    if (punctual) notes_[vertex].as_emitted += radiance;
-  }
+  void direct(uint32_t vertex, Rgb radiance, bool punctual, float unguided_weight);
 
   // All direct light is there: records the paths, and sums what guiding saved them.
-  //
-  // Where a vertex' direction, drawn with density p, brought the pixel c, the BSDF's own density
-  // p_bsdf would have brought c p / p_bsdf. Its second moment is the mean of c^2 p / p_bsdf over
-  // directions drawn with p, so guiding there saves the mean of c^2 (p / p_bsdf - 1): both come
-  // from the same paths, and where p finds light that p_bsdf would miss for long, both are known at
-  // once. c leaves out roulette, and that the BSDF would have reached the vertex by other weights.
   void flush();
   void discard();  // forget them
 
  private:
   struct Note {
-    Rgb emitted;        // toward the vertex, weighted, in its direction
-    Rgb between{1.0f};  // factor of the mirrors and glass between it and the next vertex
-    Rgb direct;         // that it scatters on
-    Rgb as_emitted;     // the share of `direct` that punctual lights have
-    Rgb weight;         // of what arrives in the direction taken,
-    Rgb lobes_weight;   // and what of that is not of the surface's base
-    Rgb expected;       // from the base
-    Rgb to_pixel;       // what the pixel gets of what arrives in the direction taken
-    float saves = 0;    // the factor of its square
+    Rgb emitted;          // toward the vertex, weighted, in its direction
+    Rgb between{1.0f};    // factor of the mirrors and glass between it and the next vertex
+    Rgb direct;           // that it scatters on
+    Rgb as_emitted;       // the share of `direct` that punctual lights have
+    Rgb weight;           // of what arrives in the direction taken,
+    Rgb lobes_weight;     // and what of that is not of the surface's base
+    Rgb expected;         // from the base
+    float survivors = 1;  // 1 / the chance to survive
     bool credible = false;
     bool lands = false;  // the next vertex of the path is where the ray landed
+    GuideSavings savings;
   };
   struct Path {
     size_t begin, end;

@@ -41,15 +41,15 @@ struct PathState {
   // camera's.
   float pdf_w = 0;
   bool delta = true;
-  float survivors = 1;        // 1 / the chance to survive at the last vertex
-  float survival_chance = 1;  // that it got so far
+  float survival_chance = 1;        // that it got so far
+  float plain_survival_chance = 1;  // that it would have without a guide's expectations
 };
 
 // Where a pixel's samples go, which must live until the tracer's flush().
 struct PixelTarget {
   Rgb& radiance;  // their sum
   // The sum of what guiding saved each of them, of the second moment of its luminance; null: not
-  // wanted. PathLearner::flush()
+  // wanted (guide_savings.h).
   double* saved = nullptr;
 };
 

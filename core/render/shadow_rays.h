@@ -16,6 +16,7 @@ struct AwaitedLight {
   Rgb scattered;    // the same, before the path's throughput
   uint32_t vertex;  // PathLearner::current()
   bool punctual;
+  float unguided_weight;  // times: its weight against the BSDF's density, not the mixture's
 };
 
 class ShadowRays {
