@@ -6,18 +6,12 @@
 #include <memory>
 #include <optional>
 
+#include "core/bsdf/bsdf_point.h"
 #include "core/math/vec.h"
 #include "core/scene/material.h"
 
 namespace qray {
 
-// The material's parameters at one point, textures looked up; each as Material has it.
-struct ShadingPoint {
-  Rgb reflectance;
-  float roughness = 0;
-  Rgb specular{1.0f};
-  float metallic = 0, transmission = 0, clearcoat = 0, clearcoat_roughness = 0, specular_weight = 1;
-};
 ShadingPoint constant_point(const Material& material);  // where no texture changes it
 
 // A BSDF is a Lambert base, which scatters into all directions alike but for what layers above it
@@ -58,22 +52,31 @@ enum class BsdfKind : uint8_t {
   kMixed,    // a delta lobe beside lobes with a density (smooth plastic)
 };
 
+// Asked about points that its own at() made.
 class Bsdf {
  public:
   virtual ~Bsdf() = default;
   virtual BsdfKind kind() const = 0;
+  BsdfPoint at(const ShadingPoint& sp, Vec3 wo) const {
+    BsdfPoint point(sp, wo);
+    prepare(point);
+    return point;
+  }
   // Both zero where only delta lobes scatter. Reciprocal but for refraction (radiance scaling).
-  virtual BsdfEval eval(const ShadingPoint& sp, Vec3 wo, Vec3 wi) const = 0;
+  virtual BsdfEval eval(const BsdfPoint& at, Vec3 wi) const = 0;
   // nullopt: absorbed. Directions with a density follow eval().pdf_w
   // (tests/stat/bsdf_chi2_test.cpp).
-  virtual std::optional<BsdfSample> sample(const ShadingPoint& sp, Vec3 wo, float u_lobe,
-                                           Vec2 u_dir) const = 0;
-  virtual BsdfParts parts(const ShadingPoint& sp, Vec3 wo) const = 0;
+  virtual std::optional<BsdfSample> sample(const BsdfPoint& at, float u_lobe, Vec2 u_dir) const = 0;
+  virtual BsdfParts parts(const BsdfPoint& at) const = 0;
   // Share of the light from wo's direction that scatters, about; for feature pictures.
-  Rgb albedo(const ShadingPoint& sp, Vec3 wo) const {
-    const BsdfParts both = parts(sp, wo);
+  Rgb albedo(const BsdfPoint& at) const {
+    const BsdfParts both = parts(at);
     return both.base_albedo + both.lobes_albedo;
   }
+
+ private:
+  // Keeps in the point what the calls above would each compute.
+  virtual void prepare(BsdfPoint&) const {}
 };
 
 // Null for a blend, which is resolved to one of its parts at every hit.

@@ -10,8 +10,8 @@ class ConductorBase : public Bsdf {
  public:
   explicit ConductorBase(const Material& m) : eta_(m.eta), k_(m.k) {}
 
-  BsdfParts parts(const ShadingPoint& sp, Vec3 wo) const override {
-    return {0, {}, fresnel(sp, std::abs(wo.z))};
+  BsdfParts parts(const BsdfPoint& at) const override {
+    return {0, {}, fresnel(at.sp, std::abs(at.wo.z))};
   }
 
  protected:
@@ -29,10 +29,11 @@ class SmoothConductor final : public ConductorBase {
  public:
   using ConductorBase::ConductorBase;
   BsdfKind kind() const override { return BsdfKind::kDelta; }
-  BsdfEval eval(const ShadingPoint&, Vec3, Vec3) const override { return {}; }
-  std::optional<BsdfSample> sample(const ShadingPoint& sp, Vec3 wo, float, Vec2) const override {
+  BsdfEval eval(const BsdfPoint&, Vec3) const override { return {}; }
+  std::optional<BsdfSample> sample(const BsdfPoint& at, float, Vec2) const override {
+    const Vec3 wo = at.wo;
     if (wo.z == 0) return std::nullopt;
-    return BsdfSample{{-wo.x, -wo.y, wo.z}, fresnel(sp, std::abs(wo.z)), 0, true};
+    return BsdfSample{{-wo.x, -wo.y, wo.z}, fresnel(at.sp, std::abs(wo.z)), 0, true};
   }
 };
 
@@ -41,25 +42,26 @@ class RoughConductor final : public ConductorBase {
   explicit RoughConductor(const Material& m) : ConductorBase(m), microfacets_(m.microfacets) {}
   BsdfKind kind() const override { return BsdfKind::kGlossy; }
 
-  BsdfEval eval(const ShadingPoint& sp, Vec3 wo, Vec3 wi) const override {
+  BsdfEval eval(const BsdfPoint& at, Vec3 wi) const override {
+    Vec3 wo = at.wo;
     if (!(wo.z * wi.z > 0)) return {};
     to_front(wo, wi);
     const Vec3 h = normalize(wo + wi);
-    const Ggx ggx(sp.roughness, microfacets_);
+    const Ggx ggx(at.sp.roughness, microfacets_);
     const float f_cos = 0.25f * ggx.d_g2_over_cos(h, wo, wi) * wi.z;
-    return {fresnel(sp, dot(wo, h)) * f_cos, 0.25f * ggx.d(h) * ggx.g1_over_cos(wo)};
+    return {fresnel(at.sp, dot(wo, h)) * f_cos, 0.25f * ggx.d(h) * ggx.g1_over_cos(wo)};
   }
 
-  std::optional<BsdfSample> sample(const ShadingPoint& sp, Vec3 wo, float,
-                                   Vec2 u_dir) const override {
+  std::optional<BsdfSample> sample(const BsdfPoint& at, float, Vec2 u_dir) const override {
+    Vec3 wo = at.wo;
     if (wo.z == 0) return std::nullopt;
     const float side = std::copysign(1.0f, wo.z);
     wo.z = std::abs(wo.z);
-    const Ggx ggx(sp.roughness, microfacets_);
+    const Ggx ggx(at.sp.roughness, microfacets_);
     const Vec3 h = ggx.sample_visible(wo, u_dir);
     Vec3 wi = normalize(reflect(wo, h));
     if (wi.z <= 0) return std::nullopt;
-    const Rgb weight = fresnel(sp, dot(wo, h)) * ggx.weight(h, wo, wi);
+    const Rgb weight = fresnel(at.sp, dot(wo, h)) * ggx.weight(h, wo, wi);
     const float pdf_w = 0.25f * ggx.d(h) * ggx.g1_over_cos(wo);
     wi.z *= side;
     return BsdfSample{wi, weight, pdf_w, false};

@@ -12,7 +12,7 @@ namespace {
 class DielectricBase : public Bsdf {
  public:
   explicit DielectricBase(const Material& m) : ior_(m.ior) {}
-  BsdfParts parts(const ShadingPoint& sp, Vec3) const override { return {0, {}, sp.specular}; }
+  BsdfParts parts(const BsdfPoint& at) const override { return {0, {}, at.sp.specular}; }
 
  protected:
   // The index beyond the surface, seen from wo, over that before it.
@@ -27,18 +27,18 @@ class SmoothDielectric final : public DielectricBase {
  public:
   using DielectricBase::DielectricBase;
   BsdfKind kind() const override { return BsdfKind::kDelta; }
-  BsdfEval eval(const ShadingPoint&, Vec3, Vec3) const override { return {}; }
+  BsdfEval eval(const BsdfPoint&, Vec3) const override { return {}; }
 
   // The lobe's chance is its share, so both cancel.
-  std::optional<BsdfSample> sample(const ShadingPoint& sp, Vec3 wo, float u_lobe,
-                                   Vec2) const override {
+  std::optional<BsdfSample> sample(const BsdfPoint& at, float u_lobe, Vec2) const override {
+    const Vec3 wo = at.wo;
     if (wo.z == 0) return std::nullopt;
     const float eta = this->eta(wo);
     const DielectricFresnel f = fresnel_dielectric(std::abs(wo.z), eta);
-    if (u_lobe < f.reflectance) return BsdfSample{{-wo.x, -wo.y, wo.z}, sp.specular, 0, true};
+    if (u_lobe < f.reflectance) return BsdfSample{{-wo.x, -wo.y, wo.z}, at.sp.specular, 0, true};
     if (f.cos_t == 0) return std::nullopt;
     const Vec3 wi{-wo.x / eta, -wo.y / eta, -std::copysign(f.cos_t, wo.z)};
-    return BsdfSample{normalize(wi), sp.specular / sqr(eta), 0, true};
+    return BsdfSample{normalize(wi), at.sp.specular / sqr(eta), 0, true};
   }
 };
 
@@ -47,7 +47,9 @@ class RoughDielectric final : public DielectricBase {
   explicit RoughDielectric(const Material& m) : DielectricBase(m), microfacets_(m.microfacets) {}
   BsdfKind kind() const override { return BsdfKind::kGlossy; }
 
-  BsdfEval eval(const ShadingPoint& sp, Vec3 wo, Vec3 wi) const override {
+  BsdfEval eval(const BsdfPoint& at, Vec3 wi) const override {
+    const ShadingPoint& sp = at.sp;
+    Vec3 wo = at.wo;
     if (wo.z == 0 || wi.z == 0) return {};
     const float eta = this->eta(wo);
     to_front(wo, wi);
@@ -67,8 +69,9 @@ class RoughDielectric final : public DielectricBase {
     return refracted(sp, ggx, wo, wi, h, 1 - f, eta);
   }
 
-  std::optional<BsdfSample> sample(const ShadingPoint& sp, Vec3 wo, float u_lobe,
-                                   Vec2 u_dir) const override {
+  std::optional<BsdfSample> sample(const BsdfPoint& at, float u_lobe, Vec2 u_dir) const override {
+    const ShadingPoint& sp = at.sp;
+    Vec3 wo = at.wo;
     if (wo.z == 0) return std::nullopt;
     const float eta = this->eta(wo);
     const float side = std::copysign(1.0f, wo.z);
@@ -125,16 +128,16 @@ class ThinDielectric final : public DielectricBase {
  public:
   using DielectricBase::DielectricBase;
   BsdfKind kind() const override { return BsdfKind::kDelta; }
-  BsdfEval eval(const ShadingPoint&, Vec3, Vec3) const override { return {}; }
+  BsdfEval eval(const BsdfPoint&, Vec3) const override { return {}; }
 
-  std::optional<BsdfSample> sample(const ShadingPoint& sp, Vec3 wo, float u_lobe,
-                                   Vec2) const override {
+  std::optional<BsdfSample> sample(const BsdfPoint& at, float u_lobe, Vec2) const override {
+    const Vec3 wo = at.wo;
     if (wo.z == 0) return std::nullopt;
     // R + T^2 R + T^2 R^3 + ... with T = 1 - R.
     const float one_face = fresnel_dielectric(std::abs(wo.z), ior()).reflectance;
     const float both = 2 * one_face / (1 + one_face);
     const Vec3 wi = u_lobe < both ? Vec3{-wo.x, -wo.y, wo.z} : -wo;
-    return BsdfSample{wi, sp.specular, 0, true};
+    return BsdfSample{wi, at.sp.specular, 0, true};
   }
 };
 

@@ -26,14 +26,11 @@ class Diffuse final : public Bsdf {
   static BsdfParts parts_at(const ShadingPoint& sp) { return {1, sp.reflectance, {}}; }
 
   BsdfKind kind() const override { return BsdfKind::kDiffuse; }
-  BsdfEval eval(const ShadingPoint& sp, Vec3 wo, Vec3 wi) const override {
-    return eval_at(sp, wo, wi);
+  BsdfEval eval(const BsdfPoint& at, Vec3 wi) const override { return eval_at(at.sp, at.wo, wi); }
+  std::optional<BsdfSample> sample(const BsdfPoint& at, float, Vec2 u_dir) const override {
+    return sample_at(at.sp, at.wo, u_dir);
   }
-  std::optional<BsdfSample> sample(const ShadingPoint& sp, Vec3 wo, float,
-                                   Vec2 u_dir) const override {
-    return sample_at(sp, wo, u_dir);
-  }
-  BsdfParts parts(const ShadingPoint& sp, Vec3) const override { return parts_at(sp); }
+  BsdfParts parts(const BsdfPoint& at) const override { return parts_at(at.sp); }
 };
 
 }  // namespace qray

@@ -58,18 +58,18 @@ class SmoothPlastic final : public PlasticBase {
       : PlasticBase(m), coat_mean_(mean_fresnel_dielectric(m.ior)) {}
   BsdfKind kind() const override { return BsdfKind::kMixed; }
 
-  BsdfEval eval(const ShadingPoint& sp, Vec3 wo, Vec3 wi) const override {
-    if (!(wo.z * wi.z > 0)) return {};
-    return base(layers_at(sp, wo), std::abs(wi.z));
+  BsdfEval eval(const BsdfPoint& at, Vec3 wi) const override {
+    if (!(at.wo.z * wi.z > 0)) return {};
+    return base(at.kept<Layers>(), std::abs(wi.z));
   }
 
-  std::optional<BsdfSample> sample(const ShadingPoint& sp, Vec3 wo, float u_lobe,
-                                   Vec2 u_dir) const override {
+  std::optional<BsdfSample> sample(const BsdfPoint& at, float u_lobe, Vec2 u_dir) const override {
+    const Vec3 wo = at.wo;
     if (wo.z == 0) return std::nullopt;
-    const Layers l = layers_at(sp, wo);
+    const Layers& l = at.kept<Layers>();
     if (l.black) return std::nullopt;
     if (u_lobe < l.coat_chance) {
-      const Rgb weight = sp.specular * (l.coat_albedo / l.coat_chance);
+      const Rgb weight = at.sp.specular * (l.coat_albedo / l.coat_chance);
       return BsdfSample{{-wo.x, -wo.y, wo.z}, weight, 0, true};
     }
     Vec3 wi = square_to_cosine_hemisphere(u_dir);
@@ -79,15 +79,13 @@ class SmoothPlastic final : public PlasticBase {
     return BsdfSample::of(wi, e);
   }
 
-  BsdfParts parts(const ShadingPoint& sp, Vec3 wo) const override {
-    return parts_of(sp, layers_at(sp, wo));
-  }
+  BsdfParts parts(const BsdfPoint& at) const override { return parts_of(at.sp, at.kept<Layers>()); }
 
  private:
-  float coat(float cosine) const { return fresnel_dielectric(cosine, ior()).reflectance; }
-  Layers layers_at(const ShadingPoint& sp, Vec3 wo) const {
-    return layers(sp, coat(std::abs(wo.z)), coat_mean_);
+  void prepare(BsdfPoint& at) const override {
+    at.keep(layers(at.sp, coat(std::abs(at.wo.z)), coat_mean_));
   }
+  float coat(float cosine) const { return fresnel_dielectric(cosine, ior()).reflectance; }
   BsdfEval base(const Layers& l, float cos_i) const {
     const float cosine = cosine_hemisphere_pdf_w(cos_i);
     const Rgb f_cos = l.base * (l.transmitted * (1 - coat(cos_i)) * cosine);
@@ -106,43 +104,45 @@ class RoughPlastic final : public PlasticBase {
         microfacets_(m.microfacets) {}
   BsdfKind kind() const override { return BsdfKind::kGlossy; }
 
-  BsdfEval eval(const ShadingPoint& sp, Vec3 wo, Vec3 wi) const override {
-    if (!(wo.z * wi.z > 0)) return {};
-    wo.z = std::abs(wo.z);
+  BsdfEval eval(const BsdfPoint& at, Vec3 wi) const override {
+    if (!(at.wo.z * wi.z > 0)) return {};
     wi.z = std::abs(wi.z);
-    const CoatAlbedo::Row row = coat_.row(sp.roughness);
-    return eval(sp, Ggx(sp.roughness, microfacets_), row, layers_at(sp, row, wo.z), wo, wi);
+    return in_front(at, Ggx(at.sp.roughness, microfacets_), front(at.wo), wi);
   }
 
-  std::optional<BsdfSample> sample(const ShadingPoint& sp, Vec3 wo, float u_lobe,
-                                   Vec2 u_dir) const override {
-    if (wo.z == 0) return std::nullopt;
-    const float side = std::copysign(1.0f, wo.z);
-    wo.z = std::abs(wo.z);
-    const CoatAlbedo::Row row = coat_.row(sp.roughness);
-    const Layers l = layers_at(sp, row, wo.z);
+  std::optional<BsdfSample> sample(const BsdfPoint& at, float u_lobe, Vec2 u_dir) const override {
+    if (at.wo.z == 0) return std::nullopt;
+    const Layers& l = at.kept<Coated>().layers;
     if (l.black) return std::nullopt;
-    const Ggx ggx(sp.roughness, microfacets_);
+    const Vec3 wo = front(at.wo);
+    const Ggx ggx(at.sp.roughness, microfacets_);
     Vec3 wi = u_lobe < l.coat_chance ? normalize(reflect(wo, ggx.sample_visible(wo, u_dir)))
                                      : square_to_cosine_hemisphere(u_dir);
     if (wi.z <= 0) return std::nullopt;
-    const BsdfEval e = eval(sp, ggx, row, l, wo, wi);
+    const BsdfEval e = in_front(at, ggx, wo, wi);
     if (!(e.pdf_w > 0)) return std::nullopt;
-    wi.z *= side;
+    wi.z = std::copysign(wi.z, at.wo.z);
     return BsdfSample::of(wi, e);
   }
 
-  BsdfParts parts(const ShadingPoint& sp, Vec3 wo) const override {
-    return parts_of(sp, layers_at(sp, coat_.row(sp.roughness), std::abs(wo.z)));
+  BsdfParts parts(const BsdfPoint& at) const override {
+    return parts_of(at.sp, at.kept<Coated>().layers);
   }
 
  private:
-  Layers layers_at(const ShadingPoint& sp, CoatAlbedo::Row row, float cos_o) const {
-    return layers(sp, coat_.albedo(row, cos_o), coat_.mean(row));
+  struct Coated {
+    CoatAlbedo::Row row;
+    Layers layers;
+  };
+  void prepare(BsdfPoint& at) const override {
+    const CoatAlbedo::Row row = coat_.row(at.sp.roughness);
+    const float coat_albedo = coat_.albedo(row, std::abs(at.wo.z));
+    at.keep(Coated{row, layers(at.sp, coat_albedo, coat_.mean(row))});
   }
+  static Vec3 front(Vec3 w) { return {w.x, w.y, std::abs(w.z)}; }
   // Both directions in front.
-  BsdfEval eval(const ShadingPoint& sp, const Ggx& ggx, CoatAlbedo::Row row, const Layers& l,
-                Vec3 wo, Vec3 wi) const {
+  BsdfEval in_front(const BsdfPoint& at, const Ggx& ggx, Vec3 wo, Vec3 wi) const {
+    const auto& [row, l] = at.kept<Coated>();
     const Vec3 h = normalize(wo + wi);
     const float d = 0.25f * ggx.d(h);
     const float coat = 0.25f * fresnel_dielectric(dot(wo, h), ior()).reflectance *
@@ -151,8 +151,8 @@ class RoughPlastic final : public PlasticBase {
     const float passed = l.transmitted * (1 - coat_.albedo(row, wi.z));
     const Rgb base = l.base * (passed * cosine);
     const float base_pdf_w = (1 - l.coat_chance) * cosine;
-    return {sp.specular * coat + base, l.coat_chance * d * ggx.g1_over_cos(wo) + base_pdf_w, base,
-            base_pdf_w};
+    return {at.sp.specular * coat + base, l.coat_chance * d * ggx.g1_over_cos(wo) + base_pdf_w,
+            base, base_pdf_w};
   }
 
   CoatAlbedo coat_;

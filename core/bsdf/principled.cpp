@@ -33,15 +33,16 @@ class Principled final : public Bsdf {
 
   BsdfKind kind() const override { return kind_; }
 
-  BsdfEval eval(const ShadingPoint& sp, Vec3 wo, Vec3 wi) const override {
-    if (wo.z == 0 || wi.z == 0) return {};
-    return eval(sp, layers(sp, wo), wo, wi);
+  BsdfEval eval(const BsdfPoint& at, Vec3 wi) const override {
+    if (at.wo.z == 0 || wi.z == 0) return {};
+    return eval(at.sp, at.kept<Layers>(), at.wo, wi);
   }
 
-  std::optional<BsdfSample> sample(const ShadingPoint& sp, Vec3 wo, float u_lobe,
-                                   Vec2 u_dir) const override {
+  std::optional<BsdfSample> sample(const BsdfPoint& at, float u_lobe, Vec2 u_dir) const override {
+    const ShadingPoint& sp = at.sp;
+    const Layers& l = at.kept<Layers>();
+    const Vec3 wo = at.wo;
     if (wo.z == 0) return std::nullopt;
-    const Layers l = layers(sp, wo);
     Vec3 wi;
     if (u_lobe < l.coat_chance) {
       if (smooth_coat_) {
@@ -76,8 +77,8 @@ class Principled final : public Bsdf {
     return BsdfSample::of(wi, e);
   }
 
-  BsdfParts parts(const ShadingPoint& sp, Vec3 wo) const override {
-    const Layers l = layers(sp, wo);
+  BsdfParts parts(const BsdfPoint& at) const override {
+    const Layers& l = at.kept<Layers>();
     return {l.diffuse_chance, l.diffuse_albedo * (1 - l.coat),
             Rgb{l.coat} + l.facets * (1 - l.coat)};
   }
@@ -95,6 +96,7 @@ class Principled final : public Bsdf {
     float open;  // 1 - E(wo)
     float coat_chance, facet_chance, diffuse_chance;
   };
+  void prepare(BsdfPoint& at) const override { at.keep(layers(at.sp, at.wo)); }
   Layers layers(const ShadingPoint& sp, Vec3 wo) const {
     Layers l;
     const float from_index = sqr((ior_ - 1) / (ior_ + 1));

@@ -36,8 +36,8 @@ Rgb value_at(const PreparedScene& scene, DebugView view, const GuideInspector* g
   if (shows_guide(view)) return guide_color(view, *guide, learned, *seen);
   if (view == DebugView::kAlbedo) {
     const MaterialShading& material = scene.resolve(*seen->mesh, seen->point.uv, 0.5f);
-    return material.bsdf->albedo(scene.shading_point(material, seen->point),
-                                 Frame(seen->point.ns).to_local(-ray.d));
+    return material.bsdf->albedo(material.bsdf->at(scene.shading_point(material, seen->point),
+                                                   Frame(seen->point.ns).to_local(-ray.d)));
   }
   const Vec3 n = seen->point.ns * 0.5f;
   return {n.x + 0.5f, n.y + 0.5f, n.z + 0.5f};
@@ -61,9 +61,9 @@ std::optional<SeenSurface> surface_seen(const PreparedScene& scene, const Ray& r
   SeenSurface seen{point, &mesh, dot(point.ng, ray.d) > 0 ? -point.ng : point.ng, {}};
   const MaterialShading& material = scene.resolve(mesh, point.uv, 0.5f);
   if (material.kind != BsdfKind::kDelta) {
-    const BsdfParts parts = material.bsdf->parts(scene.shading_point(material, point),
-                                                 Frame(point.ns).to_local(-ray.d));
-    seen.guided = {parts.base_chance, material.kind == BsdfKind::kMixed};
+    const BsdfPoint bsdf_at =
+        material.bsdf->at(scene.shading_point(material, point), Frame(point.ns).to_local(-ray.d));
+    seen.guided = {material.bsdf->parts(bsdf_at).base_chance, material.kind == BsdfKind::kMixed};
   }
   return seen;
 }

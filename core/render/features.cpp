@@ -36,13 +36,13 @@ Seen see(const PreparedScene& scene, Ray ray, float diagonal, float pixel_angle)
       emitted = mesh.emission_textured() ? scene.textures->color(mesh.material->emission, at.uv)
                                          : mesh.material->emission.value;
     const MaterialShading& material = scene.resolve(mesh, at.uv, 0.5f);
-    const ShadingPoint sp = scene.shading_point(material, at);
     const Frame frame(at.ns);
     const Vec3 wo = frame.to_local(-ray.d);
+    const BsdfPoint bsdf_at = material.bsdf->at(scene.shading_point(material, at), wo);
     length += hit.t;
     if (material.kind == BsdfKind::kDelta && !mesh.emits && mirrors < kMostMirrors) {
       // The likelier of what is reflected and what shines through.
-      const std::optional<BsdfSample> s = material.bsdf->sample(sp, wo, 0.5f, {0.5f, 0.5f});
+      const std::optional<BsdfSample> s = material.bsdf->sample(bsdf_at, 0.5f, {0.5f, 0.5f});
       if (!s) break;
       tint = tint * s->weight;
       const Vec3 wi = frame.to_world(s->wi);
@@ -50,7 +50,7 @@ Seen see(const PreparedScene& scene, Ray ray, float diagonal, float pixel_angle)
       ray = Ray{at.p + at.ng * (side * scene.ray_epsilon), wi};
       continue;
     }
-    const Rgb albedo = tint * material.bsdf->albedo(sp, wo);
+    const Rgb albedo = tint * material.bsdf->albedo(bsdf_at);
     const Vec3 n = wo.z < 0 ? -at.ns : at.ns;
     return {{albedo.r, albedo.g, albedo.b, n.x, n.y, n.z, length / diagonal,
              kind_of(material.kind, mesh.emits, mirrors > 0)},

@@ -213,12 +213,14 @@ inline PathVertex PathTracer::vertex_at(const PathState& path, const MaterialSha
                                         float distance) const {
   const bool shading_normal_usable = dot(wo, surface.ns) * cos_geometric > 0;
   const Frame frame(shading_normal_usable ? surface.ns : surface.ng);
+  const Vec3 wo_local = frame.to_local(wo);
+  const ShadingPoint sp = scene_.shading_point(material, surface);
   return {.surface = surface,
           .frame = frame,
-          .wo = frame.to_local(wo),
           .bsdf = *material.bsdf,
           .kind = material.kind,
-          .sp = scene_.shading_point(material, surface),
+          .bsdf_at = material.kind == BsdfKind::kDiffuse ? BsdfPoint(sp, wo_local)
+                                                         : material.bsdf->at(sp, wo_local),
           .ray_offset = ray_offset(surface.p, distance),
           .material = material,
           .inside = path.inside};

@@ -16,11 +16,10 @@ namespace qray {
 struct PathVertex {
   SurfacePoint surface;
   Frame frame;  // about the shading normal
-  Vec3 wo;      // local, to the previous vertex
   const Bsdf& bsdf;
   BsdfKind kind;
-  ShadingPoint sp;
-  float ray_offset;  // metres off the surface where rays may start
+  BsdfPoint bsdf_at;  // wo is to the previous vertex
+  float ray_offset;   // metres off the surface where rays may start
   const MaterialShading& material;
   const Rgb* inside;  // absorption where the path comes from, per metre; null: none
   GuidePoint at{};
@@ -31,15 +30,18 @@ struct PathVertex {
 
   // Lambert surfaces are called directly, which the compiler can inline.
   BsdfEval eval(Vec3 wi) const {
-    return kind == BsdfKind::kDiffuse ? Diffuse::eval_at(sp, wo, wi) : bsdf.eval(sp, wo, wi);
+    return kind == BsdfKind::kDiffuse ? Diffuse::eval_at(bsdf_at.sp, bsdf_at.wo, wi)
+                                      : bsdf.eval(bsdf_at, wi);
   }
   std::optional<BsdfSample> sample(float u_lobe, Vec2 u_direction) const {
-    return kind == BsdfKind::kDiffuse ? Diffuse::sample_at(sp, wo, u_direction)
-                                      : bsdf.sample(sp, wo, u_lobe, u_direction);
+    return kind == BsdfKind::kDiffuse ? Diffuse::sample_at(bsdf_at.sp, bsdf_at.wo, u_direction)
+                                      : bsdf.sample(bsdf_at, u_lobe, u_direction);
   }
-  Rgb albedo() const { return kind == BsdfKind::kDiffuse ? sp.reflectance : bsdf.albedo(sp, wo); }
+  Rgb albedo() const {
+    return kind == BsdfKind::kDiffuse ? bsdf_at.sp.reflectance : bsdf.albedo(bsdf_at);
+  }
   void find_parts() {
-    parts = kind == BsdfKind::kDiffuse ? Diffuse::parts_at(sp) : bsdf.parts(sp, wo);
+    parts = kind == BsdfKind::kDiffuse ? Diffuse::parts_at(bsdf_at.sp) : bsdf.parts(bsdf_at);
   }
   // Both normals must agree on which side a direction lies, or light leaks through the surface.
   bool sides_agree(Vec3 wi, Vec3 wi_local) const { return dot(wi, surface.ng) * wi_local.z > 0; }
@@ -47,7 +49,7 @@ struct PathVertex {
   // from there, the open (solids within solids are not kept apart).
   const Rgb* inside_along(Vec3 wi) const {
     const bool inward = dot(wi, surface.ng) < 0;
-    if (!material.bounds_solid || inward == (dot(frame.to_world(wo), surface.ng) < 0))
+    if (!material.bounds_solid || inward == (dot(frame.to_world(bsdf_at.wo), surface.ng) < 0))
       return inside;
     return inward && !material.material->absorption.is_black() ? &material.material->absorption
                                                                : nullptr;

@@ -17,10 +17,10 @@ test::Chi2 chi2(const test::BsdfCase& c, Vec3 wo, uint64_t seed) {
   return test::chi2_sphere(
       [&](test::Random& random) -> std::optional<Vec3> {
         const float u_lobe = random.next();
-        const auto s = c.bsdf->sample(c.point, wo, u_lobe, random.next_2d());
+        const auto s = c.bsdf->sample(c.at(wo), u_lobe, random.next_2d());
         return s && !s->delta ? std::optional(s->wi) : std::nullopt;
       },
-      [&](Vec3 wi) { return c.bsdf->eval(c.point, wo, wi).pdf_w; }, options);
+      [&](Vec3 wi) { return c.bsdf->eval(c.at(wo), wi).pdf_w; }, options);
 }
 
 TEST(BsdfChi2, SamplesFollowTheDensity) {
@@ -48,7 +48,7 @@ TEST(BsdfChi2, BaseAndLobesAreDrawnApart) {
   int layered = 0;
   for (const test::BsdfCase& c : cases)
     for (const Vec3 wo : eyes) {
-      const float base = c.bsdf->parts(c.point, wo).base_chance;
+      const float base = c.bsdf->parts(c.at(wo)).base_chance;
       for (const bool of_base : {true, false}) {
         const float chance = of_base ? base : 1 - base;
         if (chance < 1e-3f) continue;
@@ -57,12 +57,11 @@ TEST(BsdfChi2, BaseAndLobesAreDrawnApart) {
         const test::Chi2 result = test::chi2_sphere(
             [&](test::Random& random) -> std::optional<Vec3> {
               const float u = random.next() * chance;
-              const auto s =
-                  c.bsdf->sample(c.point, wo, of_base ? 1 - base + u : u, random.next_2d());
+              const auto s = c.bsdf->sample(c.at(wo), of_base ? 1 - base + u : u, random.next_2d());
               return s && !s->delta ? std::optional(s->wi) : std::nullopt;
             },
             [&](Vec3 wi) {
-              const BsdfEval e = c.bsdf->eval(c.point, wo, wi);
+              const BsdfEval e = c.bsdf->eval(c.at(wo), wi);
               return (of_base ? e.base_pdf_w : e.pdf_w - e.base_pdf_w) / chance;
             },
             options);
@@ -83,10 +82,10 @@ TEST(BsdfChi2, NoticesAWrongDensity) {
   other.roughness = 0.53f;
   const test::Chi2 result = test::chi2_sphere(
       [&](test::Random& random) -> std::optional<Vec3> {
-        const auto s = c.bsdf->sample(other, wo, 0, random.next_2d());
+        const auto s = c.bsdf->sample(c.bsdf->at(other, wo), 0, random.next_2d());
         return s ? std::optional(s->wi) : std::nullopt;
       },
-      [&](Vec3 wi) { return c.bsdf->eval(c.point, wo, wi).pdf_w; });
+      [&](Vec3 wi) { return c.bsdf->eval(c.at(wo), wi).pdf_w; });
   EXPECT_LT(result.p_value, 1e-6) << result.table;
 }
 

@@ -19,7 +19,7 @@ test::Moments mean_weight(const test::BsdfCase& c, Vec3 wo, uint64_t seed, bool 
   test::Moments mean;
   for (int i = 0; i < samples; ++i) {
     const float u_lobe = random.next();
-    const auto s = c.bsdf->sample(c.point, wo, u_lobe, random.next_2d());
+    const auto s = c.bsdf->sample(c.at(wo), u_lobe, random.next_2d());
     double weight = s ? s->weight.g : 0.0;
     if (flux && s && s->wi.z * wo.z < 0 && c.material.kind != MaterialKind::kThinDielectric &&
         !c.material.thin)
@@ -116,7 +116,7 @@ TEST(BsdfEnergy, PlasticThatIsNotNonlinearIsAsBrightAsItsBase) {
       const test::BsdfCase coat = test::make_case("", m);
       for (const Vec3 wo : {test::direction(10, 0), test::direction(60, 200)}) {
         const test::Moments mean = mean_weight(c, wo, 7);
-        const double passed = 1 - static_cast<double>(coat.bsdf->albedo(coat.point, wo).g);
+        const double passed = 1 - static_cast<double>(coat.bsdf->albedo(coat.at(wo)).g);
         const double base = mean.mean() - (1 - passed);
         EXPECT_NEAR(base, static_cast<double>(rho) * passed, 4 * mean.standard_error() + 4e-3)
             << roughness << " " << rho;
@@ -164,7 +164,7 @@ TEST(BsdfEnergy, RoughPlasticIsBrighterThanMitsubas) {
       m.specular.value = {};
       const test::BsdfCase plastic = test::make_case("", m);
       const double ours =
-          static_cast<double>(plastic.bsdf->eval(plastic.point, {0, 0, 1}, {0, 0, 1}).f_cos.g) *
+          static_cast<double>(plastic.bsdf->eval(plastic.at({0, 0, 1}), {0, 0, 1}).f_cos.g) *
           static_cast<double>(kPi);
       const double x = nonlinear ? static_cast<double>(kRho) : 1.0;
       const double mitsubas = passed * passed * static_cast<double>(kRho) /
@@ -183,7 +183,7 @@ TEST(BsdfEnergy, PaneReflectsAsASlab) {
     test::Random random(3);
     int back = 0;
     for (int i = 0; i < kSamples; ++i) {
-      const auto s = c.bsdf->sample(c.point, {0, 0, 1}, random.next(), {});
+      const auto s = c.bsdf->sample(c.at({0, 0, 1}), random.next(), {});
       ASSERT_TRUE(s && s->delta);
       if (s->wi.z > 0)
         ++back;
@@ -263,7 +263,7 @@ TEST(BsdfEnergy, AlbedoIsTheMeanWeightOfPlastic) {
     uint64_t seed = 1;
     for (const Vec3 wo : test::eye_directions()) {
       const test::Moments mean = mean_weight(c, wo, seed++);
-      EXPECT_NEAR(mean.mean(), c.bsdf->albedo(c.point, wo).g, 4 * mean.standard_error() + 4e-3)
+      EXPECT_NEAR(mean.mean(), c.bsdf->albedo(c.at(wo)).g, 4 * mean.standard_error() + 4e-3)
           << roughness << " " << test::text(wo);
     }
   }
@@ -279,8 +279,8 @@ TEST(BsdfEnergy, OpaqueKindsAndReflectionAreReciprocal) {
         return Vec3{r * std::cos(phi), r * std::sin(phi), z};
       };
       const Vec3 a = draw(), b = draw();
-      const Rgb ab = c.bsdf->eval(c.point, a, b).f_cos / b.z;
-      const Rgb ba = c.bsdf->eval(c.point, b, a).f_cos / a.z;
+      const Rgb ab = c.bsdf->eval(c.at(a), b).f_cos / b.z;
+      const Rgb ba = c.bsdf->eval(c.at(b), a).f_cos / a.z;
       for (int channel = 0; channel < 3; ++channel)
         EXPECT_NEAR(ab[channel], ba[channel], 2e-3f * std::abs(ab[channel]) + 1e-6f)
             << c.name << " " << test::text(a) << " " << test::text(b);
@@ -298,11 +298,11 @@ TEST(BsdfEnergy, RefractionIsReciprocalUpToTheIndexSquared) {
     for (int i = 0; i < 20'000; ++i) {
       const float u_lobe = random.next();
       const Vec3 wo = test::direction(85 * random.next(), 360 * random.next());
-      const auto s = c.bsdf->sample(c.point, wo, u_lobe, random.next_2d());
+      const auto s = c.bsdf->sample(c.at(wo), u_lobe, random.next_2d());
       if (!s || s->wi.z > -0.02f) continue;
       ++lit;
-      const float down = c.bsdf->eval(c.point, wo, s->wi).f_cos.g / -s->wi.z;
-      const float up = c.bsdf->eval(c.point, s->wi, wo).f_cos.g / wo.z;
+      const float down = c.bsdf->eval(c.at(wo), s->wi).f_cos.g / -s->wi.z;
+      const float up = c.bsdf->eval(c.at(s->wi), wo).f_cos.g / wo.z;
       EXPECT_NEAR(up / down, 1.5f * 1.5f, 0.01f) << test::text(wo) << test::text(s->wi);
     }
     EXPECT_GT(lit, 5000);

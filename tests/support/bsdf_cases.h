@@ -14,6 +14,8 @@ struct BsdfCase {
   Material material;
   ShadingPoint point;
   std::unique_ptr<Bsdf> bsdf;
+
+  BsdfPoint at(Vec3 wo) const { return bsdf->at(point, wo); }
 };
 
 inline Material material_of(MaterialKind kind, float roughness, float ior = 1.5f) {

@@ -120,10 +120,10 @@ TEST(Bsdf, WeightIsValueOverDensity) {
     for (const Vec3 wo : test::eye_directions())
       for (int i = 0; i < 300; ++i) {
         const float u_lobe = random.next();
-        const auto s = c.bsdf->sample(c.point, wo, u_lobe, random.next_2d());
+        const auto s = c.bsdf->sample(c.at(wo), u_lobe, random.next_2d());
         if (!s || s->delta) continue;
         // A microfacet at the edge of its lobe amplifies the rounding of wi.
-        const BsdfEval e = c.bsdf->eval(c.point, wo, s->wi);
+        const BsdfEval e = c.bsdf->eval(c.at(wo), s->wi);
         ASSERT_NEAR(e.pdf_w, s->pdf_w, 0.01f * s->pdf_w) << c.name << " " << test::text(wo);
         for (int channel = 0; channel < 3; ++channel)
           ASSERT_NEAR(e.f_cos[channel], s->weight[channel] * s->pdf_w,
@@ -136,13 +136,13 @@ TEST(Bsdf, SmoothGlassObeysSnell) {
   const test::BsdfCase c = test::make_case("", test::material_of(MaterialKind::kDielectric, 0));
   for (const Vec3 wo : {test::direction(30, 40), test::direction(170, 100)}) {
     const float eta = wo.z > 0 ? 1.5f : 1 / 1.5f;
-    const auto s = c.bsdf->sample(c.point, wo, 0.999f, {0.5f, 0.5f});
+    const auto s = c.bsdf->sample(c.at(wo), 0.999f, {0.5f, 0.5f});
     ASSERT_TRUE(s && s->delta);
     EXPECT_LT(s->wi.z * wo.z, 0);
     EXPECT_NEAR(s->wi.x, -wo.x / eta, 1e-6);
     EXPECT_NEAR(s->wi.y, -wo.y / eta, 1e-6);
     EXPECT_NEAR(s->weight.g, 1 / sqr(eta), 1e-5);
-    const auto mirror = c.bsdf->sample(c.point, wo, 0.0f, {0.5f, 0.5f});
+    const auto mirror = c.bsdf->sample(c.at(wo), 0.0f, {0.5f, 0.5f});
     ASSERT_TRUE(mirror && mirror->delta);
     EXPECT_EQ(mirror->wi, (Vec3{-wo.x, -wo.y, wo.z}));
     EXPECT_NEAR(mirror->weight.g, 1, 1e-6);
@@ -157,7 +157,7 @@ TEST(Bsdf, ATexturesZeroRoughnessIsAlmostSmooth) {
     const std::unique_ptr<Bsdf> bsdf = make_bsdf(m);
     const ShadingPoint sp{m.reflectance.value, 0.0f};
     const Vec3 wo = test::direction(40, 0);
-    const auto s = bsdf->sample(sp, wo, 0.0f, {0.3f, 0.3f});
+    const auto s = bsdf->sample(bsdf->at(sp, wo), 0.0f, {0.3f, 0.3f});
     ASSERT_TRUE(s.has_value());
     EXPECT_FALSE(s->delta);
     EXPECT_GT(dot(s->wi, {-wo.x, -wo.y, wo.z}), 0.9999f);
@@ -199,7 +199,7 @@ TEST(Bsdf, NothingBreaksItsNumbers) {
             u = {edges[random.next_u32() % 4], edges[random.next_u32() % 4]};
             u_lobe = edges[random.next_u32() % 4];
           }
-          const auto s = c.bsdf->sample(c.point, wo, u_lobe, u);
+          const auto s = c.bsdf->sample(c.at(wo), u_lobe, u);
           const std::string where = std::to_string(static_cast<int>(kind)) + " roughness " +
                                     std::to_string(roughness) + " ior " + std::to_string(ior) +
                                     " " + test::text(wo);
@@ -212,13 +212,13 @@ TEST(Bsdf, NothingBreaksItsNumbers) {
             ASSERT_TRUE(s->delta ? s->pdf_w == 0 : s->pdf_w > 0) << where;
             if (i % 4 == 0) wi = s->wi;
           }
-          const BsdfEval e = c.bsdf->eval(c.point, wo, wi);
+          const BsdfEval e = c.bsdf->eval(c.at(wo), wi);
           ASSERT_TRUE(is_finite(e.f_cos) && std::isfinite(e.pdf_w)) << where << test::text(wi);
           ASSERT_GE(std::min({e.pdf_w, e.f_cos.r, e.f_cos.g, e.f_cos.b}), 0) << where;
           if (kind != MaterialKind::kDielectric && m.transmission.value == 0 && wo.z * wi.z < 0) {
             ASSERT_EQ(e.pdf_w, 0) << where;
           }
-          const Rgb albedo = c.bsdf->albedo(c.point, wo);
+          const Rgb albedo = c.bsdf->albedo(c.at(wo));
           ASSERT_TRUE(is_finite(albedo) && max_component(albedo) <= 1.0001f) << where;
         }
       }
