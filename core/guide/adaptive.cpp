@@ -10,7 +10,6 @@
 namespace qray {
 namespace {
 
-constexpr double kMaxPaid = 1024;     // radiance units; a table may be clamped, a picture never
 constexpr float kMaxInversePdf = 64;  // of the cosine density over the one drawn from
 
 // A frame about n that turns smoothly with it for all n of a face: Frame's own turns over where n.z

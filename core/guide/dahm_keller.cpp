@@ -19,7 +19,7 @@ static_assert(kDahmKellerLayout.cells == DahmKellerGuide::kCells);
 constexpr float kLeast = 0.25f;
 // The rest is drawn from the BSDF, so that no surface multiplies a path's weight by more than 2
 // albedo. With all drawn from Q it is 10 albedo, and over several bounces the mean of any picture
-// rests on paths that it does not have (docs/guiding.md).
+// rests on paths that it does not have (docs/measurements/guiding.md).
 constexpr float kGuided = 0.5f;
 
 // Means of cos(theta) over the cells: z of square_to_uniform_hemisphere(), integrated numerically.

@@ -36,6 +36,10 @@ struct GuideVertex {
   } bsdf;
 };
 
+// Tables leave out what was paid more, in units of the brightest light. A picture leaves out
+// nothing.
+constexpr double kMaxPaid = 1024;
+
 // What a method learns from beside what every vertex has.
 struct GuideNeeds {
   bool transition = false, bsdf = false;

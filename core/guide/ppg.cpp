@@ -13,7 +13,6 @@ namespace qray {
 namespace {
 
 constexpr double kRadianceOne = 0x1p32;  // of radiance_unit_, in fixed point
-constexpr double kMostPaid = 1024;       // radiance units
 constexpr float kSplitSamples = 4000;    // c, of the spatial tree's c sqrt(2^k)
 constexpr DirectionParams kDirection{
     .shrinkage = 0, .split_share = 0.01f, .min_split_gain = -1, .max_depth = PpgRecord::kMaxDepth};
@@ -115,7 +114,7 @@ void PpgGuide::record(std::span<const GuideVertex> path, GuideDelta& delta) cons
     if (!v.guidable || !(v.pdf_w > 0)) continue;
     const Leaf& at = leaves_[v.at.state.value];
     const double paid = luminance(v.arriving) / v.pdf_w / radiance_unit_;
-    if (!(paid < kMostPaid)) continue;  // NaN too
+    if (!(paid < kMaxPaid)) continue;  // NaN too
     // 1. The radiance, into a leaf nearby and a direction nearby.
     Jitter jitter{bits_of(v.p) ^ mix64(bits_of(v.wi))};
     const Vec3 size = tree_.extent(v.at.state.value);

@@ -5,14 +5,8 @@ namespace {
 
 constexpr float kRadians = kPi / 180;
 
-Vec3 unit_direction(const JsonNode& node) {
-  const Vec3 v = node.vec3();
-  if (!(length(v) > 0)) node.fail("expected a direction, got one of no length");
-  return normalize(v);
-}
-
 void read_spot(const JsonNode& node, PunctualLight& light) {
-  light.direction = unit_direction(node.get("direction"));
+  light.direction = normalize(node.get("direction").direction());
   light.outer_rad = node.get("outer_deg").number(0.1f, 180) * kRadians;
   if (const auto v = node.find("inner_deg")) light.inner_rad = v->number(0, 180) * kRadians;
   if (const auto v = node.find("falloff")) {
@@ -31,7 +25,7 @@ PunctualLight read_light(const JsonNode& node) {
   if (type.string() == "directional") {
     node.only({"type", "direction", "irradiance"});
     light.kind = LightKind::kDirectional;
-    light.direction = unit_direction(node.get("direction"));
+    light.direction = normalize(node.get("direction").direction());
     light.intensity = node.get("irradiance").number_or_rgb();
     return light;
   }

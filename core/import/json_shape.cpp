@@ -12,12 +12,6 @@ constexpr std::string_view kShapes[] = {"positions", "file",     "quad", "box",
 
 float positive(const JsonNode& node) { return node.number(kMinLength, kMaxCoordinate); }
 
-Vec3 direction(const JsonNode& node) {
-  const Vec3 v = node.vec3();
-  if (!(is_finite(v) && length(v) > 0)) node.fail("expected a direction, got one of no length");
-  return v;
-}
-
 int segments(const JsonNode& node) {
   const auto v = node.find("segments");
   return v ? v->integer(3, 4096) : 48;
@@ -39,7 +33,7 @@ Mesh read_inline(const JsonNode& node, const SceneLimits& limits) {
   for (size_t i = 0; i < positions.size(); ++i) mesh.positions.push_back(positions.at(i).vec3());
   if (const auto normals = node.find("normals")) {
     for (size_t i = 0; i < normals->size(); ++i)
-      mesh.normals.push_back(normalize(direction(normals->at(i))));
+      mesh.normals.push_back(normalize(normals->at(i).direction()));
   }
   if (const auto uvs = node.find("uvs")) {
     for (size_t i = 0; i < uvs->size(); ++i) {
@@ -91,8 +85,8 @@ Mesh read_cylinder(const JsonNode& node) {
 Mesh read_primitive(const JsonNode& node, std::string_view shape) {
   if (shape == "quad") {
     node.only({"origin", "edge1", "edge2"});
-    return make_quad(node.get("origin").vec3(), direction(node.get("edge1")),
-                     direction(node.get("edge2")));
+    return make_quad(node.get("origin").vec3(), node.get("edge1").direction(),
+                     node.get("edge2").direction());
   }
   if (shape == "box") {
     node.only({"min", "max"});
@@ -104,7 +98,7 @@ Mesh read_primitive(const JsonNode& node, std::string_view shape) {
   if (shape == "sphere") return read_sphere(node);
   if (shape == "cylinder") return read_cylinder(node);
   node.only({"center", "normal", "radius", "segments"});
-  return make_disk(node.get("center").vec3(), direction(node.get("normal")),
+  return make_disk(node.get("center").vec3(), node.get("normal").direction(),
                    positive(node.get("radius")), segments(node));
 }
 
@@ -146,7 +140,7 @@ Transform read_transform(const JsonNode& node) {
   if (const auto scale = node.find("scale")) t = Transform::scaling(read_scale(*scale));
   if (const auto rotate = node.find("rotate")) {
     rotate->only({"axis", "deg"});
-    t = Transform::rotation(direction(rotate->get("axis")), rotate->get("deg").number(-360, 360))
+    t = Transform::rotation(rotate->get("axis").direction(), rotate->get("deg").number(-360, 360))
             .after(t);
   }
   if (const auto translate = node.find("translate"))

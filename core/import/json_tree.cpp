@@ -233,6 +233,12 @@ Vec3 JsonNode::vec3() const {
   return {v[0], v[1], v[2]};
 }
 
+Vec3 JsonNode::direction() const {
+  const Vec3 v = vec3();
+  if (!(length(v) > 0)) fail("expected a direction, got one of no length");
+  return v;
+}
+
 Rgb JsonNode::number_or_rgb() const {
   if (is_number()) return Rgb{number()};
   if (!is_array()) fail_expected("a number or [r, g, b]");

@@ -62,6 +62,7 @@ class JsonNode {
   std::vector<float> numbers(size_t count, float limit = kMaxCoordinate) const;
   std::vector<double> doubles(size_t count, float limit) const;
   Vec3 vec3() const;
+  Vec3 direction() const;  // of any length above 0
   Rgb number_or_rgb() const;
 
   // Members of an object; all fail when this is none.

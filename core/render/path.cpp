@@ -13,7 +13,7 @@ constexpr uint64_t kTimedEvery = 64;
 constexpr float kSpreadOfScattering = 0.1f, kWidestSpread = 0.3f;  // radians
 constexpr float kLeastSurvival = 0.05f;
 // The root of the cost of a path so far over that of its going on, were noises known exactly (Rath
-// et al. 2022); they are not: see docs/guiding.md.
+// et al. 2022); they are not: see docs/measurements/guiding.md.
 constexpr float kRouletteFactor = 4;
 
 // Beer and Lambert's law.

@@ -259,7 +259,7 @@ FieldTable make_live_fields() {
     if (!(field.callers & kLive)) continue;
     Field own = field;
     if (own.path == "width" || own.path == "height") own.least = own.multiple_of = 2;
-    if (own.path == "pixels") own.fallback = FieldValue("adaptive");
+    if (own.path == "pixels") own.fallback = FieldValue("by-noise");
     if (own.path == "recover") own.fallback = FieldValue("auto");
     out.push_back(std::move(own));
   }

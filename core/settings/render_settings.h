@@ -39,7 +39,7 @@ struct RenderSettings {
   uint64_t seed = 1;
   int max_depth = 16;                  // surfaces on a path
   std::optional<Camera> camera;        // none: the scene's
-  int learning_samples = kMaxSamples;  // a pixel, the guide's at most; never over 1/4 of the job
+  int learning_samples = kMaxSamples;  // a pixel, the guide's at most; never over half of the job
   size_t max_table_bytes = kDefaultTableBytes;  // of memory; a full table adds no states
   HuangParams huang;
   AdaptiveParams adaptive;

@@ -4,6 +4,7 @@
 #include "core/base/file.h"
 #include "core/image/image_io.h"
 #include "tests/server/test_service.h"
+#include "tests/support/render.h"
 
 namespace qray::server::test {
 
@@ -24,8 +25,6 @@ inline PictureAnswer get_picture(const TestService& s, const std::string& path) 
   return {read_image(file).value(), read_image_metadata(file).value()};
 }
 
-inline bool same(const Image& a, const Image& b) {
-  return std::equal(a.data().begin(), a.data().end(), b.data().begin(), b.data().end());
-}
+using qray::test::same_bits;
 
 }  // namespace qray::server::test

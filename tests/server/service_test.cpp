@@ -54,10 +54,6 @@ class ServiceTest : public ::testing::Test {
     EXPECT_TRUE(result.ok());
     return film.develop();
   }
-  static bool same_bits(const Image& a, const Image& b) {
-    return a.width() == b.width() && a.height() == b.height() &&
-           std::equal(a.data().begin(), a.data().end(), b.data().begin(), b.data().end());
-  }
 
   TestService s_;
 };
@@ -100,7 +96,7 @@ TEST_F(ServiceTest, SamePictureAsTheCommandBitForBit) {
     const Json request = tiny({{"method", method}, {"table", "none"}, {"seed", 9}});
     const std::string id = s_.submit(request);
     s_.wait_end(id);
-    EXPECT_TRUE(same_bits(exr(id), rendered_directly(request, 1))) << method;
+    EXPECT_TRUE(test::same_bits(exr(id), rendered_directly(request, 1))) << method;
   }
 }
 

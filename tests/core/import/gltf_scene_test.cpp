@@ -4,18 +4,16 @@
 #include <numbers>
 
 #include "tests/core/import/gltf_text.h"
+#include "tests/support/near.h"
 
 namespace qray {
 namespace {
 
 using nlohmann::json;
+using test::expect_near;
 using test::gltf_triangle;
 using test::GltfText;
 using test::load_gltf;
-
-void expect_near(Vec3 a, Vec3 b) {
-  for (int i = 0; i < 3; ++i) EXPECT_NEAR(a[i], b[i], 1e-5f) << "axis " << i;
-}
 
 TEST(GltfScene, NodesScaleThenTurnThenMoveAndFollowThoseAbove) {
   const test::SceneFolder folder;

@@ -1,30 +1,13 @@
-// Real scenes load, where they are there.
-#include <gtest/gtest.h>
-
-#include "core/import/load_scene.h"
-#include "tests/support/places.h"
+#include "tests/core/import/real_scene.h"
 
 namespace qray {
 namespace {
 
-struct RealScene {
-  const char* file;
-  size_t triangles, warnings;
-};
+using test::RealScene;
 
 class GltfTestdata : public testing::TestWithParam<RealScene> {};
 
-TEST_P(GltfTestdata, Loads) {
-  const RealScene& scene = GetParam();
-  const std::filesystem::path path = test::testdata_dir() / scene.file;
-  if (!std::filesystem::exists(path)) GTEST_SKIP() << "no test data: " << path << " is not there";
-  const auto loaded = load_scene(path);
-  ASSERT_TRUE(loaded.ok()) << loaded.error().text();
-  EXPECT_EQ(loaded.value().scene.triangle_count() + loaded.value().dropped_triangles,
-            scene.triangles);
-  EXPECT_EQ(loaded.value().warnings.size(), scene.warnings)
-      << (loaded.value().warnings.empty() ? "" : loaded.value().warnings[0]);
-}
+TEST_P(GltfTestdata, Loads) { test::expect_loads(GetParam()); }
 
 INSTANTIATE_TEST_SUITE_P(
     All, GltfTestdata,

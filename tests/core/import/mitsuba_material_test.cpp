@@ -4,10 +4,12 @@
 
 #include "core/image/image_io.h"
 #include "tests/core/import/mitsuba_text.h"
+#include "tests/support/near.h"
 
 namespace qray {
 namespace {
 
+using test::expect_near;
 using test::mitsuba_bsdf;
 
 class MitsubaMaterial : public testing::Test {
@@ -30,10 +32,6 @@ class MitsubaMaterial : public testing::Test {
   test::SceneFolder folder_;
   LoadedScene loaded_;
 };
-
-void expect_near(Rgb a, Rgb b, float tolerance) {
-  for (int i = 0; i < 3; ++i) EXPECT_NEAR(a[i], b[i], tolerance) << i;
-}
 
 TEST_F(MitsubaMaterial, ColoursInEverySpelling) {
   const auto reflectance = [&](const std::string& color, const char* version = "0.6.0") {

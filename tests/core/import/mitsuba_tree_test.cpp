@@ -4,10 +4,12 @@
 
 #include "core/import/mitsuba_values.h"
 #include "tests/core/import/mitsuba_text.h"
+#include "tests/support/near.h"
 
 namespace qray {
 namespace {
 
+using test::expect_near;
 using test::kMitsubaRectangle;
 using test::kMitsubaSensor;
 using test::mitsuba_scene;
@@ -123,10 +125,6 @@ Vec3 moved(const Transform& t, Vec3 p) {
   return mesh.positions[0];
 }
 
-void expect_near_vector(Vec3 a, Vec3 b) {
-  for (int i = 0; i < 3; ++i) EXPECT_NEAR(a[i], b[i], 1e-5f) << i;
-}
-
 Transform transform_of(const std::string& steps) {
   const test::SceneFolder folder;
   const MitsubaDocument document = read(folder, "<scene><shape><transform name=\"toWorld\">" +
@@ -135,28 +133,27 @@ Transform transform_of(const std::string& steps) {
 }
 
 TEST(MitsubaValues, TransformsComposeInTheirOrder) {
-  expect_near_vector(moved(transform_of("<scale value=\"2\"/><translate x=\"1\"/>"), {1, 1, 1}),
-                     {3, 2, 2});
-  expect_near_vector(moved(transform_of("<translate x=\"1\"/><scale x=\"2\" y=\"3\"/>"), {1, 1, 1}),
-                     {4, 3, 1});
-  expect_near_vector(moved(transform_of("<translate value=\"1, 2,3\"/>"), {0, 0, 0}), {1, 2, 3});
+  expect_near(moved(transform_of("<scale value=\"2\"/><translate x=\"1\"/>"), {1, 1, 1}),
+              {3, 2, 2});
+  expect_near(moved(transform_of("<translate x=\"1\"/><scale x=\"2\" y=\"3\"/>"), {1, 1, 1}),
+              {4, 3, 1});
+  expect_near(moved(transform_of("<translate value=\"1, 2,3\"/>"), {0, 0, 0}), {1, 2, 3});
   // Counter-clockwise seen from the axis' tip.
-  expect_near_vector(moved(transform_of("<rotate z=\"1\" angle=\"90\"/>"), {1, 0, 0}), {0, 1, 0});
-  expect_near_vector(
+  expect_near(moved(transform_of("<rotate z=\"1\" angle=\"90\"/>"), {1, 0, 0}), {0, 1, 0});
+  expect_near(
       moved(transform_of("<matrix value=\"0 0 1 5, 0 1 0 6 1e-000 0 0 7 0 0 0 1\"/>"), {1, 2, 3}),
       {8, 8, 8});
-  expect_near_vector(moved(transform_of("<matrix value=\"0 -1 0 1 0 0 0 0 1\"/>"), {1, 0, 0}),
-                     {0, 1, 0});
+  expect_near(moved(transform_of("<matrix value=\"0 -1 0 1 0 0 0 0 1\"/>"), {1, 0, 0}), {0, 1, 0});
 }
 
 TEST(MitsubaValues, LookAtHasTheViewAsItsZ) {
   for (const char* tag : {"lookat", "lookAt", "look_at"}) {
     const Transform t = transform_of(std::string("<") + tag +
                                      " origin=\"1 2 3\" target=\"1, 2, 13\" up=\"0 1 0\"/>");
-    expect_near_vector(moved(t, {0, 0, 0}), {1, 2, 3});
-    expect_near_vector(moved(t, {0, 0, 4}), {1, 2, 7});
-    expect_near_vector(moved(t, {0, 1, 0}), {1, 3, 3});
-    expect_near_vector(moved(t, {1, 0, 0}), {2, 2, 3});
+    expect_near(moved(t, {0, 0, 0}), {1, 2, 3});
+    expect_near(moved(t, {0, 0, 4}), {1, 2, 7});
+    expect_near(moved(t, {0, 1, 0}), {1, 3, 3});
+    expect_near(moved(t, {1, 0, 0}), {2, 2, 3});
     EXPECT_NEAR(t.determinant(), 1, 1e-6);
   }
 }

@@ -3,11 +3,14 @@
 #include <gtest/gtest.h>
 
 #include "core/image/image_io.h"
+#include "tests/support/near.h"
 #include "tests/support/random.h"
 #include "tests/support/scratch.h"
 
 namespace qray {
 namespace {
+
+using test::expect_near;
 
 // A unit square in the plane z = 0 whose uv are x and y, mirrored where asked for.
 struct Chart {
@@ -34,26 +37,21 @@ Image plain(Rgb texel) {
     for (int x = 0; x < 4; ++x) image.set_rgb(x, y, texel);
   return image;
 }
-void expect_near_normal(Vec3 a, Vec3 b, float error = 1e-4f) {
-  EXPECT_NEAR(a.x, b.x, error);
-  EXPECT_NEAR(a.y, b.y, error);
-  EXPECT_NEAR(a.z, b.z, error);
-}
 
 TEST(BentNormal, ImagesXPointsToUAndYToV) {
   const Vec3 n = normalize({0.3f, 0.2f, 0.9f});
   Chart chart;
   chart.open(plain({0.5f + n.x / 2, 0.5f + n.y / 2, 0.5f + n.z / 2}));
   chart.material.normal_map = TextureId(0);
-  expect_near_normal(chart.normal(), n);
+  expect_near(chart.normal(), n, 1e-4f);
   chart.material.normal_scale = 0.5f;
-  expect_near_normal(chart.normal(), normalize({n.x / 2, n.y / 2, n.z}));
+  expect_near(chart.normal(), normalize({n.x / 2, n.y / 2, n.z}), 1e-4f);
   chart.material.normal_scale = 1;
   chart.edges.uv1 = {-1, 0};  // a mirrored chart
-  expect_near_normal(chart.normal(), {-n.x, n.y, n.z});
+  expect_near(chart.normal(), {-n.x, n.y, n.z}, 1e-4f);
   chart.edges.uv1 = {0, 1};  // x and y exchanged
   chart.edges.uv2 = {1, 0};
-  expect_near_normal(chart.normal(), {n.y, n.x, n.z});
+  expect_near(chart.normal(), {n.y, n.x, n.z}, 1e-4f);
 }
 
 TEST(BentNormal, ARampLeansAgainstItsSlope) {
@@ -64,11 +62,11 @@ TEST(BentNormal, ARampLeansAgainstItsSlope) {
   Chart chart;
   chart.open(image);
   chart.material.bump_map = {0.5f, TextureId(0), 1};
-  expect_near_normal(chart.normal(), normalize({-0.8f, 0, 1}), 2e-3f);
+  expect_near(chart.normal(), normalize({-0.8f, 0, 1}), 2e-3f);
   chart.edges = {{2, 0, 0}, {0, 2, 0}, {1, 0}, {0, 1}};  // twice as wide: half as steep
-  expect_near_normal(chart.normal(), normalize({-0.4f, 0, 1}), 2e-3f);
+  expect_near(chart.normal(), normalize({-0.4f, 0, 1}), 2e-3f);
   chart.edges = {{2, 0, 0}, {0, 2, 0}, {-1, 0}, {0, 1}};
-  expect_near_normal(chart.normal(), normalize({0.4f, 0, 1}), 2e-3f);
+  expect_near(chart.normal(), normalize({0.4f, 0, 1}), 2e-3f);
 }
 
 TEST(BentNormal, ATriangleWithoutAnAreaInUvStaysAsItIs) {
@@ -76,7 +74,7 @@ TEST(BentNormal, ATriangleWithoutAnAreaInUvStaysAsItIs) {
   chart.open(plain({0.9f, 0.5f, 0.7f}));
   chart.material.normal_map = TextureId(0);
   chart.edges.uv1 = chart.edges.uv2 = {};
-  expect_near_normal(chart.normal(), {0, 0, 1});
+  expect_near(chart.normal(), {0, 0, 1}, 1e-4f);
 }
 
 TEST(BentNormal, IsSeenAndMirrorsAboveTheSurface) {
@@ -101,7 +99,7 @@ TEST(BentNormal, IsSeenAndMirrorsAboveTheSurface) {
     const Vec3 front = n * side, up = ng * side;
     if (dot(up, wo) > 1e-3f && dot(front, wo) > 0.02f &&
         dot(front * (2 * dot(front, wo)) - wo, up) > 0.02f) {
-      expect_near_normal(seen, n, 1e-6f);
+      expect_near(seen, n, 1e-6f);
     }
   }
 }

@@ -3,13 +3,12 @@
 #include <gtest/gtest.h>
 
 #include "core/import/primitives.h"
+#include "tests/support/near.h"
 
 namespace qray {
 namespace {
 
-void expect_near_point(Vec3 a, Vec3 b) {
-  for (int i = 0; i < 3; ++i) EXPECT_NEAR(a[i], b[i], 1e-5f) << "axis " << i;
-}
+using test::expect_near;
 
 Vec3 front(const Mesh& mesh, size_t triangle) {
   const auto& t = mesh.triangles[triangle];
@@ -28,15 +27,15 @@ double volume(const Mesh& mesh) {
 TEST(Transform, RotationIsCounterClockwiseSeenFromTheAxis) {
   Mesh mesh = make_quad({0, 0, 0}, {1, 0, 0}, {0, 0, 1});
   Transform::rotation({0, 2, 0}, 90).apply(mesh);
-  expect_near_point(mesh.positions[1], {0, 0, -1});
-  expect_near_point(mesh.positions[3], {1, 0, 0});
+  expect_near(mesh.positions[1], {0, 0, -1});
+  expect_near(mesh.positions[3], {1, 0, 0});
 }
 
 TEST(Transform, AfterAppliesTheOtherFirst) {
   Mesh mesh = make_quad({1, 0, 0}, {1, 0, 0}, {0, 1, 0});
   Transform::translation({0, 0, 5}).after(Transform::scaling({2, 3, 4})).apply(mesh);
-  expect_near_point(mesh.positions[0], {2, 0, 5});
-  expect_near_point(mesh.positions[2], {4, 3, 5});
+  expect_near(mesh.positions[0], {2, 0, 5});
+  expect_near(mesh.positions[2], {4, 3, 5});
 }
 
 TEST(Transform, MirroringKeepsFrontsOutward) {
@@ -54,7 +53,7 @@ TEST(Transform, NormalsStayPerpendicularUnderUnevenScale) {
   Mesh mesh = make_quad({0, 0, 0}, {1, 1, 0}, {0, 0, -1});
   mesh.normals.assign(4, front(mesh, 0));
   Transform::scaling({5, 0.5f, 2}).after(Transform::rotation({1, 2, 3}, 40)).apply(mesh);
-  for (const Vec3 n : mesh.normals) expect_near_point(n, front(mesh, 0));
+  for (const Vec3 n : mesh.normals) expect_near(n, front(mesh, 0));
 }
 
 TEST(Transform, FlipTurnsWindingAndNormals) {
@@ -63,7 +62,7 @@ TEST(Transform, FlipTurnsWindingAndNormals) {
   const Vec3 normal = mesh.normals[0];
   flip_winding(mesh);
   EXPECT_NEAR(volume(mesh), -before, 1e-6);
-  expect_near_point(mesh.normals[0], -normal);
+  expect_near(mesh.normals[0], -normal);
 }
 
 TEST(Primitives, ClosedShapesHaveTheirVolumeAndUnitNormals) {
@@ -86,9 +85,9 @@ TEST(Primitives, ClosedShapesHaveTheirVolumeAndUnitNormals) {
 }
 
 TEST(Primitives, FlatShapesFaceTheirNormal) {
-  expect_near_point(front(make_quad({0, 0, 0}, {0, 0, 1}, {1, 0, 0}), 1), {0, 1, 0});
+  expect_near(front(make_quad({0, 0, 0}, {0, 0, 1}, {1, 0, 0}), 1), {0, 1, 0});
   const Mesh disk = make_disk({1, 1, 1}, {0, -3, 0}, 2, 64);
-  for (size_t i = 0; i < disk.triangles.size(); ++i) expect_near_point(front(disk, i), {0, -1, 0});
+  for (size_t i = 0; i < disk.triangles.size(); ++i) expect_near(front(disk, i), {0, -1, 0});
   EXPECT_EQ(disk.triangles.size(), 64u);
   EXPECT_EQ(make_sphere({}, 1, 3).triangles.size(), 20u * 64);
 }

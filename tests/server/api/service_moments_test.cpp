@@ -8,7 +8,7 @@ namespace qray::server {
 namespace {
 
 using test::Json;
-using test::same;
+using test::same_bits;
 using test::TestService;
 
 Json box(const Json& changes = Json::object()) {
@@ -81,9 +81,9 @@ TEST_F(ServiceMomentsTest, AMomentsPictureIsThatOfAJobWithItsSamples) {
   const auto image_of = [](const std::string& answer) {
     return decode_tiles(Bytes(answer.begin(), answer.end())).value().image;
   };
-  EXPECT_TRUE(same(image_of(tiles), image_of(same_tiles)));
-  EXPECT_FALSE(same(image_of(tiles), image_of(body(base + "/tiles"))));
-  EXPECT_FALSE(same(png(base + "/image.png?" + at), png(base + "/image.png")));
+  EXPECT_TRUE(same_bits(image_of(tiles), image_of(same_tiles)));
+  EXPECT_FALSE(same_bits(image_of(tiles), image_of(body(base + "/tiles"))));
+  EXPECT_FALSE(same_bits(png(base + "/image.png?" + at), png(base + "/image.png")));
   const Json apart = s_.get("/v1/compare?a=" + id + "&b=" + shorter)["difference"];
   const Json near = s_.get("/v1/compare?a=" + id + "&a_moment=3&b=" + shorter)["difference"];
   EXPECT_GT(apart["relmse"], 1e-3);
@@ -101,7 +101,7 @@ TEST_F(ServiceMomentsTest, MapsShowWherePicturesDiffer) {
     const Image differ = png("/v1/compare.png?a=" + few + "&b=" + more + to);
     const Image equal = png("/v1/compare.png?a=" + few + "&b=" + few + to);
     EXPECT_EQ(differ.width(), 32);
-    EXPECT_FALSE(same(differ, equal)) << map;
+    EXPECT_FALSE(same_bits(differ, equal)) << map;
     s_.get("/v1/compare.png?a=" + few + "&b=" + small + to, 422);
   }
   EXPECT_EQ(s_.get("/v1/compare.png?a=" + few + "&b=" + more, 422)["errors"][0]["pointer"], "/map");
@@ -150,7 +150,8 @@ TEST_F(ServiceMomentsTest, WhatWasLearnedIsShownWhileAJobRuns) {
   EXPECT_EQ(png(base + "/view.png?view=samples").width(), 32);
   EXPECT_EQ(png(base + "/view.png?view=noise").height(), 24);
   EXPECT_FALSE(s_.get(base + "/pixel?x=16&y=18")["state"].is_null());
-  EXPECT_FALSE(same(png(base + "/lobe.png?x=16&y=18&moment=1"), png(base + "/lobe.png?x=16&y=18")));
+  EXPECT_FALSE(
+      same_bits(png(base + "/lobe.png?x=16&y=18&moment=1"), png(base + "/lobe.png?x=16&y=18")));
   s_.post(base + "/cancel", "", 202);
   s_.wait_end(id);
   // Noise was known while it ran; the picture that was canceled has kept it.

@@ -7,7 +7,7 @@ namespace qray::server {
 namespace {
 
 using test::Json;
-using test::same;
+using test::same_bits;
 using test::TestService;
 
 const Json kTinySeen = {
@@ -45,11 +45,11 @@ TEST_F(ServiceViewsTest, ShowWhatTheJobsTableKnows) {
       EXPECT_EQ(views.back().width(), 32);
       EXPECT_EQ(views.back().height(), 24);
     }
-    EXPECT_FALSE(same(views[0], views[1])) << method;
-    EXPECT_FALSE(same(views[1], views[2])) << method;
+    EXPECT_FALSE(same_bits(views[0], views[1])) << method;
+    EXPECT_FALSE(same_bits(views[1], views[2])) << method;
     const Image floor = png(job + "/lobe.png?x=16&y=18"), wall = png(job + "/lobe.png?x=16&y=8");
     EXPECT_EQ(floor.height(), wall.height());
-    EXPECT_FALSE(same(floor, wall)) << method;
+    EXPECT_FALSE(same_bits(floor, wall)) << method;
   }
 }
 
