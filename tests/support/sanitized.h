@@ -1,5 +1,5 @@
-// For tests whose claim is about bits or pictures: under a sanitizer, several times as slow, they run
-// the same code over fewer samples. The build without one makes the claim for the usual number.
+// For tests whose claim is about bits or pictures: under a sanitizer, several times as slow, they
+// run the same code over fewer samples. The build without one makes the claim for the usual number.
 #pragma once
 
 namespace qray::test {
