@@ -108,7 +108,7 @@ check_format() {
 # not found would end the check early.
 check_names() {
   command -v clang-tidy > /dev/null && [ -f .clang-tidy ] || return 0
-  local file count=0 files_a_unit=60
+  local file count=0 files_a_unit=140
   while IFS= read -r file; do
     if [[ "$file" == *.cpp ]]; then
       mkdir -p "$units/${file%/*}"

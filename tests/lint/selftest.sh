@@ -19,12 +19,16 @@ write_good_tree() {
   printf '#include <nlohmann/json.hpp>\n\n#include "core/base/check.h"\n' > "$tree/proto/good.cpp"
 }
 
-expect() { # NAME TEXT: lint.sh must complain with TEXT
-  local said
-  if said="$(bash "$here/lint.sh" "$tree")" || [[ "$said" != *"$2"* ]]; then
-    echo "selftest: '$1' was not found; lint.sh said: $said"
-    failures=$((failures + 1))
-  fi
+expect() { # NAME TEXT...: lint.sh must complain with each TEXT
+  local said refused=yes
+  if said="$(bash "$here/lint.sh" "$tree")"; then refused=no; fi
+  while [ $# -gt 1 ]; do
+    if [[ $refused = no || "$said" != *"$2"* ]]; then
+      echo "selftest: '$1' was not found; lint.sh said: $said"
+      failures=$((failures + 1))
+    fi
+    shift 2
+  done
   write_good_tree
 }
 
@@ -61,24 +65,21 @@ if command -v clang-format > /dev/null; then
   expect "bad format" "core/math/bad.cpp:1: not as clang-format writes it"
 fi
 if command -v clang-tidy > /dev/null; then
-  plant_names() {
-    cp "$here/../../.clang-tidy" "$tree/.clang-tidy"
-    printf '#include "core/math/bad.h"\n%s\n' "$1" > "$tree/core/math/bad.cpp"
-    printf '// Purpose.\n#pragma once\n%s\n' "$2" > "$tree/core/math/bad.h"
-  }
-  plant_names '' 'struct bad_type {};'
-  expect "a type's name" "core/math/bad.h:3: name of struct 'bad_type'"
-  plant_names 'int BadFunction() { return 0; }' ''
-  expect "a function's name" "core/math/bad.cpp:2: name of function 'BadFunction'"
-  plant_names 'namespace { struct Twice { int BadMember; }; }' ''
+  # In one tree: reading the headers of a library takes a second each time.
+  cp "$here/../../.clang-tidy" "$tree/.clang-tidy"
+  printf '%s\n' '#include "core/math/bad.h"' 'int BadFunction() { return 0; }' \
+    'constexpr int wrong = 1;' 'namespace { struct Twice { int BadMember; }; }' \
+    > "$tree/core/math/bad.cpp"
   printf 'namespace {\nstruct Twice {};\n}\n' > "$tree/core/math/another.cpp"
-  expect "a name in a struct that two files have" "core/math/bad.cpp:2: name of member 'BadMember'"
-  plant_names '' 'class Good { int member; };'
-  expect "a private member's name" "core/math/bad.h:3: name of private member 'member'"
-  plant_names 'constexpr int wrong = 1;' ''
-  expect "a constant's name" "core/math/bad.cpp:2: name of constexpr variable 'wrong'"
-  plant_names '' ''
-  expect "a header that is not there" "core/math/good.h:4: names are not checked"
+  printf '// Purpose.\n#pragma once\nstruct bad_type {};\nclass Good { int member; };\n' \
+    > "$tree/core/math/bad.h"
+  expect \
+    "a type's name" "core/math/bad.h:3: name of struct 'bad_type'" \
+    "a private member's name" "core/math/bad.h:4: name of private member 'member'" \
+    "a function's name" "core/math/bad.cpp:2: name of function 'BadFunction'" \
+    "a constant's name" "core/math/bad.cpp:3: name of constexpr variable 'wrong'" \
+    "a name in a struct that two files have" "core/math/bad.cpp:4: name of member 'BadMember'" \
+    "a header that is not there" "core/math/good.h:4: names are not checked"
 fi
 
 [ "$failures" -eq 0 ] || exit 1

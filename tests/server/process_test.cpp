@@ -9,6 +9,7 @@
 
 #include "tests/server/test_service.h"
 #include "tests/support/places.h"
+#include "tests/support/sanitized.h"
 
 extern char** environ;
 
@@ -125,14 +126,15 @@ TEST_F(ProcessTest, SaysWhereItListensAndEndsOrderly) {
 }
 
 TEST_F(ProcessTest, AKilledServersJobsRunAgainWithTheSameBits) {
+  const int samples = qray::test::kSanitized ? 300 : 800;  // takes longer than a look at its state
   const auto tiles = [](const Process& server, const std::string& id) {
     return httplib::Client("127.0.0.1", server.port()).Get("/v1/jobs/" + id + "/tiles")->body;
   };
   std::string id, queued;
   {
     Process server(config_);
-    id = server.submit(job(800));
-    queued = server.submit(job(800));
+    id = server.submit(job(samples));
+    queued = server.submit(job(samples));
     server.wait_state(id, "rendering");
     const int status = server.end(SIGKILL);
     EXPECT_TRUE(WIFSIGNALED(status));
@@ -142,7 +144,7 @@ TEST_F(ProcessTest, AKilledServersJobsRunAgainWithTheSameBits) {
   const Json second = server.wait_state(queued, "succeeded");
   EXPECT_TRUE(second["table_in"].is_string());
   const std::string again = server.submit([&] {
-    Json request = job(800);
+    Json request = job(samples);
     request["table"] = "none";
     return request;
   }());

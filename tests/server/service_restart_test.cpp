@@ -5,6 +5,7 @@
 #include "core/base/file.h"
 #include "core/render/checkpoint.h"
 #include "tests/server/test_service.h"
+#include "tests/support/sanitized.h"
 
 namespace qray::server {
 namespace {
@@ -48,8 +49,8 @@ TEST(ServiceRestart, QueuedAndRunningJobsGoOn) {
 TEST(ServiceRestart, AnInterruptedJobGoesOnFromItsState) {
   TestService s;
   s.start();
-  Json request = tiny_of(6000);
-  request["learning_samples"] = 1000;
+  Json request = tiny_of(qray::test::kSanitized ? 2000 : 6000);  // takes a second or more
+  request["learning_samples"] = qray::test::kSanitized ? 400 : 1000;
   request["table"] = "none";
   const std::string whole = s.submit(request), cut = s.submit(request);
   s.wait_end(whole);

@@ -129,6 +129,8 @@ FailureMode::FailureMode(std::string_view name) {
   place_ = static_cast<size_t>(text - kModes);
 }
 
+bool FailureMode::reports() { return std::getenv("QRAY_STABILITY_REPORT") != nullptr; }
+
 void FailureMode::write(std::string_view kind, std::string_view method, std::string_view scene,
                         std::string_view text) const {
   const char* path = std::getenv("QRAY_STABILITY_REPORT");

@@ -14,6 +14,9 @@ class FailureMode {
   // `name`: one of the list in failure_mode.cpp, and the name of its page in docs/stability/.
   explicit FailureMode(std::string_view name);
 
+  // Whether statements go anywhere. Where not, a figure that no expectation needs may be left out.
+  static bool reports();
+
   // A figure for the page's tables, which have a row for each scene and a column for each method.
   // `scene`: what tells this picture from the others of this page; may be empty.
   void mean(std::string_view method, std::string_view scene, std::string_view figure) const {

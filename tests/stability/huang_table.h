@@ -10,7 +10,8 @@
 
 namespace qray::test {
 
-// What a variant learns from a job of `samples` a pixel; empty for `none`. A seed of its own.
+// What a variant learns from a job of `samples` a pixel; empty for `none`. A seed of its own. The
+// job ends where learning does: the passes after that would not change the table.
 std::optional<TableFile> learned_table(const PreparedScene& scene, RenderSettings settings,
                                        std::string_view variant, int samples = 64);
 

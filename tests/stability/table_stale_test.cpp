@@ -72,11 +72,14 @@ TEST(TableStale, WarmIsUnbiasedAndRecovers) {
       warm.table = [&](const std::string&) { return stale; };
       test::check_method(mode, change.name,
                          test::sample_seeds(*after, settings, name, warm, &reference), none, &none);
+      // Judged is `adaptive`; of the others the page tells.
+      const bool judged = name.starts_with("adaptive");
+      if (!judged && !test::FailureMode::reports()) continue;
       const double ratio = error_after_four_passes(*after, settings, stale, reference) /
                            error_after_four_passes(*after, settings, {}, reference);
       mode.error(name, std::string(change.name) + ", after 4 passes, over that of a cold start",
                  formatted("%.2f", ratio));
-      if (name.starts_with("adaptive")) {
+      if (judged) {
         EXPECT_LE(ratio, 1.05) << change.name;  // medians of 48 have noise of their own
       }
     }

@@ -6,6 +6,7 @@
 
 #include "core/job/run_job.h"
 #include "tests/support/render.h"
+#include "tests/support/sanitized.h"
 #include "tests/support/test_scenes.h"
 
 namespace qray {
@@ -39,7 +40,7 @@ Outcome run(const PreparedScene& scene, const RenderSettings& settings, int thre
 TEST(RenderLoop, SameBitsForAnyNumberOfThreads) {
   const auto scene = test::prepare(test::room());
   for (std::string_view method : method_names()) {
-    const RenderSettings settings = small(std::string(method), 12);
+    const RenderSettings settings = small(std::string(method), test::kSanitized ? 4 : 12);
     const Outcome one = run(*scene, settings, 1);
     for (int threads : {2, 4}) {
       const Outcome many = run(*scene, settings, threads);

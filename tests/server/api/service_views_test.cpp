@@ -54,11 +54,11 @@ TEST_F(ServiceViewsTest, ShowWhatTheJobsTableKnows) {
 }
 
 TEST_F(ServiceViewsTest, AreNoLargerThanNeeded) {
-  const std::string job = ended(tiny_seen({{"width", 1200}, {"height", 300}, {"samples", 4}}));
+  const std::string job = ended(tiny_seen({{"width", 720}, {"height", 180}, {"samples", 4}}));
   const Image view = png(job + "/view.png?view=state");
   EXPECT_EQ(view.width(), 512);
   EXPECT_EQ(view.height(), 128);
-  png(job + "/lobe.png?x=600&y=240");  // a pixel of the job's picture, not of the view's
+  png(job + "/lobe.png?x=360&y=144");  // a pixel of the job's picture, not of the view's
 }
 
 TEST_F(ServiceViewsTest, SayWhatIsWrongWithTheRequest) {
