@@ -39,12 +39,16 @@ TEST(GuideGate, AGuideThatLosesIsLeft) {
   EXPECT_FALSE(gate.guides(100, kSeen));
 }
 
-TEST(GuideGate, OneThatGainsLessThanATenthIsLeft) {
-  EXPECT_FALSE(after({1.05, 1.05, 1.05}).on());
-  EXPECT_TRUE(after({1.15, 1.15, 1.15}).on());
+TEST(GuideGate, OneThatGainsLessThanAQuarterIsLeft) {
+  EXPECT_FALSE(after({1.2, 1.2, 1.2}).on());
+  EXPECT_TRUE(after({1.3, 1.3, 1.3}).on());
 }
 
-TEST(GuideGate, AYoungTableIsNotJudged) { EXPECT_TRUE(after({0.4, 0.3}).on()); }
+TEST(GuideGate, AYoungTableNeedOnlyBeNearToPaying) {
+  EXPECT_TRUE(after({0.4}).on());
+  EXPECT_FALSE(after({0.8, 0.8}).on());
+  EXPECT_TRUE(after({1, 1}).on());
+}
 
 TEST(GuideGate, ALoserThatGetsBetterGoesOn) {
   EXPECT_TRUE(after({0.4, 0.5, 0.7, 0.9}).on());
