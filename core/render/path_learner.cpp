@@ -28,7 +28,6 @@ void PathLearner::emitted(Rgb radiance, float mis) {
   if (needs_.transition) vertices_.back().transition.emitted = luminance(radiance);
   Note& note = notes_.back();
   const Rgb emitted = note.between * radiance;
-  note.emitted += emitted * mis;
   note.savings.emitted += emitted * mis;
   note.savings.plain_emitted += emitted * note.savings.plain_weight(mis);
 }
@@ -82,7 +81,7 @@ void PathLearner::flush() {
   for (const Path& path : paths_) {
     for (size_t i = path.end; i-- > path.begin;) {
       const Note& x = notes_[i];
-      vertices_[i].arriving = x.emitted;
+      vertices_[i].arriving = x.savings.emitted;
       if (!x.lands) continue;
       const Note& y = notes_[i + 1];
       const Rgb& landed = vertices_[i + 1].arriving;
@@ -99,7 +98,7 @@ void PathLearner::flush() {
 double PathLearner::saved_by(const Path& path) const {
   float saved = 0;
   for (size_t i = path.begin; i < path.end; ++i)
-    saved += notes_[i].savings.saved(vertices_[i].arriving - notes_[i].emitted);
+    saved += notes_[i].savings.saved(vertices_[i].arriving - notes_[i].savings.emitted);
   return std::isfinite(saved) ? static_cast<double>(saved) : 0;
 }
 

@@ -59,7 +59,6 @@ class PathLearner {
 
  private:
   struct Note {
-    Rgb emitted;          // toward the vertex, weighted, in its direction
     Rgb between{1.0f};    // factor of the mirrors and glass between it and the next vertex
     Rgb direct;           // that it scatters on
     Rgb as_emitted;       // the share of `direct` that punctual lights have
