@@ -50,17 +50,17 @@ SecondMoments measure(const PreparedScene& scene, const RenderSettings& settings
   return moments;
 }
 
-struct Case {
+struct SavedCase {
   const char* scene;
   bool nee;
   float deviation;  // of a pixel's samples: above 0 the guide's roulette is on
 };
 
 TEST(SavedVariance, IsTheDifferenceOfSecondMoments) {
-  for (const Case& c : {Case{"cornell-box", false, 0},
-                        {"cornell-box", true, 0},
-                        {"cornell-box", true, 2},
-                        {"thesis-room", false, 0}}) {
+  for (const SavedCase& c : {SavedCase{"cornell-box", false, 0},
+                             {"cornell-box", true, 0},
+                             {"cornell-box", true, 2},
+                             {"thesis-room", false, 0}}) {
     SCOPED_TRACE(std::string(c.scene) + (c.nee ? ", nee, deviation " : ", deviation ") +
                  std::to_string(c.deviation));
     const auto scene = test::included_scene(c.scene);
