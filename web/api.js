@@ -11,6 +11,7 @@ export class ApiError extends Error {
 }
 
 let sign_in = null;
+let sessions = 0; // that were opened
 // `ask`: resolves when there is a session; called when a call was answered 401, which then goes on.
 export function on_unauthorized(ask) {
   sign_in = ask;
@@ -18,6 +19,7 @@ export function on_unauthorized(ask) {
 
 async function call(path, { asks = true, ...options } = {}) {
   let response;
+  const before = sessions;
   try {
     response = await fetch(path, { cache: 'no-store', ...options });
   } catch (error) {
@@ -26,7 +28,8 @@ async function call(path, { asks = true, ...options } = {}) {
   }
   if (response.ok) return response;
   if (response.status === 401 && asks && sign_in) {
-    await sign_in();
+    // A call that was on its way while another one's token opened a session need not ask again.
+    if (before === sessions) await sign_in();
     return call(path, options);
   }
   // A proxy between page and server may answer something else than problem+json.
@@ -41,12 +44,15 @@ async function call(path, { asks = true, ...options } = {}) {
 // Whether this page may look; it is asked for a token if not.
 export const check_access = () => call('/v1/');
 
-export const open_session = (token) => call('/v1/session', {
-  asks: false,
-  method: 'POST',
-  headers: { 'content-type': 'application/json' },
-  body: JSON.stringify({ token }),
-});
+export async function open_session(token) {
+  await call('/v1/session', {
+    asks: false,
+    method: 'POST',
+    headers: { 'content-type': 'application/json' },
+    body: JSON.stringify({ token }),
+  });
+  ++sessions;
+}
 
 const job_path = (id) => `/v1/jobs/${encodeURIComponent(id)}`;
 const get_json = async (path) => (await call(path)).json();

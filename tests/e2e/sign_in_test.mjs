@@ -70,6 +70,35 @@ test('a session that is over is asked for again, and the call goes on', async ()
   await page.waitForFunction(() => location.hash.startsWith('#job='));
 });
 
+test('an answer from before the session, which comes after it, asks for no token again', async () => {
+  const page = await all.browser.page(all.server.url, { ready: kDialog });
+  await sign_in(page, kToken);
+  await page.locator('.connection[data-live="true"]').waitFor();
+  await page.context().clearCookies();
+  let release;
+  const released = new Promise((resolve) => { release = resolve; });
+  const kLate = '**/v1/jobs/late';
+  const refused = page.waitForResponse(kLate);
+  await page.route(kLate, async (route) => {
+    const answer = await route.fetch();
+    if (answer.status() === 401) await released;
+    await route.fulfill({ response: answer });
+  });
+  await page.evaluate(async () => {
+    const { get_job } = await import('/api.js');
+    const status_of = (id) => get_job(id).catch((error) => error.status);
+    window.late = status_of('late');
+    window.early = status_of('early');
+  });
+  await page.locator(kDialog).waitFor();
+  await sign_in(page, kToken);
+  assert.equal(await page.evaluate(() => window.early), 404);
+  release();
+  assert.equal((await refused).status(), 401);
+  assert.equal(await page.evaluate(() => window.late), 404);
+  assert.equal(await page.locator(kDialog).count(), 0);
+});
+
 test('a token that may only read says so at the form', async () => {
   const page = await all.browser.page(all.server.url, { width: 390, height: 844, ready: kDialog });
   await screenshot(page, 'sign-in-390');
