@@ -70,7 +70,7 @@ test('a session that is over is asked for again, and the call goes on', async ()
   await page.waitForFunction(() => location.hash.startsWith('#job='));
 });
 
-test('an answer from before the session, which comes after it, asks for no token again', async () => {
+test('an answer from before a session that comes after it asks for no token', async () => {
   const page = await all.browser.page(all.server.url, { ready: kDialog });
   await sign_in(page, kToken);
   await page.locator('.connection[data-live="true"]').waitFor();
