@@ -28,7 +28,7 @@ async function call(path, { asks = true, ...options } = {}) {
   }
   if (response.ok) return response;
   if (response.status === 401 && asks && sign_in) {
-    // A call that was on its way while another one's token opened a session need not ask again.
+    // Else a session was opened while this call was on its way.
     if (before === sessions) await sign_in();
     return call(path, options);
   }
@@ -44,15 +44,12 @@ async function call(path, { asks = true, ...options } = {}) {
 // Whether this page may look; it is asked for a token if not.
 export const check_access = () => call('/v1/');
 
-export async function open_session(token) {
-  await call('/v1/session', {
-    asks: false,
-    method: 'POST',
-    headers: { 'content-type': 'application/json' },
-    body: JSON.stringify({ token }),
-  });
-  ++sessions;
-}
+export const open_session = (token) => call('/v1/session', {
+  asks: false,
+  method: 'POST',
+  headers: { 'content-type': 'application/json' },
+  body: JSON.stringify({ token }),
+}).then(() => ++sessions);
 
 const job_path = (id) => `/v1/jobs/${encodeURIComponent(id)}`;
 const get_json = async (path) => (await call(path)).json();
