@@ -22,30 +22,31 @@
 namespace qray {
 
 struct GuideSavings {
-  float reached = 1;             // the chance to have survived until here
-  Rgb throughput;                // until here
-  float nee = 0, plain_nee = 0;  // d, d_b
-  float chance = 1;              // q
-  float plain_chance = 1;        // q_b
-  float control = 0;             // c
-  float density_ratio = 0;       // p / p_b; 0: no direction was drawn, or the BSDF never draws it
-  Rgb to_pixel;                  // w
-  Rgb emitted, plain_emitted;    // E m, E m_b
+  float reached = 1;                // the chance to have survived until here
+  Rgb throughput;                   // until here
+  float nee = 0, unguided_nee = 0;  // d, d_b
+  float chance = 1;                 // q
+  float unguided_chance = 1;        // q_b
+  float control = 0;                // c
+  float density_ratio = 0;        // p / p_b; 0: no direction was drawn, or the BSDF never draws it
+  Rgb to_pixel;                   // w
+  Rgb emitted, unguided_emitted;  // E m, E m_b
 
   // m_b, of m: the power heuristic.
-  float plain_weight(float mis) const {
+  float unguided_weight(float mis) const {
     return mis < 1 ? 1 / (1 + sqr(density_ratio) * (1 / mis - 1)) : 1;
   }
 
   // `rest`: L.
   float saved(Rgb rest) const {
     constexpr float kMostRatio = 64;
-    float sum = sqr(plain_nee) - sqr(nee);
+    float sum = sqr(unguided_nee) - sqr(nee);
     if (density_ratio > 0) {
       const float a = luminance(to_pixel * (emitted + rest)),
-                  plain = luminance(to_pixel * (plain_emitted + rest));
-      sum += chance * (sqr(plain) * std::min(density_ratio, kMostRatio) / plain_chance - sqr(a) -
-                       sqr(a - control) * (1 / chance - 1) + 2 * (plain_nee * plain - nee * a));
+                  unguided = luminance(to_pixel * (unguided_emitted + rest));
+      sum +=
+          chance * (sqr(unguided) * std::min(density_ratio, kMostRatio) / unguided_chance - sqr(a) -
+                    sqr(a - control) * (1 / chance - 1) + 2 * (unguided_nee * unguided - nee * a));
     }
     return sum * reached;
   }

@@ -270,40 +270,40 @@ inline PathTracer::Connection PathTracer::connect(const PathVertex& v, float u_l
     light.radiance *= transmittance(*inside, light.distance);
   const float ratio =
       light.punctual ? 0 : mixture_pdf_w(v, light.wi, eval.pdf_w, eval.base_pdf_w) / light.pdf_w;
-  const float plain_ratio = light.punctual ? 0 : eval.pdf_w / light.pdf_w;
   const float mis_over_pdf = 1 / (light.pdf_w * (1 + sqr(ratio)));  // the power heuristic
+  float unguided_weight = 1;
+  if (learner_.on() && !light.punctual)
+    unguided_weight = (1 + sqr(ratio)) / (1 + sqr(eval.pdf_w / light.pdf_w));
   // The ray starts off the surface, perhaps nearer to the light, and must end before it.
   const float t_max = std::min(light.distance * (1 - 1e-4f), light.distance - 2 * v.ray_offset);
   return {eval.f_cos * light.radiance * mis_over_pdf,
           {v.ray_origin(light.wi), light.wi, std::max(t_max, 0.0f)},
           light.punctual,
-          (1 + sqr(ratio)) / (1 + sqr(plain_ratio))};
+          unguided_weight};
 }
 
 // Russian roulette.
 inline bool PathTracer::survive(PathState& path, const PathVertex& v, float pixel_deviation,
                                 float u_roulette) {
   const Survival survival = this->survival(path, v, pixel_deviation);
-  float plain_chance = 1;
+  float unguided_chance = 1;
   if (learner_.on()) {
-    plain_chance = this->plain_chance(
-        path.depth, path.throughput * (path.survival_chance / path.plain_survival_chance));
-    path.plain_survival_chance *= plain_chance;
+    unguided_chance = this->unguided_chance(
+        path.depth, path.throughput * (path.survival_chance / path.unguided_survival_chance));
+    path.unguided_survival_chance *= unguided_chance;
   }
-  if (!(survival.chance < 1)) {
-    learner_.survived(v.kind != BsdfKind::kDelta, 1, {}, plain_chance);
-    return true;
+  if (survival.chance < 1) {
+    const Rgb control = path.throughput * survival.control;
+    if (!(u_roulette < survival.chance)) {
+      path.radiance += control;
+      return false;
+    }
+    const float survivors = 1 / survival.chance;
+    path.survival_chance *= survival.chance;
+    path.radiance += control * (1 - survivors);
+    path.throughput *= survivors;
   }
-  const Rgb control = path.throughput * survival.control;
-  if (!(u_roulette < survival.chance)) {
-    path.radiance += control;
-    return false;
-  }
-  const float survivors = 1 / survival.chance;
-  path.survival_chance *= survival.chance;
-  path.radiance += control * (1 - survivors);
-  path.throughput *= survivors;
-  learner_.survived(v.kind != BsdfKind::kDelta, survival.chance, survival.control, plain_chance);
+  learner_.survived(v.kind != BsdfKind::kDelta, survival.chance, survival.control, unguided_chance);
   return true;
 }
 
@@ -329,10 +329,10 @@ inline PathTracer::Survival PathTracer::survival(const PathState& path, const Pa
       }
     }
   }
-  return {plain_chance(path.depth, path.throughput), {}};
+  return {unguided_chance(path.depth, path.throughput), {}};
 }
 
-inline float PathTracer::plain_chance(int depth, Rgb throughput) const {
+inline float PathTracer::unguided_chance(int depth, Rgb throughput) const {
   if (!settings_.russian_roulette || depth < kRouletteFromDepth) return 1;
   return std::min(0.95f, max_component(throughput));
 }

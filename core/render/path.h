@@ -88,7 +88,7 @@ class PathTracer {
 
   Connection connect(const PathVertex& v, float u_light, Vec2 u_light_point);
   Survival survival(const PathState& path, const PathVertex& v, float pixel_deviation);
-  float plain_chance(int depth, Rgb throughput) const;
+  float unguided_chance(int depth, Rgb throughput) const;  // of roulette
   std::optional<ScatterSample> scatter(const PathVertex& v, float u_lobe, Vec2 u_direction);
   ScatterSample scatter_by_guide(const PathVertex& v, Vec2 u_direction);
   static float mixed(const PathVertex& v, float guide_pdf_w, float bsdf_pdf_w, float base_pdf_w);

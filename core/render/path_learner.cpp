@@ -29,7 +29,7 @@ void PathLearner::emitted(Rgb radiance, float mis) {
   Note& note = notes_.back();
   const Rgb emitted = note.between * radiance;
   note.savings.emitted += emitted * mis;
-  note.savings.plain_emitted += emitted * note.savings.plain_weight(mis);
+  note.savings.unguided_emitted += emitted * note.savings.unguided_weight(mis);
 }
 
 void PathLearner::direct(uint32_t vertex, Rgb radiance, bool punctual, float unguided_weight) {
@@ -38,10 +38,10 @@ void PathLearner::direct(uint32_t vertex, Rgb radiance, bool punctual, float ung
   if (punctual) note.as_emitted += radiance;
   const float to_pixel = luminance(note.savings.throughput * radiance);
   note.savings.nee += to_pixel;
-  note.savings.plain_nee += to_pixel * unguided_weight;
+  note.savings.unguided_nee += to_pixel * unguided_weight;
 }
 
-void PathLearner::survived(bool at_vertex, float chance, Rgb control, float plain_chance) {
+void PathLearner::survived(bool at_vertex, float chance, Rgb control, float unguided_chance) {
   if (!has_vertex()) return;
   Note& note = notes_.back();
   if (!at_vertex) {
@@ -50,7 +50,7 @@ void PathLearner::survived(bool at_vertex, float chance, Rgb control, float plai
   }
   note.survivors = 1 / chance;
   note.savings.chance = chance;
-  note.savings.plain_chance = plain_chance;
+  note.savings.unguided_chance = unguided_chance;
   note.savings.control = luminance(note.savings.throughput * control) * note.survivors;
 }
 

@@ -43,8 +43,9 @@ class PathLearner {
   void expected(Rgb scattered) {
     notes_.back().expected = scattered, notes_.back().credible = true;
   }
-  // Roulette let the path go on, `at_vertex` as below; `plain_chance`: as it would without a guide.
-  void survived(bool at_vertex, float chance, Rgb control, float plain_chance);
+  // Roulette let the path go on, `at_vertex` as below; `unguided_chance`: as it would without a
+  // guide.
+  void survived(bool at_vertex, float chance, Rgb control, float unguided_chance);
   // It goes on, not by a mirror or clear glass; a black weight: it was absorbed.
   void scattered(const ScatterSample& next);
   // The same by a mirror or clear glass, `at_vertex` if a vertex of the path is there.

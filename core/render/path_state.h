@@ -41,8 +41,8 @@ struct PathState {
   // camera's.
   float pdf_w = 0;
   bool delta = true;
-  float survival_chance = 1;        // that it got so far
-  float plain_survival_chance = 1;  // that it would have without a guide's expectations
+  float survival_chance = 1;           // that it got so far
+  float unguided_survival_chance = 1;  // that it would have without a guide's expectations
 };
 
 // Where a pixel's samples go, which must live until the tracer's flush().

@@ -1,7 +1,6 @@
 #include "tests/stability/huang_table.h"
 
 #include "core/base/check.h"
-#include "core/render/pass_plan.h"
 #include "core/settings/variant.h"
 
 namespace qray::test {
@@ -11,17 +10,7 @@ std::optional<TableFile> learned_table(const PreparedScene& scene, RenderSetting
   settings = apply_variant(variant, std::move(settings)).value();
   settings.samples = samples;
   settings.seed = 99'991;
-  settings.passes.clear();
-  PassPlan plan(settings);
-  RenderAge age;
-  while (plan.learning(age)) {
-    const int pass = plan.next(age, 0);
-    plan.started(pass);
-    age.samples += static_cast<uint64_t>(pass);
-  }
-  RenderSettings learning = settings;
-  learning.passes = plan.passes();
-  return render(scene, learning).job.table;
+  return render(scene, learning_passes_of(settings)).job.table;
 }
 
 std::vector<HuangState> huang_states(const TableFile& table) {

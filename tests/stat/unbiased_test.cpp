@@ -33,11 +33,10 @@ Means means_of(const PreparedScene& scene, const std::string& method, int sample
 }
 
 TableFile learned(const PreparedScene& scene, const std::string& method, bool nee) {
-  // The passes in which a job of 64 samples that learns from 16 learns: its table.
-  RenderSettings settings = test::small_settings(method, kUnbiasedSide, 16, 99);
+  RenderSettings settings = test::small_settings(method, kUnbiasedSide, 64, 99);
   settings.nee = nee;
-  settings.passes = {1, 1, 1, 1, 2, 2, 4, 4};
-  return *test::render(scene, settings).job.table;
+  settings.learning_samples = 16;
+  return *test::render(scene, test::learning_passes_of(settings)).job.table;
 }
 
 std::vector<std::string> unbiased_methods(const PreparedScene& scene) {

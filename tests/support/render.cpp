@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "core/image/metrics.h"
+#include "core/render/pass_plan.h"
 
 namespace qray::test {
 
@@ -28,6 +29,19 @@ Result<Rendered> try_render(const PreparedScene& scene, const RenderSettings& se
       run_job(scene, settings, std::move(table), film, pool, observer, {}, SteadyClock());
   if (!job) return job.error();
   return Rendered{film.develop(), std::move(job).value()};
+}
+
+RenderSettings learning_passes_of(RenderSettings settings) {
+  settings.passes.clear();
+  PassPlan plan(settings);
+  RenderAge age;
+  while (plan.learning(age)) {
+    const int pass = plan.next(age, 0);
+    plan.started(pass);
+    age.samples += static_cast<uint64_t>(pass);
+  }
+  settings.passes = plan.passes();
+  return settings;
 }
 
 Rendered render(const PreparedScene& scene, const RenderSettings& settings,

@@ -20,6 +20,10 @@ struct Rendered {
 RenderSettings small_settings(const std::string& method, int side_px, int samples,
                               uint64_t seed = 1);
 
+// Of a job bounded by samples, the passes in which it may learn, without those after them: its
+// table is the same.
+RenderSettings learning_passes_of(RenderSettings settings);
+
 // A job that must succeed: the calling test fails (and the picture is black) where it does not.
 Rendered render(const PreparedScene& scene, const RenderSettings& settings,
                 std::optional<TableFile> table = {});
