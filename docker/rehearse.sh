@@ -54,6 +54,7 @@ mkdir "$data"
 QRAY_TOKEN="$("$prefix/bin/qrayd" token rehearsal submit 2>&1 > "$scratch/tokens" |
   sed -n 's/.*once: //p')"
 export QRAY_TOKEN
+: > "$scratch/out"  # the loop below may read it before the server's shell has opened it
 bash "$here/confined.sh" "$data" "$prefix/bin/qrayd" --data "$data" --port 0 \
   --tokens "$scratch/tokens" \
   > "$scratch/out" 2> "$scratch/log" &

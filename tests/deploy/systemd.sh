@@ -37,6 +37,7 @@ if [ "$(id -u)" -eq 0 ]; then
   chmod 755 "$scratch"
   as_user=(-u nobody)
 fi
+: > "$scratch/out"  # the loop below may read it before the server's shell has opened it
 strace -f -qq -e signal=none -o "$scratch/trace" "${as_user[@]}" \
   "$scratch/prefix/bin/qrayd" --data "$scratch/data" --port 0 > "$scratch/out" 2> "$scratch/log" &
 server_pid=$!
