@@ -35,11 +35,9 @@ Status JobRun::move(JobState to, const JobStore::Change& change) {
   return moved.error();
 }
 
-void JobRun::run(const std::function<bool()>& stopping) {
-  Status done;
+void JobRun::run(const Status& claimed, const std::function<bool()>& stopping) {
+  Status done = claimed;
   try {
-    done = move(JobState::kPreparing);
-    if (!done.ok() && done.error().code == ErrorCode::kCanceled) return;  // before it began
     if (done.ok()) done = prepare();
     if (done.ok()) {
       Result<Rendered> rendered = resume_or_begin();

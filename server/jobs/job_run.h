@@ -20,9 +20,12 @@ class JobRun {
  public:
   JobRun(const RunContext& context, JobId id) : context_(context), id_(id) {}
 
-  // Runs to the job's end, to its pause, or back to the queue when `stopping()` says that the
-  // server stops. What was interrupted goes on from its last checkpoint.
-  void run(const std::function<bool()>& stopping);
+  // Makes a queued job this run's. kCanceled: it is not queued any more.
+  Status claim() { return move(JobState::kPreparing); }
+  // After claim(), and what came of it. Runs to the job's end, to its pause, or back to the queue
+  // when `stopping()` says that the server stops. What was interrupted goes on from its last
+  // checkpoint.
+  void run(const Status& claimed, const std::function<bool()>& stopping);
 
  private:
   struct Rendered {

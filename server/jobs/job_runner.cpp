@@ -64,30 +64,40 @@ void JobRunner::run(const JobRecord& record, std::stop_token stop) {
   Running running{{}, std::make_shared<JobKeeper>(stores_.checkpoints, id, clock_), {}};
   const std::stop_token cancel = running.cancel.get_token();
   const std::shared_ptr<JobKeeper> keeper = running.keeper;
-  {
-    std::lock_guard lock(mutex_);
-    if (stop.stop_requested()) return;  // it stays queued, for the next start
-    running_[id] = std::move(running);
-  }
   const auto show = [this, id](std::shared_ptr<RunningJob> shown) {
     std::lock_guard lock(mutex_);
-    running_[id].shown = std::move(shown);
+    running_.at(id).shown = std::move(shown);
   };
+  JobRun job({stores_, share, memory_, clock_, now_ms_, show, *keeper, cancel}, id);
+  Status claimed;
+  {
+    std::unique_lock lock(mutex_);
+    // Of a job that was paused and resumed, the run before may not have left yet.
+    ended_.wait(lock, [&] { return !running_.contains(id) || !is_queued(id); });
+    if (stop.stop_requested()) return;  // it stays queued, for the next start
+    claimed = job.claim();
+    // Paused, canceled, or queued twice and claimed by the other.
+    if (!claimed.ok() && claimed.error().code == ErrorCode::kCanceled) return;
+    running_.emplace(id, std::move(running));
+  }
   const auto start = clock_.seconds();
-  JobRun({stores_, share, memory_, clock_, now_ms_, show, *keeper, cancel}, id).run([&] {
-    return stop.stop_requested();
-  });
+  job.run(claimed, [&] { return stop.stop_requested(); });
   {
     std::lock_guard lock(mutex_);
     running_.erase(id);
     ended_.notify_all();
   }
-  const Result<JobRecord> job = stores_.jobs.get(id);
-  if (job.ok()) {
-    spdlog::info("job={} {} after {:.1f} s{}", id.text(), to_string(job.value().state),
+  const Result<JobRecord> ended = stores_.jobs.get(id);
+  if (ended.ok()) {
+    spdlog::info("job={} {} after {:.1f} s{}", id.text(), to_string(ended.value().state),
                  clock_.seconds() - start,
-                 job.value().error ? ": " + job.value().error->message : "");
+                 ended.value().error ? ": " + ended.value().error->message : "");
   }
+}
+
+bool JobRunner::is_queued(JobId id) const {
+  const Result<JobRecord> job = stores_.jobs.get(id);
+  return job.ok() && job.value().state == JobState::kQueued;
 }
 
 Status JobRunner::room() const {
@@ -139,8 +149,11 @@ Result<JobRecord> JobRunner::move_running(JobId id,
     if (state == to) return job;
     if (has_ended(state)) return ended(state);
     Result<JobRecord> moved = stores_.jobs.move(id, to);
-    if (const auto found = running_.find(id); moved.ok() && found != running_.end())
+    if (moved.ok() && state == JobState::kQueued) {
+      queue_.remove(id);  // if a worker has it already, it cannot claim it
+    } else if (const auto found = running_.find(id); moved.ok() && found != running_.end()) {
       tell(found->second);
+    }
     if (moved.ok() || moved.error().code != ErrorCode::kConflict) return moved;
     // Its state changed since it was read, or it cannot become that from this one.
     const Result<JobRecord> now = stores_.jobs.get(id);
@@ -149,11 +162,6 @@ Result<JobRecord> JobRunner::move_running(JobId id,
 }
 
 Result<JobRecord> JobRunner::cancel(JobId id) {
-  if (queue_.remove(id)) {
-    stores_.checkpoints.remove(id);
-    return stores_.jobs.move(id, JobState::kCanceled);
-  }
-  // Taken from the queue, but not preparing yet, or paused: it never will.
   const auto to_when = [](JobState state) {
     return state == JobState::kQueued || state == JobState::kPaused ? JobState::kCanceled
                                                                     : JobState::kCanceling;
@@ -165,7 +173,6 @@ Result<JobRecord> JobRunner::cancel(JobId id) {
 }
 
 Result<JobRecord> JobRunner::pause(JobId id) {
-  if (queue_.remove(id)) return stores_.jobs.move(id, JobState::kPaused);
   const auto to_when = [](JobState state) {
     return state == JobState::kQueued || state == JobState::kPaused ? JobState::kPaused
                                                                     : JobState::kPausing;
@@ -184,9 +191,7 @@ Result<JobRecord> JobRunner::resume(JobId id) {
     return Error{ErrorCode::kConflict,
                  "the job is not paused: it is " + std::string(to_string(job.value().state)), ""};
   if (Status s = room(); !s.ok()) return s.error();
-  job = stores_.jobs.move(id, JobState::kQueued);
-  if (job.ok()) queue_.push(id, job.value().request.get(field::kPriority));
-  return job;
+  return queue_again(id, {});
 }
 
 Result<JobRecord> JobRunner::extend(JobId id, const proto::ExtendRequest& more) {
@@ -221,8 +226,13 @@ Result<JobRecord> JobRunner::extend(JobId id, const proto::ExtendRequest& more) 
     record.progress.fraction = 0;
     record.attempts = 0;
   };
-  job = stores_.jobs.move(id, JobState::kQueued, change);
-  if (job.ok()) queue_.push(id, request.get(field::kPriority));
+  return queue_again(id, change);
+}
+
+Result<JobRecord> JobRunner::queue_again(JobId id, const JobStore::Change& change) {
+  std::lock_guard lock(mutex_);
+  Result<JobRecord> job = stores_.jobs.move(id, JobState::kQueued, change);
+  if (job.ok()) queue_.push(id, job.value().request.get(field::kPriority));
   return job;
 }
 

@@ -90,7 +90,10 @@ class JobRunner {
   Result<JobRecord> enqueue(const JobRecord& job);
   void work(std::stop_token stop);
   void run(const JobRecord& job, std::stop_token stop);
-  // Moves a job that may be running: `to_when` says to what from its present state.
+  bool is_queued(JobId id) const;
+  // Moves it into the queue.
+  Result<JobRecord> queue_again(JobId id, const JobStore::Change& change);
+  // Moves a job that may be queued or running: `to_when` says to what from its present state.
   Result<JobRecord> move_running(JobId id, const std::function<JobState(JobState)>& to_when,
                                  const std::function<void(Running&)>& tell);
 
@@ -103,8 +106,10 @@ class JobRunner {
   std::function<int64_t()> now_ms_;
 
   Gather<JobStore::Posted, Result<JobRecord>> submits_;
-  std::mutex submit_mutex_;   // the queue's bound holds over several submits at once
-  mutable std::mutex mutex_;  // guards what follows
+  std::mutex submit_mutex_;  // the queue's bound holds over several submits at once
+  // Guards what follows, and that a job is in the queue while its state says so: who moves it into
+  // or out of that state holds this.
+  mutable std::mutex mutex_;
   std::condition_variable ended_;
   std::map<JobId, Running> running_;
   std::vector<std::jthread> workers_;

@@ -1,6 +1,8 @@
 // What a client does with a job beside posting it: wait, pause, resume, extend, delete, post again.
 #include <gtest/gtest.h>
 
+#include <thread>
+
 #include "tests/server/test_service.h"
 
 namespace qray::server {
@@ -65,6 +67,32 @@ TEST(ServiceControl, AQueuedJobIsPausedAtOnceAndAPausedOneCanceled) {
   EXPECT_EQ(s.get("/v1/jobs/" + a)["state"], "paused");
   s.post("/v1/jobs/" + a + "/resume", "", 202);
   EXPECT_EQ(s.wait_end(a)["state"], "succeeded");
+}
+
+// Each order of these calls against the workers' taking the job from the queue.
+TEST(ServiceControl, PausesAndResumesThatHammerAJobLoseNothing) {
+  TestService s;
+  s.config.jobs_at_once = 2;
+  s.start();
+  const std::string whole = s.submit(box(64)), id = s.submit(box(64));
+  const auto end = std::chrono::steady_clock::now() + std::chrono::milliseconds(1500);
+  std::vector<std::jthread> clients;
+  for (const char* action : {"pause", "resume", "pause", "resume"})
+    clients.emplace_back([&, action] {
+      httplib::Client client("127.0.0.1", s.service->port());
+      client.set_keep_alive(true);
+      while (std::chrono::steady_clock::now() < end) {
+        const auto answer = client.Post("/v1/jobs/" + id + "/" + action);
+        ASSERT_TRUE(answer) << "the server is gone";
+        ASSERT_TRUE(answer->status == 202 || answer->status == 409) << answer->body;
+      }
+    });
+  clients.clear();
+  if (s.wait(id, {"paused", "succeeded"})["state"] == "paused")
+    s.post("/v1/jobs/" + id + "/resume", "", 202);
+  EXPECT_EQ(s.wait_end(id)["state"], "succeeded");
+  EXPECT_EQ(s.wait_end(whole)["state"], "succeeded");
+  EXPECT_EQ(pixels(s, id), pixels(s, whole));
 }
 
 TEST(ServiceControl, MoreIsRenderedOntoAJob) {
