@@ -9,6 +9,7 @@ const kMaxSafe = Number.MAX_SAFE_INTEGER;
 
 export class JobForm {
   #form;
+  #button;
   #on_posted;
   #sizes = new Map(); // scene name -> its own {width, height}
   #tables = [];
@@ -17,6 +18,7 @@ export class JobForm {
   // on_posted(jobs): one job, or the job and its twin without learning or with all pixels.
   constructor(form, on_posted) {
     this.#form = form;
+    this.#button = form.querySelector('button[type=submit]');
     this.#on_posted = on_posted;
     form.addEventListener('submit', (event) => {
       event.preventDefault();
@@ -55,6 +57,7 @@ export class JobForm {
     const chosen = select.value;
     select.replaceChildren(...scenes.map(({ name }) => new Option(name, name)));
     if (scenes.some(({ name }) => name === chosen)) select.value = chosen;
+    if (!this.#sizes.size) this.#button.disabled = false; // there was no scene to name
     this.#sizes = new Map(scenes.map(({ name, width, height }) => [name, { width, height }]));
     this.#follow();
   }
@@ -134,8 +137,7 @@ export class JobForm {
     this.#clear_errors();
     const errors = this.#unsendable();
     if (errors.length) return this.#show_errors(errors);
-    const button = this.#form.querySelector('button[type=submit]');
-    button.disabled = true;
+    this.#button.disabled = true;
     try {
       const request = read_request(this.#form.elements, this.#fields);
       const { twin, full } = this.#form.elements;
@@ -152,7 +154,7 @@ export class JobForm {
       const retry = error.retry_after_s ? ` Try again in ${error.retry_after_s} s.` : '';
       this.#show_errors(error.errors, error.message + retry);
     } finally {
-      button.disabled = false;
+      this.#button.disabled = false;
     }
     return undefined;
   }
@@ -166,7 +168,7 @@ export class JobForm {
     this.#form.querySelector('.form-error').textContent = text;
     const folded = first?.closest('details:not([open])');
     if (folded) folded.open = true;
-    (first ?? this.#form.querySelector('button[type=submit]')).focus();
+    (first ?? this.#button).focus();
   }
 
   // False when the form has no place for a message about this field.

@@ -33,6 +33,8 @@ test('keys zoom, a drag moves the picture, and a reload shows the same part', as
   await page.keyboard.press('+');
   await page.keyboard.press('+');
   assert.equal(await zoom(), '400\u00a0%');
+  await hash_has('zoom=4&cx=');
+  const address = await page.evaluate(() => location.hash);
   const before_drag = await sheet();
   const box = await page.locator('.stage').boundingBox();
   const [x, y] = [box.x + box.width / 2, box.y + box.height / 2];
@@ -41,7 +43,7 @@ test('keys zoom, a drag moves the picture, and a reload shows the same part', as
   await page.mouse.move(x + 40, y + 20, { steps: 4 });
   await page.mouse.up();
   assert.notEqual(await sheet(), before_drag);
-  await hash_has('zoom=4&cx=');
+  await page.waitForFunction((old) => location.hash !== old, address);
   const here = await sheet();
   await page.reload();
   await wait_for_tiles(page, 0);

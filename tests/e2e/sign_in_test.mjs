@@ -61,6 +61,7 @@ test('a session that is over is asked for again, and the call goes on', async ()
   const page = await all.browser.page(all.server.url, { ready: kDialog });
   await sign_in(page, kToken);
   await page.locator('.connection[data-live="true"]').waitFor();
+  await page.locator('#job-form button[type=submit]:enabled').waitFor(); // the scenes are listed
   await page.context().clearCookies();
   await page.locator('#amount').fill('1');
   // Not by its button: the dialog may be there already, since the page asks for other things too.
