@@ -1,5 +1,6 @@
 // qray table: info, verify and merge of table files.
 #include <CLI/CLI.hpp>
+#include <cmath>
 #include <cstdio>
 
 #include "core/base/file.h"
@@ -32,6 +33,7 @@ Status info(const TableOptions& o) {
   const Result<std::unique_ptr<Guide>> guide = open_table(read.value(), kAnyTableBytes);
   if (!guide) return at_file(guide.error(), o.files[0]);
   const GuideStats stats = guide.value()->stats();
+  const double gain = guide.value()->worth().efficiency_gain;
   uint64_t bytes = 0;
   std::vector<std::string> sections;
   for (const TableSection& section : read.value().sections) {
@@ -47,6 +49,7 @@ Status info(const TableOptions& o) {
       {"bytes", bytes},
       {"memory_bytes", uint64_t{stats.bytes}},
       {"sections", sections},
+      {"efficiency_gain", gain > 0 ? gain : std::nan("")},
       {"geometry", h.geometry.hex()},
       {"materials", h.materials.hex()},
       {"lights", h.lights.hex()},
@@ -71,6 +74,9 @@ Status info(const TableOptions& o) {
   line("states", std::to_string(stats.states));
   line("bytes", std::to_string(bytes) + " in sections " + joined(sections) + "; " +
                     std::to_string(stats.bytes) + " of memory");
+  char worth[64] = "not known";
+  if (gain > 0) std::snprintf(worth, sizeof worth, "%.3g times plain path tracing", gain);
+  line("worth", worth);
   line("geometry", h.geometry.hex());
   line("materials", h.materials.hex());
   line("lights", h.lights.hex());

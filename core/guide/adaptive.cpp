@@ -42,7 +42,9 @@ AdaptiveGuide::AdaptiveGuide(const AdaptiveGuide& o)
       sums_(o.sums_),
       directions_(o.directions_),
       samples_seen_(o.samples_seen_),
-      refused_(o.refused_) {}
+      seen_before_pass_(o.seen_before_pass_),
+      refused_(o.refused_),
+      worth_(o.worth_) {}
 
 void AdaptiveGuide::add_states() {
   Cells cells = DirectionTrees::one_cell();
@@ -168,8 +170,9 @@ GuideStats AdaptiveGuide::stats() const {
 
 template <class Self, class Archive>
 void AdaptiveGuide::exchange_state(Self& self, Archive& archive) {
-  archive(self.tree_, self.states_, self.sums_, self.directions_, self.samples_seen_, self.refused_,
-          self.grows_);
+  archive(self.tree_, self.states_, self.sums_, self.directions_, self.samples_seen_,
+          self.seen_before_pass_, self.refused_, self.grows_, self.worth_.efficiency_gain,
+          self.worth_.unguided_rays);
 }
 
 void AdaptiveGuide::save_state(SnapshotWriter& out) const { exchange_state(*this, out); }

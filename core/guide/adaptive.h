@@ -7,6 +7,7 @@
 // change a bit. Radiance counts in units of the scene's brightest light.
 #pragma once
 
+#include <algorithm>
 #include <memory>
 
 #include "core/base/spin_lock.h"
@@ -46,6 +47,11 @@ class AdaptiveGuide final : public Guide {
   void stop_growing() override { grows_ = false; }
 
   GuideStats stats() const override;
+  GuideWorth worth() const override { return worth_; }
+  void set_worth(const GuideWorth& worth) override {
+    worth_ = {std::min(worth.efficiency_gain, GuideWorth::kMost),
+              std::min(worth.unguided_rays, GuideWorth::kMost)};
+  }
   std::vector<TableSection> save() const override;
   Status load(std::span<const TableSection> sections) override;
   void save_state(SnapshotWriter& out) const override;
@@ -89,6 +95,7 @@ class AdaptiveGuide final : public Guide {
   };
   template <class Self, class Archive>
   static void exchange_state(Self& self, Archive& archive);
+  int64_t kept_share();  // of kShareOne: of the sums, at the end of a pass
   Growth whole_trees() const;
   Growth cut_places(size_t room);  // with what is left of the room
   AdaptiveGuide(const AdaptiveGuide& o);
@@ -111,8 +118,10 @@ class AdaptiveGuide final : public Guide {
   mutable std::vector<Sums> sums_;  // parallel
   mutable DirectionTrees directions_;
   uint64_t samples_seen_ = 0;
+  uint64_t seen_before_pass_ = 0;  // samples_seen_ at the last end_pass()
   uint64_t refused_ = 0;
   bool grows_ = true;
+  GuideWorth worth_;
 };
 
 }  // namespace qray

@@ -1,4 +1,5 @@
 // How AdaptiveGuide's places and directions grow between passes, within its memory.
+#include <algorithm>
 #include <utility>
 
 #include "core/guide/adaptive.h"
@@ -71,6 +72,18 @@ AdaptiveGuide::Growth AdaptiveGuide::cut_places(size_t room) {
   return growth;
 }
 
+// A pass that is long against what is known displaces it, since it was guided better; short ones,
+// with which a job starts from a table, only add to it.
+int64_t AdaptiveGuide::kept_share() {
+  int64_t all = 0;
+  for (const Sums& sums : sums_) all += sums.n;
+  const auto pass = static_cast<double>(samples_seen_ - seen_before_pass_);
+  seen_before_pass_ = samples_seen_;
+  const double old = all > 0 ? 1 - pass / static_cast<double>(all) : 0;
+  return static_cast<int64_t>(std::clamp(old, static_cast<double>(params_.keep), 1.0) *
+                              static_cast<double>(kShareOne));
+}
+
 // Every tree is made anew, side by side in memory: from what was learned, cut finer where the data
 // supports it and there is room, then faded.
 void AdaptiveGuide::end_pass() {
@@ -85,7 +98,7 @@ void AdaptiveGuide::end_pass() {
   const size_t room = grows_ && most > taken ? most - taken : 0;
   // The means first: halves know as much as the whole.
   for (size_t s = 0; s < states_.size(); ++s) summarize(states_[s], sums_[s]);
-  const int64_t keep = static_cast<int64_t>(params_.keep * static_cast<float>(kShareOne));
+  const int64_t keep = kept_share();
   const size_t held_back = rebuild(cut_places(room), keep);
   if (grows_) refused_ += held_back;
 }
@@ -129,6 +142,8 @@ void AdaptiveGuide::doubt() {
   constexpr int64_t kDoubt = 16;
   rebuild(whole_trees(), kShareOne / kDoubt);
   samples_seen_ = samples_seen_ / kDoubt;
+  seen_before_pass_ = samples_seen_;
+  worth_ = {};
 }
 
 }  // namespace qray

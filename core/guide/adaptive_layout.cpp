@@ -44,6 +44,8 @@ std::vector<TableSection> encode_adaptive(const SpatialTree& tree, const Adaptiv
   write_cube(cube, tree);
   cube.f64(head.radiance_unit);
   cube.u64(head.samples_seen);
+  cube.f64(head.worth.efficiency_gain);
+  cube.f64(head.worth.unguided_rays);
   out.u64(leaves.size());
   for (uint32_t leaf : leaves) {
     const AdaptiveRecord record = of(leaf);
@@ -65,10 +67,14 @@ Result<AdaptiveHead> decode_adaptive_head(std::span<const TableSection> sections
   head.cube = read_cube(in);
   head.radiance_unit = in.f64();
   head.samples_seen = in.u64();
+  if (in.remaining() > 0) head.worth = {in.f64(), in.f64()};  // version 2 has none
   if (!in.ok() || in.remaining() != 0)
     return Error{ErrorCode::kCorrupt, "wrong size", place_of(kCubeTag)};
   if (!(head.radiance_unit > 0) || !std::isfinite(head.radiance_unit))
     return Error{ErrorCode::kCorrupt, "expected a unit of radiance over 0", place_of(kCubeTag)};
+  for (const double v : {head.worth.efficiency_gain, head.worth.unguided_rays})
+    if (!(v >= 0 && v <= GuideWorth::kMost))
+      return Error{ErrorCode::kCorrupt, "expected a worth of 0 to 1e6", place_of(kCubeTag)};
   return head;
 }
 

@@ -1,10 +1,11 @@
 // The layout of `adaptive`'s tables, which proto/table_file.md describes: sections ACUB (the cube,
-// the unit of radiance, the samples seen) and AQTD (a record per state: key, sums, then the
-// direction cells with a leaf's sums). Encoding, decoding, and checks of each record. Pure
+// the unit of radiance, the samples seen, the worth) and AQTD (a record per state: key, sums, then
+// the direction cells with a leaf's sums). Encoding, decoding, and checks of each record. Pure
 // functions.
 #pragma once
 
 #include "core/guide/arrival_sums.h"
+#include "core/guide/guide_table.h"
 #include "core/guide/tree_layout.h"
 
 namespace qray {
@@ -13,6 +14,7 @@ struct AdaptiveHead {
   TableCube cube;
   double radiance_unit = 0;
   uint64_t samples_seen = 0;
+  GuideWorth worth;
 };
 struct AdaptiveRecord {
   ArrivalSums sums;

@@ -1,4 +1,5 @@
 // AdaptiveGuide's tables: two made one, saved, loaded. Their bytes are adaptive_layout.h's.
+#include <algorithm>
 #include <utility>
 
 #include "core/base/check.h"
@@ -60,15 +61,18 @@ Status AdaptiveGuide::merge(const GuideTable& other) {
   sums_ = std::move(to.sums_);
   directions_ = std::move(to.directions_);
   samples_seen_ += table->samples_seen_;
+  seen_before_pass_ += table->seen_before_pass_;
+  worth_ = std::min(worth_, table->worth_);  // not known, if one is not
   return {};
 }
 
 std::vector<TableSection> AdaptiveGuide::save() const {
   std::vector<uint32_t> known = leaves_by_key(tree_);
   std::erase_if(known, [&](uint32_t leaf) { return sums_[leaf].n == 0; });
-  return encode_adaptive(tree_, {{}, radiance_unit_, samples_seen_}, known, [&](uint32_t leaf) {
-    return AdaptiveRecord{sums_[leaf], directions_.take(states_[leaf].root)};
-  });
+  return encode_adaptive(tree_, {{}, radiance_unit_, samples_seen_, worth_}, known,
+                         [&](uint32_t leaf) {
+                           return AdaptiveRecord{sums_[leaf], directions_.take(states_[leaf].root)};
+                         });
 }
 
 void AdaptiveGuide::load_record(uint32_t leaf, AdaptiveRecord&& record) {
@@ -97,6 +101,8 @@ Status AdaptiveGuide::load(std::span<const TableSection> sections) {
   rebuild(whole_trees(), kShareOne);
   if (count.value() > 0 && bytes() > max_bytes_) return too_large;
   samples_seen_ = head.value().samples_seen;
+  seen_before_pass_ = samples_seen_;
+  worth_ = head.value().worth;
   return {};
 }
 

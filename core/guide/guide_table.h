@@ -2,6 +2,7 @@
 // and merging. One thread, while the guide neither learns nor samples; const calls between passes.
 #pragma once
 
+#include <compare>
 #include <span>
 #include <string_view>
 #include <vector>
@@ -20,12 +21,23 @@ struct GuideStats {
   uint64_t refused = 0;        // transitions that found no room for their state: the table is full
 };
 
+// What the guide was worth to the last job that learned and measured it (core/render/guide_gate.h).
+struct GuideWorth {
+  double efficiency_gain = 0;           // over paths without the guide; 0: not known
+  double unguided_rays = 0;             // that such a path costs
+  static constexpr double kMost = 1e6;  // of either, in a table
+  auto operator<=>(const GuideWorth&) const = default;
+};
+
 class GuideTable {
  public:
   virtual ~GuideTable() = default;
 
   virtual std::string_view method() const = 0;
   virtual GuideStats stats() const = 0;
+  // Goes with the table, where the method keeps it.
+  virtual GuideWorth worth() const { return {}; }
+  virtual void set_worth(const GuideWorth&) {}
 
   virtual std::vector<TableSection> save() const = 0;
   // Into a fresh guide. kCorrupt: not a table of this method; kConflict: of another grid or cube;
@@ -43,7 +55,7 @@ class GuideTable {
   // leaves the guide as it was.
   virtual Status merge(const GuideTable& other) = 0;
   // The scene has changed since the table was learned: where the method counts, what it knows
-  // counts a sixteenth.
+  // counts a sixteenth, and what it is worth is not known any more.
   virtual void doubt() {}
 };
 

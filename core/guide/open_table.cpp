@@ -103,6 +103,7 @@ Result<MergedTable> merge_tables(std::span<const TableFile> tables, size_t max_b
                  ""};
   TableFile merged;
   merged.header = order[0]->header;
+  merged.header.version = kTableFormatVersion;
   merged.header.parents.clear();
   std::unique_ptr<Guide> sum;
   for (const TableFile* table : order) {

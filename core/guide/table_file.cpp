@@ -60,7 +60,7 @@ Result<TableHeader> decode_header(std::span<const uint8_t> bytes) {
 Bytes encode_table(const TableFile& table) {
   ByteWriter out;
   out.u64(kMagic);
-  out.u32(kTableFormatVersion);
+  out.u32(table.header.version);
   out.u32(kEndianness);
   const Bytes header = encode_header(table.header);
   out.u32(static_cast<uint32_t>(header.size()));
@@ -87,9 +87,11 @@ Result<TableFile> decode_table(std::span<const uint8_t> bytes) {
   ByteReader in(bytes);
   if (in.u64() != kMagic)
     return corrupt(in, "not a qray table: its first 8 bytes are not QRAYTBL1");
-  if (const uint32_t version = in.u32(); version != kTableFormatVersion) {
+  const uint32_t version = in.u32();
+  if (version != kOlderTableVersion && version != kTableFormatVersion) {
     return Error{ErrorCode::kUnsupported,
                  "table format version " + std::to_string(version) + ", expected " +
+                     std::to_string(kOlderTableVersion) + " or " +
                      std::to_string(kTableFormatVersion),
                  "table, byte 8"};
   }
@@ -102,6 +104,7 @@ Result<TableFile> decode_table(std::span<const uint8_t> bytes) {
   if (!header.ok()) return header.error();
   TableFile table;
   table.header = std::move(header).value();
+  table.header.version = version;
   const uint32_t count = in.u32();
   if (count > kMaxSections) return corrupt(in, "more than 64 sections");
   for (uint32_t i = 0; i < count; ++i) {

@@ -14,15 +14,18 @@
 
 namespace qray {
 
-constexpr uint32_t kTableFormatVersion = 2;
+// What is written, and an older version that is read: two bits apart, since nothing else would tell
+// a flipped one.
+constexpr uint32_t kTableFormatVersion = 4, kOlderTableVersion = 2;
 constexpr size_t kMaxTableParents = 64;
 constexpr int kMaxTableExponent = 100;  // of a grid's cells or a cube, in metres, both ways
 
 struct TableHeader {
-  std::string id;                    // 32 hex digits: table_id()
-  std::vector<std::string> parents;  // ids of the tables it grew from
-  std::string method;                // "huang"
-  std::string program;               // version that wrote it
+  uint32_t version = kTableFormatVersion;  // of the file
+  std::string id;                          // 32 hex digits: table_id()
+  std::vector<std::string> parents;        // ids of the tables it grew from
+  std::string method;                      // "huang"
+  std::string program;                     // version that wrote it
   Digest geometry, materials, lights;
   uint64_t samples_seen = 0;
 };

@@ -14,6 +14,7 @@ OrderedJson guide_pass(const GuidePass& p) {
   return {{"samples", p.samples},
           {"guided", p.guided},
           {"learned", p.learned},
+          {"share", p.share},
           {"variance", known(p.variance)},
           {"efficiency_gain", known(p.efficiency_gain)},
           {"states", p.states},

@@ -15,29 +15,39 @@ double ray_ns(const PreparedScene& scene) {
 
 }  // namespace
 
-GuideDecision::GuideDecision(const PreparedScene& scene, Guide& guide, bool open, bool view_lasts)
+GuideDecision::GuideDecision(const PreparedScene& scene, Guide& guide, uint64_t pixels, bool open,
+                             bool view_lasts)
     : guide_(guide),
       view_lasts_(view_lasts),
-      gate_(kLookupNs / ray_ns(scene), guide.stats().samples_seen > 0, open) {}
+      gate_(kLookupNs / ray_ns(scene), pixels, guide.stats().samples_seen > 0, open,
+            guide.worth()) {}
 
 void GuideDecision::start_pass(uint64_t samples, bool may_learn) {
   learning_ = may_learn && gate_.learns();
-  const bool guided = !guide_.expects() || gate_.guides(samples, guide_.stats().samples_seen);
-  changing_ |= (guided && learning_) || guided != guided_;
-  guided_ = guided;
+  const bool was_all_guided = guided_ && !part_;
+  part_ = learning_ && gate_.on_part();  // a trial ends with learning
+  guided_ = !guide_.expects() ||
+            (gate_.guides(samples, guide_.stats().samples_seen) && part_ == gate_.on_part());
+  const bool all_guided = guided_ && !part_;
+  changing_ |= (all_guided && learning_) || all_guided != was_all_guided;
 }
 
-void GuideDecision::judge(uint64_t samples, const PassCost& cost, const NoiseEstimate* noise) {
-  const PassCost pass = cost - cost_;
+void GuideDecision::judge(uint64_t samples, const PassCost& cost, const PassCost& guided_cost,
+                          const NoiseEstimate* noise) {
+  const PassCost guided_pass = guided_cost - guided_cost_;
+  gate_.unguided(cost - cost_ - guided_pass, noise && !guided_ ? noise->variance() : 0);
   cost_ = cost;
-  if (!guided_) gate_.unguided_pass(pass);
-  GuidePass record{samples, guided_, learning_, 0, 0, 0, 0, 0};
+  guided_cost_ = guided_cost;
+  GuidePass record{samples, guided_, learning_, part_ ? 1.0 / GuideGate::kPart : 1.0, 0, 0,
+                   0,       0,       0};
   if (noise) {
     changing_ = false;
     record.variance = noise->variance();
     if (guided_ && guide_.expects() && gate_.on())
-      record.efficiency_gain =
-          gate_.guided_pass(samples, pass, noise->variance(), noise->unguided_variance());
+      record.efficiency_gain = gate_.guided(samples, guide_.stats().samples_seen, guided_pass,
+                                            noise->guided_variance(), noise->unguided_variance());
+    if (record.efficiency_gain > 0)
+      guide_.set_worth({record.efficiency_gain, gate_.unguided_rays()});
     if (view_lasts_ && !gate_.grows()) guide_.stop_growing();
   }
   const GuideStats table = guide_.stats();

@@ -15,35 +15,46 @@ namespace qray {
 
 class GuideDecision {
  public:
-  // The guide outlives this. `open`: it rules whatever it gains. `view_lasts`: no other camera will
-  // use it, so that it need not grow where this one's picture gains nothing by it.
-  GuideDecision(const PreparedScene& scene, Guide& guide, bool open, bool view_lasts);
+  // The guide outlives this. `pixels`: of the picture. `open`: it rules whatever it gains.
+  // `view_lasts`: no other camera will use it, so that it need not grow where this one's picture
+  // gains nothing by it.
+  GuideDecision(const PreparedScene& scene, Guide& guide, uint64_t pixels, bool open,
+                bool view_lasts);
 
   // Of a pass that starts after `samples` a pixel. `may_learn`: the plan has room for it.
   void start_pass(uint64_t samples, bool may_learn);
   bool guided() const { return guided_; }      // paths of this pass ask the guide
   bool learning() const { return learning_; }  // it learns from this pass
+  // Whether both are so for the paths of this pixel: on a part, for one in GuideGate::kPart, spread
+  // evenly.
+  bool serves(int x, int y) const {
+    return !part_ || static_cast<uint64_t>(x + kLatticeShift * y) % GuideGate::kPart == 0;
+  }
   // Since noise was last measured, passes were guided by what changed: they weigh by their noise.
   bool noise_changed() const { return guide_.expects() && changing_; }
 
-  // After a pass, `samples` a pixel being done, which cost `cost` with all passes before it.
-  // `noise`: null where this pass did not measure it.
-  void judge(uint64_t samples, const PassCost& cost, const NoiseEstimate* noise);
+  // After a pass, `samples` a pixel being done, which cost `cost` with all passes before it,
+  // `guided_cost` of that its guided paths. `noise`: null where this pass did not measure it.
+  void judge(uint64_t samples, const PassCost& cost, const PassCost& guided_cost,
+             const NoiseEstimate* noise);
 
   bool on() const { return gate_.on(); }
   const std::vector<GuidePass>& passes() const { return passes_; }
 
   template <class Self, class Archive>
   static void exchange(Self& self, Archive& archive) {
-    archive(self.gate_, self.cost_, self.guided_, self.learning_, self.changing_, self.passes_);
+    archive(self.gate_, self.cost_, self.guided_cost_, self.guided_, self.learning_, self.part_,
+            self.changing_, self.passes_);
   }
 
  private:
+  static constexpr int kLatticeShift = 6;  // a row's pixels lie between those of its neighbours
+
   Guide& guide_;
   const bool view_lasts_;
   GuideGate gate_;
-  PassCost cost_;  // of all passes
-  bool guided_ = false, learning_ = false;
+  PassCost cost_, guided_cost_;  // of all passes
+  bool guided_ = false, learning_ = false, part_ = false;
   bool changing_ = false;
   std::vector<GuidePass> passes_;
 };

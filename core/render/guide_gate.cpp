@@ -13,8 +13,13 @@ struct Least {
   double gain;
 };
 constexpr Least kYoung{8, 0.9}, kOld{16, 1.25};
+constexpr uint64_t kOldEvents = 4'000'000;  // a table that saw so many is old too
 constexpr uint64_t kWarm = 4;  // samples: a guide that starts from a table is old by then
 constexpr double kHope = 1.1;  // a loser that got better by this goes on
+// A sample's variance from which a picture has much noise; and what a guide must gain on a part to
+// serve all of one that has little, whose Sobol points matter most.
+constexpr double kMuchNoise = 4, kPartGain = 1.5;
+constexpr uint64_t kLeastPart = 1024;  // pixels
 // What learning as much again must have brought: for the table to grow on, of two checks in a row
 // one, since gains are noisy; for learning to go on.
 constexpr double kLeastGrowth = 1.25, kLeastGain = 1.1;
@@ -22,13 +27,24 @@ constexpr uint64_t kFirstEnd = 32;  // samples: learning goes on at least as lon
 
 }  // namespace
 
-void GuideGate::unguided_pass(const PassCost& cost) {
-  unguided_.paths += cost.paths;
-  unguided_.rays += cost.rays;
+GuideGate::GuideGate(double lookup_rays, uint64_t pixels, bool warm, bool open,
+                     const GuideWorth& worth)
+    : lookup_rays_(lookup_rays),
+      has_parts_(pixels >= kPart * kLeastPart),
+      warm_(warm),
+      open_(open) {
+  trusted_ = worth.efficiency_gain >= kOld.gain && worth.unguided_rays > 0;
+  if (trusted_) unguided_ = {1, worth.unguided_rays, 0};
 }
 
-double GuideGate::guided_pass(uint64_t samples, const PassCost& cost, double variance,
-                              double unguided_variance) {
+void GuideGate::unguided(const PassCost& cost, double variance) {
+  unguided_.paths += cost.paths;
+  unguided_.rays += cost.rays;
+  if (variance > 0 && checks_.empty() && !open_) part_ = has_parts_ && variance < kMuchNoise;
+}
+
+double GuideGate::guided(uint64_t samples, uint64_t table_samples_seen, const PassCost& cost,
+                         double variance, double unguided_variance) {
   const double with = variance * cost.per_path(lookup_rays_),
                without = unguided_variance * unguided_.per_path(0);
   if (!(with > 0) || !(without > 0)) return 0;
@@ -36,10 +52,18 @@ double GuideGate::guided_pass(uint64_t samples, const PassCost& cost, double var
   const double before = checks_.empty() ? 0 : checks_.back().efficiency_gain;
   checks_.push_back({samples, efficiency_gain});
   if (open_) return efficiency_gain;
+  const bool old = table_samples_seen >= kOldEvents ||
+                   samples >= (warm_ ? kWarm : (part_ ? kPart : 1) * kOld.samples);
   double least = 0;
   if (samples >= kYoung.samples) least = kYoung.gain;
-  if (samples >= (warm_ ? kWarm : kOld.samples)) least = kOld.gain;
+  if (old) least = part_ ? kPartGain : kOld.gain;
   if (efficiency_gain < std::min(least, kHope * before)) on_ = false;
+  if (samples >= kYoung.samples && efficiency_gain >= kPartGain) part_ = false;
+  if (!part_) judge_learning(samples, efficiency_gain);
+  return efficiency_gain;
+}
+
+void GuideGate::judge_learning(uint64_t samples, double efficiency_gain) {
   bool little = false;
   for (const Check& c : checks_) {
     if (c.samples > samples / 2 || c.samples <= samples / 4) continue;
@@ -49,7 +73,6 @@ double GuideGate::guided_pass(uint64_t samples, const PassCost& cost, double var
   }
   if (little && brought_little_) grows_ = false;
   brought_little_ = little;
-  return efficiency_gain;
 }
 
 }  // namespace qray

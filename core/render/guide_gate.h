@@ -1,12 +1,17 @@
 // Whether a job's guide pays: the variance of its passes times what they cost, against the same
-// without it (design, section 4). The first passes are unguided: they tell what that costs. A guide
-// that loses is left for the rest of the job; the table stops growing when the picture gains little
-// by it, and learning ends when it gains nothing any more. Everything is counted, nothing timed, so
-// that a job decides the same whatever machine it runs on.
+// without it (design, section 4). The first passes are unguided, to tell what that costs, unless
+// the table knows it and paid in the job that measured it. A picture with much noise then tries its
+// guide on all pixels. One with little noise has little to gain: it tries its guide on one pixel in
+// kPart, where a trial costs next to nothing, until the table has seen enough. A guide that loses
+// is left for the rest of the job; the table stops growing when the picture gains little by it, and
+// learning ends when it gains nothing any more. Everything is counted, nothing timed, so that a job
+// decides the same whatever machine it runs on.
 #pragma once
 
 #include <cstdint>
 #include <vector>
+
+#include "core/guide/guide_table.h"
 
 namespace qray {
 
@@ -27,31 +32,40 @@ struct PassCost {
 
 class GuideGate {
  public:
-  // `lookup_rays`: the cost of asking the guide, in rays of this scene.
+  static constexpr uint64_t kPart = 16;
+  // `lookup_rays`: the cost of asking the guide, in rays of this scene. `pixels`: of the picture.
   // `warm`: the guide starts from a table. `open`: it rules from the start, whatever it gains.
-  explicit GuideGate(double lookup_rays, bool warm = false, bool open = false)
-      : lookup_rays_(lookup_rays), warm_(warm), open_(open) {}
+  // `worth`: of the table, to the job that measured it last.
+  GuideGate(double lookup_rays, uint64_t pixels, bool warm = false, bool open = false,
+            const GuideWorth& worth = {});
 
   // Of a pass that starts after `samples` a pixel, with a table that has seen so many events.
   bool guides(uint64_t samples, uint64_t table_samples_seen) const {
-    return open_ || (on_ && samples >= kUnguidedSamples && knows_enough(table_samples_seen));
+    return open_ ||
+           (on_ && (trusted_ || samples >= kUnguidedSamples) && knows_enough(table_samples_seen));
   }
   // Fewer events make noise.
   static bool knows_enough(uint64_t table_samples_seen) { return table_samples_seen >= kLeastSeen; }
+  // Only one pixel in kPart asks the guide, and is learned from.
+  bool on_part() const { return part_; }
   bool learns() const { return on_ && learns_; }
   bool grows() const { return grows_; }
   bool on() const { return on_; }
+  double unguided_rays() const { return unguided_.per_path(0); }  // of a path; 0: not known
 
-  void unguided_pass(const PassCost& cost);
-  // After a guided pass, `samples` a pixel being done. Variances of a sample, as NoiseEstimate
-  // tells them: the pass' own, and what it would have been without the guide. Returns the
+  // What paths without a guide cost. `variance`: of a sample, as NoiseEstimate tells it, if all
+  // pixels of the pass were unguided; else, or where it is not known, 0.
+  void unguided(const PassCost& cost, double variance);
+  // After a pass with guided pixels, `samples` a pixel being done, by which the table has seen so
+  // many events. `cost`: of the guided pixels; of them are the variances of a sample too, as
+  // NoiseEstimate tells them: their own, and what it would have been without the guide. Returns the
   // efficiency gain: variance x cost without the guide over the same with it; 0: not known.
-  double guided_pass(uint64_t samples, const PassCost& cost, double variance,
-                     double unguided_variance);
+  double guided(uint64_t samples, uint64_t table_samples_seen, const PassCost& cost,
+                double variance, double unguided_variance);
   template <class Self, class Archive>
   static void exchange(Self& self, Archive& archive) {
-    archive(self.warm_, self.unguided_, self.checks_, self.brought_little_, self.on_, self.grows_,
-            self.learns_);
+    archive(self.warm_, self.trusted_, self.part_, self.unguided_, self.checks_,
+            self.brought_little_, self.on_, self.grows_, self.learns_);
   }
 
  private:
@@ -66,8 +80,14 @@ class GuideGate {
     }
   };
 
+  // What learning as much again brought.
+  void judge_learning(uint64_t samples, double efficiency_gain);
+
   double lookup_rays_;
+  bool has_parts_;  // there are pixels enough for a part to tell something
   bool warm_, open_;
+  bool trusted_ = false;  // the table paid: it guides from the first sample on
+  bool part_ = false;
   PassCost unguided_;
   std::vector<Check> checks_;
   bool brought_little_ = false;  // learning, at the last check

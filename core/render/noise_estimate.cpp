@@ -38,30 +38,33 @@ NoiseEstimate::NoiseEstimate(int width, int height) : width_(width), height_(hei
     for (auto* values : {&all_[odd], &all_count_[odd], &half_[odd], &count_[odd]})
       values->resize(pixels);
   saved_.resize(pixels);
+  guided_samples_.resize(pixels);
   square_.resize(pixels);
   mean_.resize(pixels);
 }
 
 void NoiseEstimate::start_pass(bool guided, bool learning) {
   if (guided != guided_ || learning != learning_)
-    for (auto* values : {&half_[0], &half_[1], &count_[0], &count_[1], &saved_})
-      std::fill(values->begin(), values->end(), 0.0f);
+    for_each_sum([](std::vector<float>& sums) { std::fill(sums.begin(), sums.end(), 0.0f); });
   guided_ = guided;
   learning_ = learning;
 }
 
-void NoiseEstimate::add(int x, int y, uint32_t first, uint32_t count, float even, float odd,
-                        double saved) {
+void NoiseEstimate::add(int x, int y, uint32_t first, uint32_t count,
+                        const SampleHalves<float>& sums, std::optional<double> saved) {
   const size_t i = index(x, y);
-  const uint32_t odds = (count + (first & 1)) / 2;
-  saved_[i] += static_cast<float>(saved);
-  for (auto* sums : {&half_, &all_}) {
-    (*sums)[0][i] += even;
-    (*sums)[1][i] += odd;
+  const auto evens = static_cast<float>(TileSamples::even_count(first, count));
+  if (saved) {
+    saved_[i] += static_cast<float>(*saved);
+    guided_samples_[i] += static_cast<float>(count);
   }
+  half_[0][i] += sums.even;
+  half_[1][i] += sums.odd;
+  all_[0][i] += sums.earlier;
+  all_[1][i] += sums.later;
   for (auto* counts : {&count_, &all_count_}) {
-    (*counts)[0][i] += static_cast<float>(count - odds);
-    (*counts)[1][i] += static_cast<float>(odds);
+    (*counts)[0][i] += evens;
+    (*counts)[1][i] += static_cast<float>(count) - evens;
   }
 }
 
@@ -73,7 +76,8 @@ bool NoiseEstimate::end_pass() {
   if (!any) return false;
   if (!first) before_ = square_;
   distance_.resize(square_.size());
-  std::vector<float> unguided = square_;
+  std::vector<size_t> guided;  // pixels
+  std::vector<float> saved;    // a sample of theirs, on average
   for (size_t i = 0; i < square_.size(); ++i) {
     if (!ready(i)) continue;
     // The halves are independent: the variance of their difference is (1 / even + 1 / odd) times a
@@ -82,8 +86,11 @@ bool NoiseEstimate::end_pass() {
     square_[i] = sqr(half_[0][i] * even - half_[1][i] * odd) / (even + odd);
     const float distance = std::sqrt(square_[i]);
     distance_[i] = first ? distance : lerp(kKeep, distance, distance_[i]);
-    unguided[i] = square_[i] + saved_[i] / (count_[0][i] + count_[1][i]);
-    for (auto* values : {&half_[0], &half_[1], &count_[0], &count_[1], &saved_}) (*values)[i] = 0;
+    if (guided_ && guided_samples_[i] > 0) {
+      guided.push_back(i);
+      saved.push_back(saved_[i] / guided_samples_[i]);
+    }
+    for_each_sum([i](std::vector<float>& sums) { sums[i] = 0; });
   }
   deviation_ = distance_;
   for (float& d : deviation_) d *= kOverMeanDistance;
@@ -95,7 +102,16 @@ bool NoiseEstimate::end_pass() {
   blur(mean_);
   variance_ = trimmed_mean(square_, mean_);
   if (!first) variance_before_ = trimmed_mean(before_, mean_);
-  unguided_variance_ = learning_ ? trimmed_mean(unguided, mean_) : 0;
+  guided_variance_ = unguided_variance_ = 0;
+  if (guided.empty()) return true;
+  std::vector<float> with(guided.size()), without(guided.size()), means(guided.size());
+  for (size_t n = 0; n < guided.size(); ++n) {
+    with[n] = square_[guided[n]];
+    without[n] = with[n] + saved[n];
+    means[n] = mean_[guided[n]];
+  }
+  guided_variance_ = trimmed_mean(with, means);
+  if (learning_) unguided_variance_ = trimmed_mean(without, means);
   return true;
 }
 
@@ -117,10 +133,12 @@ float NoiseEstimate::relative_error(int x, int y) const {
 
 float NoiseEstimate::own_error(int x, int y) const {
   const size_t i = index(x, y);
-  const float even = all_count_[0][i], odd = all_count_[1][i];
-  if (even == 0 || odd == 0) return std::numeric_limits<float>::infinity();
-  // The halves' distance has the variance (1 / even + 1 / odd) of a sample, the mean 1 / samples.
-  return std::abs(all_[0][i] / even - all_[1][i] / odd) * std::sqrt(even * odd) / (even + odd);
+  const float earlier = all_count_[0][i], later = all_count_[1][i];
+  if (earlier == 0 || later == 0) return std::numeric_limits<float>::infinity();
+  // The halves' distance has the variance (1 / earlier + 1 / later) of a sample, the mean 1 /
+  // samples.
+  return std::abs(all_[0][i] / earlier - all_[1][i] / later) * std::sqrt(earlier * later) /
+         (earlier + later);
 }
 
 double NoiseEstimate::level() const {

@@ -1,12 +1,18 @@
-// How noisy the picture is, from how far samples of even number lie from those of odd number, pixel
-// by pixel. Russian roulette weighs a pixel's noise against what a path may still bring; the gate
-// (guide_gate.h) compares that of a guided pass with what it would be unguided; passes are weighted
-// by theirs. Between passes one thread; add() from any, a pixel's from one at a time.
+// How noisy the picture is, from how far two halves of a pixel's samples lie apart. Two kinds of
+// halves tell two things. Samples of even and of odd number differ as independent ones do: their
+// distance is a sample's own noise, which Russian roulette weighs against what a path may still
+// bring, and by which the gate (guide_gate.h) compares a guided pass with what it would be
+// unguided. The earlier and the later half of each pass are Sobol points of their own: their
+// distance is near to the picture's error, of which stratification has taken its part; the stop by
+// noise asks for that. Between passes one thread; add() from any, a pixel's from one at a time.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <vector>
+
+#include "core/render/tile_samples.h"
 
 namespace qray {
 
@@ -16,9 +22,10 @@ class NoiseEstimate {
 
   // `learning`: the guide is told what its directions were paid, so that what it saves is known.
   void start_pass(bool guided, bool learning);
-  // Sums of the luminance of a pixel's `count` samples, by even and odd number, from `first` on;
-  // and of what guiding saved of its second moment.
-  void add(int x, int y, uint32_t first, uint32_t count, float even, float odd, double saved);
+  // Sums of the luminance of a pixel's `count` samples from number `first` on, and of what guiding
+  // saved of its second moment; none where the pass guides only some pixels, and not this one.
+  void add(int x, int y, uint32_t first, uint32_t count, const SampleHalves<float>& sums,
+           std::optional<double> saved);
   // False: no pixel has samples of both kinds yet, the next pass goes on.
   bool end_pass();
 
@@ -29,12 +36,15 @@ class NoiseEstimate {
   float samples(int x, int y) const {
     return all_count_[0][index(x, y)] + all_count_[1][index(x, y)];
   }
-  // Mean over pixels of a sample's variance over (mean^2 + 0.01), without the greatest 0.1 %: of
-  // the last passes, and what it would have been without a guide, by what that saved; 0: not known.
-  // Both with the means known by now, blurred: a firefly must not hide behind itself.
+  // Mean over pixels of a sample's variance over (mean^2 + 0.01), without the greatest 0.1 %, of
+  // the last passes; 0: not known. With the means known by now, blurred: a firefly must not hide
+  // behind itself.
   double variance() const { return variance_; }
   // Of the estimate before; by the same means.
   double variance_before() const { return variance_before_; }
+  // The same of the guided pixels alone, and what it would have been there without a guide, by what
+  // that saved.
+  double guided_variance() const { return guided_variance_; }
   double unguided_variance() const { return unguided_variance_; }
   // What a film's samples from before the last estimate count against those to come, by their
   // noise, so that the sum has the least: Film::fade(). 1 where it is not known.
@@ -45,8 +55,9 @@ class NoiseEstimate {
   float relative_error(int x, int y) const;
   // Standard deviation of a sample over the same.
   float relative_deviation(int x, int y) const;
-  // Of the pixel's mean so far, by how far all its even samples are from all its odd ones:
-  // unbiased squared, of one degree of freedom. A firefly counts in full. Infinite: not known.
+  // Of the pixel's mean so far, by how far the earlier halves of its passes are from the later
+  // ones: squared, of one degree of freedom, unbiased where samples are independent. A firefly
+  // counts in full. Infinite: not known.
   float own_error(int x, int y) const;
   bool known() const { return !deviation_.empty(); }
   // Of the picture so far: root of the mean of own_error()^2 over (mean^2 + 0.01), the greatest
@@ -58,8 +69,9 @@ class NoiseEstimate {
   static void exchange(Self& self, Archive& archive) {
     archive(self.guided_, self.all_[0], self.all_[1], self.all_count_[0], self.all_count_[1],
             self.half_[0], self.half_[1], self.count_[0], self.count_[1], self.mean_, self.square_,
-            self.before_, self.learning_, self.saved_, self.distance_, self.deviation_,
-            self.variance_, self.variance_before_, self.unguided_variance_);
+            self.before_, self.learning_, self.saved_, self.guided_samples_, self.distance_,
+            self.deviation_, self.variance_, self.variance_before_, self.guided_variance_,
+            self.unguided_variance_);
   }
 
  private:
@@ -68,19 +80,26 @@ class NoiseEstimate {
   }
   static double trimmed_mean(const std::vector<float>& squares, const std::vector<float>& means);
   void blur(std::vector<float>& values) const;
+  // Of everything that end_pass() begins anew.
+  template <class F>
+  void for_each_sum(const F& f) {
+    for (auto* sums : {&half_[0], &half_[1], &count_[0], &count_[1], &saved_, &guided_samples_})
+      f(*sums);
+  }
 
   int width_, height_;
   bool guided_ = false, learning_ = false;
-  // Of luminance, by even and odd samples: all of them, and those since the last estimate.
+  // Of luminance: all samples, by earlier and later; since the last estimate, by even and odd.
   std::vector<float> all_[2], all_count_[2];
   std::vector<float> half_[2], count_[2];
-  std::vector<float> mean_;      // of luminance, blurred
-  std::vector<float> square_;    // a sample's variance by the last estimate
-  std::vector<float> before_;    // square_ of the estimate before
-  std::vector<float> saved_;     // sums since the last estimate, of what guiding saved
+  std::vector<float> mean_;    // of luminance, blurred
+  std::vector<float> square_;  // a sample's variance by the last estimate
+  std::vector<float> before_;  // square_ of the estimate before
+  // Since the last estimate: sums of what guiding saved, and how many samples were guided.
+  std::vector<float> saved_, guided_samples_;
   std::vector<float> distance_;  // roots of square_, faded over passes
   std::vector<float> deviation_;
-  double variance_ = 0, variance_before_ = 0, unguided_variance_ = 0;
+  double variance_ = 0, variance_before_ = 0, guided_variance_ = 0, unguided_variance_ = 0;
 };
 
 }  // namespace qray

@@ -32,6 +32,8 @@ float power_heuristic(float pdf, float other_pdf) {
 PathCounters& PathCounters::operator+=(const PathCounters& o) {
   paths += o.paths;
   rays += o.rays;
+  guided_paths += o.guided_paths;
+  guided_rays += o.guided_rays;
   lookups += o.lookups;
   dropped_samples += o.dropped_samples;
   timed_total += o.timed_total;
@@ -57,10 +59,16 @@ PathTracer::PathTracer(const PreparedScene& scene, const LightPick& lights,
 void PathTracer::sample(const Ray& ray, Sampler& sampler, GuideDelta* learn, float pixel_deviation,
                         PixelTarget pixel) {
   timed_ = counters_.paths++ % kTimedEvery == 0;
+  const bool guided = guide_ && guiding_ == Guiding::kOn;
+  const uint64_t rays_before = counters_.rays;
   const CycleScope scope(timed_, counters_.timed_total);
   learner_.begin(learn, guide_expects_ ? pixel.saved : nullptr);  // others are not judged
   const Rgb radiance = walk(ray, sampler, pixel_deviation, pixel.radiance);
   learner_.end();
+  if (guided) {
+    ++counters_.guided_paths;
+    counters_.guided_rays += counters_.rays - rays_before;
+  }
   if (is_finite(radiance)) {
     pixel.radiance += radiance;
   } else {
@@ -71,7 +79,7 @@ void PathTracer::sample(const Ray& ray, Sampler& sampler, GuideDelta* learn, flo
 
 Rgb PathTracer::walk(const Ray& ray, Sampler& sampler, float pixel_deviation, Rgb& pixel) {
   if (lights_.empty()) return {};  // black, whatever the path
-  PathState path{.ray = ray, .spread = pixel_angle_};
+  PathState path{.ray = ray, .spread = pixel_angle_, .pixel_deviation = pixel_deviation};
   for (;;) {
     // Drawn before the ray is traced: the processor then does both at once.
     const VertexNumbers u = VertexNumbers::draw(sampler);
@@ -102,7 +110,7 @@ Rgb PathTracer::walk(const Ray& ray, Sampler& sampler, float pixel_deviation, Rg
     if (!add_direct_light(path, v, u.u_light, u.u_light_point, pixel)) break;
 
     // 5. Russian roulette.
-    if (!survive(path, v, pixel_deviation, u.u_roulette)) break;
+    if (!survive(path, v, u.u_roulette)) break;
 
     // 6. The next direction.
     if (!go_on(path, v, u.u_lobe, u.u_direction)) break;
@@ -114,7 +122,6 @@ void PathTracer::flush() {
   const uint64_t start = cycle_count();
   shadow_rays_.trace(*scene_.accel);
   const uint64_t traced = cycle_count();
-  counters_.rays += shadow_rays_.size();
   shadow_rays_.for_each_free([this](const AwaitedLight& awaited) {
     *awaited.pixel += awaited.light;
     if (awaited.vertex != PathLearner::kNoVertex)
@@ -250,6 +257,7 @@ inline bool PathTracer::add_direct_light(PathState& path, const PathVertex& v, f
     path.radiance = light;
     return false;
   }
+  ++counters_.rays;
   shadow_rays_.add(connection.ray, {light, &pixel, connection.light, learner_.current(),
                                     connection.punctual, connection.unguided_weight});
   return true;
@@ -283,9 +291,8 @@ inline PathTracer::Connection PathTracer::connect(const PathVertex& v, float u_l
 }
 
 // Russian roulette.
-inline bool PathTracer::survive(PathState& path, const PathVertex& v, float pixel_deviation,
-                                float u_roulette) {
-  const Survival survival = this->survival(path, v, pixel_deviation);
+inline bool PathTracer::survive(PathState& path, const PathVertex& v, float u_roulette) {
+  const Survival survival = this->survival(path, v);
   float unguided_chance = 1;
   if (learner_.on()) {
     unguided_chance = this->unguided_chance(
@@ -311,8 +318,7 @@ inline bool PathTracer::survive(PathState& path, const PathVertex& v, float pixe
 // table's expectation of what the base sends on as control variate (after Rath et al. 2022, "EARS",
 // and Mueller et al. 2020, "Neural Control Variates"); else by throughput from some depth on. Lobes
 // have no control variate: their whole second moment counts.
-inline PathTracer::Survival PathTracer::survival(const PathState& path, const PathVertex& v,
-                                                 float pixel_deviation) {
+inline PathTracer::Survival PathTracer::survival(PathState& path, const PathVertex& v) {
   if (guide_expects_ && v.parts.base_chance > 0) {
     const CycleScope guiding(timed_, counters_.timed_guiding);
     const GuideExpectation expected = guide_->expectation(v.at);
@@ -320,12 +326,19 @@ inline PathTracer::Survival PathTracer::survival(const PathState& path, const Pa
       const Rgb control = v.parts.base_albedo * expected.arriving;
       if (learner_.on()) learner_.expected(control);
       if (guiding_ == Guiding::kOn) {
-        if (!settings_.russian_roulette || !(pixel_deviation > 0)) return {};
+        if (!settings_.russian_roulette) return {};
         const float of_base = luminance(path.throughput * v.parts.base_albedo) * expected.deviation;
         const float of_lobes = luminance(path.throughput * v.parts.lobes_albedo) *
                                std::hypot(luminance(expected.arriving), expected.deviation);
-        const float noise = kRouletteFactor * (of_base + of_lobes);
-        return {std::clamp(noise / pixel_deviation, kLeastSurvival, 1.0f), control};
+        const float noise = of_base + of_lobes;
+        if (path.pixel_deviation == 0) {
+          path.pixel_deviation = noise;
+          path.deviation_guessed = true;
+        }
+        if (!(path.pixel_deviation > 0)) return {};
+        const float chance = kRouletteFactor * noise / path.pixel_deviation;
+        // A guess may be far off: without a control variate black pixels stay black.
+        return {std::clamp(chance, kLeastSurvival, 1.0f), path.deviation_guessed ? Rgb{} : control};
       }
     }
   }

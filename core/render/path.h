@@ -18,15 +18,16 @@ constexpr int kRouletteFromDepth = 5;  // surfaces on the path
 
 struct PathCounters {
   uint64_t paths = 0, rays = 0, dropped_samples = 0;
-  uint64_t lookups = 0;  // surfaces where the guide was asked
+  uint64_t guided_paths = 0, guided_rays = 0;  // of those, that asked the guide for directions
+  uint64_t lookups = 0;                        // surfaces where the guide was asked
   // Cycles of the timed paths (one in 64): in all, in ray queries, in the guide.
   uint64_t timed_total = 0, timed_tracing = 0, timed_guiding = 0;
 
   PathCounters& operator+=(const PathCounters& o);
   template <class Self, class Archive>
   static void exchange(Self& self, Archive& archive) {
-    archive(self.paths, self.rays, self.dropped_samples, self.lookups, self.timed_total,
-            self.timed_tracing, self.timed_guiding);
+    archive(self.paths, self.rays, self.dropped_samples, self.guided_paths, self.guided_rays,
+            self.lookups, self.timed_total, self.timed_tracing, self.timed_guiding);
   }
 };
 
@@ -45,9 +46,10 @@ class PathTracer {
   void flush();
   void discard();  // instead of flush()
 
-  // How paths use the guide: kWatch only looks up, so that it can learn.
-  enum class Guiding { kOff, kWatch, kOn };
-  void set_guiding(Guiding guiding) { guiding_ = guiding; }
+  // Whether paths draw from the guide, and whether it learns from them.
+  void set_guiding(bool guided, bool learning) {
+    guiding_ = guided ? Guiding::kOn : learning ? Guiding::kWatch : Guiding::kOff;
+  }
 
   // What lights and the environment show of themselves to the camera is left out: it is known
   // without samples.
@@ -83,11 +85,11 @@ class PathTracer {
   void ask_guide(const PathState& path, PathVertex& v, bool from_front);
   bool add_direct_light(PathState& path, const PathVertex& v, float u_light, Vec2 u_light_point,
                         Rgb& pixel);
-  bool survive(PathState& path, const PathVertex& v, float pixel_deviation, float u_roulette);
+  bool survive(PathState& path, const PathVertex& v, float u_roulette);
   bool go_on(PathState& path, const PathVertex& v, float u_lobe, Vec2 u_direction);
 
   Connection connect(const PathVertex& v, float u_light, Vec2 u_light_point);
-  Survival survival(const PathState& path, const PathVertex& v, float pixel_deviation);
+  Survival survival(PathState& path, const PathVertex& v);
   float unguided_chance(int depth, Rgb throughput) const;  // of roulette
   std::optional<ScatterSample> scatter(const PathVertex& v, float u_lobe, Vec2 u_direction);
   ScatterSample scatter_by_guide(const PathVertex& v, Vec2 u_direction);
@@ -103,6 +105,7 @@ class PathTracer {
   const float pixel_angle_;  // radians across a pixel
   const GuideSampler* guide_;
   const bool guide_expects_;
+  enum class Guiding { kOff, kWatch, kOn };  // kWatch only looks up, so that the guide can learn
   Guiding guiding_ = Guiding::kOn;
   bool hides_lights_ = false;  // from the camera
   PathCounters counters_;

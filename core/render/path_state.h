@@ -41,6 +41,10 @@ struct PathState {
   // camera's.
   float pdf_w = 0;
   bool delta = true;
+  // Of a sample of the pixel. Not known (0), it is guessed to be what the first place with
+  // expectations may bring.
+  float pixel_deviation = 0;
+  bool deviation_guessed = false;
   float survival_chance = 1;           // that it got so far
   float unguided_survival_chance = 1;  // that it would have without a guide's expectations
 };

@@ -34,10 +34,7 @@ class RenderWorkers {
 
   // Whether paths ask the guide for directions, and whether it learns from them.
   void set_guiding(bool guided, bool learning) {
-    for (RenderWorker& worker : workers_)
-      worker.tracer.set_guiding(guided     ? PathTracer::Guiding::kOn
-                                : learning ? PathTracer::Guiding::kWatch
-                                           : PathTracer::Guiding::kOff);
+    for (RenderWorker& worker : workers_) worker.tracer.set_guiding(guided, learning);
   }
   void hide_lights_seen_directly() {
     for (RenderWorker& worker : workers_) worker.tracer.hide_lights_seen_directly();

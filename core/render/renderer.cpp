@@ -23,7 +23,9 @@ Renderer::Renderer(const PreparedScene& scene, const RenderSettings& settings, G
       updates_(guide, clock),
       start_(clock.seconds()) {
   QRAY_CHECK(film.width() == settings.width && film.height() == settings.height);
-  if (guide) decision_.emplace(scene, *guide, /*open=*/!settings.gate, mode_.view_lasts);
+  if (guide)
+    decision_.emplace(scene, *guide, static_cast<uint64_t>(pixels_.width()) * pixels_.height(),
+                      /*open=*/!settings.gate, mode_.view_lasts);
   if (guide || settings.estimates_noise || settings.noise > 0 ||
       settings.pixels == Pixels::kByNoise || mode_.measures_noise)
     noise_.emplace(pixels_.width(), pixels_.height());
@@ -39,14 +41,13 @@ bool Renderer::start_pass(bool may_learn) {
   pass_ = {true, samples, 0, elapsed()};
   if (decision_) decision_->start_pass(samples_, may_learn && plan_.learning(age()));
   plan_.started(samples);
-  if (noise_) noise_->start_pass(guided(), decision_ && decision_->learning());
+  if (noise_) noise_->start_pass(guided(), learning());
   pixels_.start_pass(samples, noise_ ? &*noise_ : nullptr);
   return true;
 }
 
 size_t Renderer::sample(size_t most, const std::function<bool()>& enough,
                         const std::stop_token& stop, RenderObserver& observer) {
-  workers_.set_guiding(guided(), decision_ && decision_->learning());
   updates_.start(pass_.next_unit);
   const double samples_a_unit = pass_.samples / static_cast<double>(units());
   size_t sampled = pass_.next_unit;
@@ -69,7 +70,7 @@ bool Renderer::sample_unit(size_t unit, RenderWorker& worker, const std::stop_to
   TileSamples& samples = worker.samples;
   samples.start(film_.tile(tile));
   std::unique_ptr<GuideDelta> learned;
-  if (decision_ && decision_->learning()) learned = updates_.empty_delta();
+  if (learning()) learned = updates_.empty_delta();
   if (!sample_pixels(round, worker, learned.get(), stop)) {
     worker.tracer.discard();
     return false;
@@ -94,8 +95,11 @@ bool Renderer::sample_pixels(int round, RenderWorker& worker, GuideDelta* learn,
     const uint32_t first = pixels_.first(column, row), count = pixels_.count(column, row);
     const float deviation = noise_ ? noise_->deviation(column, row) : 0.0f;
     samples.set_count(x, y, count);
+    const bool served = decision_ && decision_->serves(column, row);
+    worker.tracer.set_guiding(served && guided(), served && learning());
     for (uint32_t number = first; number < first + count; ++number)
-      sampler.sample(x, y, number, learn, deviation, samples.target(x, y, number));
+      sampler.sample(x, y, number, served ? learn : nullptr, deviation,
+                     samples.target(x, y, first, count, number));
     return true;
   });
 }
@@ -103,8 +107,11 @@ bool Renderer::sample_pixels(int round, RenderWorker& worker, GuideDelta* learn,
 void Renderer::add_noise(int round, const TileSamples& samples) {
   pixels_.for_each_in_round(round, samples.rect(), [&](int x, int y) {
     const int column = x / pixels_.step(), row = y / pixels_.step();
+    const SampleHalves<Rgb> of = samples.halves(x, y);
     noise_->add(column, row, pixels_.first(column, row), samples.count(x, y),
-                luminance(samples.even(x, y)), luminance(samples.odd(x, y)), samples.saved(x, y));
+                {luminance(of.even), luminance(of.odd), luminance(of.earlier), luminance(of.later)},
+                decision_ && decision_->serves(column, row) ? std::optional(samples.saved(x, y))
+                                                            : std::nullopt);
     return true;
   });
 }
@@ -114,7 +121,7 @@ void Renderer::end_pass() {
   pass_.running = false;
   samples_ += static_cast<uint64_t>(pass_.samples);
   pixels_.end_pass();
-  if (decision_ && decision_->learning()) {
+  if (learning()) {
     const double start = clock_.seconds();
     guide_->end_pass();
     guide_pass_seconds_ += clock_.seconds() - start;
@@ -137,6 +144,8 @@ void Renderer::measure_pass() {
     decision_->judge(samples_,
                      {static_cast<double>(sum.paths), static_cast<double>(sum.rays),
                       static_cast<double>(sum.lookups)},
+                     {static_cast<double>(sum.guided_paths), static_cast<double>(sum.guided_rays),
+                      static_cast<double>(sum.lookups)},
                      measured ? &*noise_ : nullptr);
   }
   if (noise_) noise_level_ = noise_->level();
@@ -144,8 +153,7 @@ void Renderer::measure_pass() {
 
 RenderProgress Renderer::progress(double samples_in_pass) const {
   const RenderAge now = age();
-  return {decision_ && decision_->learning(), plan_.fraction(now, samples_in_pass), samples_,
-          now.seconds, now.noise};
+  return {learning(), plan_.fraction(now, samples_in_pass), samples_, now.seconds, now.noise};
 }
 
 double Renderer::samples_per_pixel() const {

@@ -76,6 +76,7 @@ class Renderer {
     size_t next_unit = 0;  // the first that is not sampled
     double start = 0;      // seconds of the render
   };
+  bool learning() const { return decision_ && decision_->learning(); }
   double elapsed() const { return clock_.seconds() - start_; }
   RenderAge age() const { return {samples_, elapsed(), noise_level_}; }
   bool sample_unit(size_t unit, RenderWorker& worker, const std::stop_token& stop);

@@ -1,7 +1,8 @@
-// What the pixels of a tile got in one round of a pass: sums of their samples of even and of odd
-// number, whose distance tells the noise. One thread's, used for tile after tile.
+// What the pixels of a tile got in one round of a pass: sums of their samples by quarters, whose
+// distances tell the noise. One thread's, used for tile after tile.
 #pragma once
 
+#include <array>
 #include <span>
 #include <vector>
 
@@ -10,24 +11,38 @@
 
 namespace qray {
 
+// A pass' samples of one pixel, or what they tell, in two ways to halve them (noise_estimate.h).
+template <class T>
+struct SampleHalves {
+  T even, odd, earlier, later;
+};
+
 class TileSamples {
  public:
   void start(const TileRect& rect) {
     rect_ = rect;
     const size_t pixels = static_cast<size_t>(rect.width) * static_cast<size_t>(rect.height);
-    halves_.assign(2 * pixels, Rgb{});
+    quarters_.assign(pixels, {});
     counts_.assign(pixels, 0);
     saved_.assign(pixels, 0);
   }
   const TileRect& rect() const { return rect_; }
 
-  // Coordinates are the picture's. Where a sample of that number belongs; stays until start().
-  PixelTarget target(int x, int y, uint32_t number) {
-    return {halves_[2 * index(x, y) + (number & 1)], &saved_[index(x, y)]};
+  // Coordinates are the picture's. Where a sample of that number belongs, of a pixel that gets
+  // `count` from number `first` on; stays until start().
+  PixelTarget target(int x, int y, uint32_t first, uint32_t count, uint32_t number) {
+    const bool later = number - first >= even_count(first, count);
+    return {quarters_[index(x, y)][2 * later + (number & 1)], &saved_[index(x, y)]};
   }
-  Rgb even(int x, int y) const { return halves_[2 * index(x, y)]; }
-  Rgb odd(int x, int y) const { return halves_[2 * index(x, y) + 1]; }
-  Rgb sum(int x, int y) const { return even(x, y) + odd(x, y); }
+  // How many of them have even numbers; as many are earlier ones.
+  static uint32_t even_count(uint32_t first, uint32_t count) {
+    return (count + 1 - (first & 1)) / 2;
+  }
+  SampleHalves<Rgb> halves(int x, int y) const {
+    const Quarters& q = quarters_[index(x, y)];
+    return {q[0] + q[2], q[1] + q[3], q[0] + q[1], q[2] + q[3]};
+  }
+  Rgb sum(int x, int y) const { return sum(quarters_[index(x, y)]); }
   void set_count(int x, int y, uint32_t count) { counts_[index(x, y)] = count; }
   uint32_t count(int x, int y) const { return counts_[index(x, y)]; }
   double saved(int x, int y) const { return saved_[index(x, y)]; }  // PixelTarget, of all samples
@@ -35,19 +50,22 @@ class TileSamples {
   // Of each pixel, in rows; zero where a pixel had none. Once all samples are there.
   std::span<const Rgb> sums() {
     sums_.resize(counts_.size());
-    for (size_t i = 0; i < sums_.size(); ++i) sums_[i] = halves_[2 * i] + halves_[2 * i + 1];
+    for (size_t i = 0; i < sums_.size(); ++i) sums_[i] = sum(quarters_[i]);
     return sums_;
   }
   std::span<const uint32_t> counts() const { return counts_; }
 
  private:
+  using Quarters = std::array<Rgb, 4>;  // earlier even, earlier odd, later even, later odd
+  static Rgb sum(const Quarters& q) { return (q[0] + q[1]) + (q[2] + q[3]); }
   size_t index(int x, int y) const {
     return static_cast<size_t>(y - rect_.y) * static_cast<size_t>(rect_.width) +
            static_cast<size_t>(x - rect_.x);
   }
 
   TileRect rect_;
-  std::vector<Rgb> halves_, sums_;
+  std::vector<Quarters> quarters_;
+  std::vector<Rgb> sums_;
   std::vector<uint32_t> counts_;
   std::vector<double> saved_;
 };

@@ -15,14 +15,14 @@ struct SecondMoments {
 
 // Of the samples of a few pixels.
 SecondMoments measure(const PreparedScene& scene, const RenderSettings& settings, Guide& guide,
-                      PathTracer::Guiding guiding, float deviation) {
+                      bool guided, float deviation) {
   constexpr uint32_t kBatches = 32, kSamples = 4000;
   constexpr int kPixelStep = 12;
   const CameraRays camera(scene.scene.camera, settings.width, settings.height);
   PathTracer tracer(scene, scene.lights, settings, &guide);
-  tracer.set_guiding(guiding);
+  tracer.set_guiding(guided, /*learning=*/true);
   const std::unique_ptr<GuideDelta> delta = guide.make_delta();
-  Sampler sampler(guiding == PathTracer::Guiding::kOn ? 5 : 6);
+  Sampler sampler(guided ? 5 : 6);
   SecondMoments moments;
   for (uint32_t batch = 0; batch < kBatches; ++batch) {
     std::vector<Rgb> light(kSamples);
@@ -71,9 +71,8 @@ TEST(SavedVariance, IsTheDifferenceOfSecondMoments) {
     const auto guide = load_guide(*scene, settings, taught.job.table).value();
     settings.nee = c.nee;
     settings.max_depth = 2;
-    const SecondMoments with = measure(*scene, settings, *guide, PathTracer::Guiding::kOn,
-                                       c.deviation),
-                        without = measure(*scene, settings, *guide, PathTracer::Guiding::kWatch, 0);
+    const SecondMoments with = measure(*scene, settings, *guide, /*guided=*/true, c.deviation),
+                        without = measure(*scene, settings, *guide, /*guided=*/false, 0);
     EXPECT_EQ(without.saved.mean(), 0);
     const double difference = without.square.mean() - with.square.mean();
     const double error =

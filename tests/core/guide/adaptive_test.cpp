@@ -122,6 +122,51 @@ TEST(Adaptive, SavedLoadedAndSavedAgainItIsTheSameFile) {
   }
 }
 
+TEST(Adaptive, AShortPassDoesNotDisplaceWhatIsKnown) {
+  const auto guide = taught(12);
+  const auto samples = [&] {
+    uint64_t sum = 0;
+    for (const GuidePoint& point : guide->known_points(100'000))
+      sum += guide->summary(point).visits.value();
+    return static_cast<double>(sum);
+  };
+  const double known = samples();
+  for (uint64_t pass = 0; pass < 8; ++pass) teach(*guide, 100 + pass, 200);
+  EXPECT_NEAR(samples() / known, 1, 0.03);
+  teach(*guide, 200, 200'000);
+  EXPECT_NEAR(samples() / (known + 200'000), 0.7, 0.03);
+}
+
+TEST(Adaptive, WhatItIsWorthGoesWithTheTable) {
+  const auto guide = taught(2), other = taught(3), unknown = taught(4);
+  const GuideWorth worth{3.5, 7.25};
+  guide->set_worth(worth);
+  other->set_worth({2.5, 8});
+  AdaptiveGuide loaded(setup_with());
+  ASSERT_TRUE(loaded.load(guide->save()).ok());
+  EXPECT_EQ(loaded.worth(), worth);
+  guide->set_worth({1e300, 1e300});
+  EXPECT_TRUE(AdaptiveGuide(setup_with()).load(guide->save()).ok()) << "within what is read";
+  ASSERT_TRUE(guide->merge(*other).ok());
+  EXPECT_EQ(guide->worth(), other->worth()) << "the lesser";
+  ASSERT_TRUE(guide->merge(*unknown).ok());
+  EXPECT_EQ(guide->worth(), GuideWorth{});
+  loaded.doubt();
+  EXPECT_EQ(loaded.worth(), GuideWorth{}) << "in another light";
+}
+
+TEST(Adaptive, ATableOfVersion2IsRead) {
+  const auto guide = taught(2);
+  std::vector<TableSection> sections = guide->save();
+  sections[0].bytes.resize(sections[0].bytes.size() - 16);  // no worth
+  AdaptiveGuide loaded(setup_with());
+  ASSERT_TRUE(loaded.load(sections).ok());
+  EXPECT_EQ(loaded.worth(), GuideWorth{});
+  EXPECT_EQ(bytes_of(loaded), bytes_of(*guide));
+  sections[0].bytes.pop_back();
+  EXPECT_FALSE(AdaptiveGuide(setup_with()).load(sections).ok());
+}
+
 TEST(Adaptive, AFullTableLearnsNoMoreStatesAndSaysSo) {
   constexpr size_t kBytes = 200'000;
   AdaptiveGuide guide(setup_with(kBytes));

@@ -18,7 +18,7 @@ RenderStats some_stats() {
   stats.samples_per_pixel = 4;
   stats.parts = {{"nee", "on"}};
   stats.passes = {1, 1, 2};
-  stats.guide_passes = {{4, true, true, 0.5, 2, 10, 40, 3000}};
+  stats.guide_passes = {{4, true, true, 0.25, 0.5, 2, 10, 40, 3000}};
   stats.share_tracing = 0.5;
   return stats;
 }
@@ -30,9 +30,8 @@ TEST(StatsJson, WritesOneLineInAFixedOrder) {
                                R"("parts":{"nee":"on"},"seed":18446744073709551615,)"))
       << text;
   EXPECT_NE(text.find(R"("passes":[1,1,2])"), std::string::npos) << text;
-  EXPECT_NE(
-      text.find(R"("guide_passes":[{"samples":4,"guided":true,"learned":true,"variance":0.5,)"),
-      std::string::npos)
+  EXPECT_NE(text.find(R"("guide_passes":[{"samples":4,"guided":true,"learned":true,"share":0.25,)"),
+            std::string::npos)
       << text;
   EXPECT_NE(text.find(R"("rays":3000000,"rays_per_second":1500000.0)"), std::string::npos) << text;
 }
@@ -50,7 +49,7 @@ TEST(StatsJson, DocumentationNamesEveryField) {
     EXPECT_NE(page.str().find(name + "`"), std::string::npos) << name;
     ++fields;
   }
-  EXPECT_EQ(fields, 30 + 8 + 1);  // with a pass of the guide, and a part
+  EXPECT_EQ(fields, 30 + 9 + 1);  // with a pass of the guide, and a part
 }
 
 }  // namespace

@@ -15,7 +15,10 @@ void measure(NoiseEstimate& noise, bool guided, float distance) {
   const double saved = 0.25 - static_cast<double>(distance * distance);  // of both samples
   noise.start_pass(guided, /*learning=*/guided);
   for (int y = 0; y < 4; ++y)
-    for (int x = 0; x < 4; ++x) noise.add(x, y, 0, 2, 1 - distance / 2, 1 + distance / 2, saved);
+    for (int x = 0; x < 4; ++x) {
+      const float low = 1 - distance / 2, high = 1 + distance / 2;
+      noise.add(x, y, 0, 2, {low, high, low, high}, saved);
+    }
   ASSERT_TRUE(noise.end_pass());
 }
 
@@ -31,14 +34,17 @@ std::unique_ptr<Guide> learned_guide(const PreparedScene& scene) {
 
 // Passes of a camera at rest, half of each kind, until the gate has judged the guided ones twice.
 void rest(const PreparedScene& scene, LiveGuide& guide, float guided_distance) {
-  GuideDecision decision(scene, *guide.active(), /*open=*/false, /*view_lasts=*/false);
+  GuideDecision decision(scene, *guide.active(), /*pixels=*/16, /*open=*/false,
+                         /*view_lasts=*/false);
   NoiseEstimate noise(4, 4);
-  PassCost cost;
+  PassCost cost, guided_cost;
   for (uint64_t samples = 0; samples < 8; ++samples) {
     decision.start_pass(samples, /*may_learn=*/true);
     measure(noise, decision.guided(), decision.guided() ? guided_distance : 0.5f);
     cost = {cost.paths + 100, cost.rays + 500, cost.lookups + (decision.guided() ? 300 : 0)};
-    decision.judge(samples + 1, cost, &noise);
+    if (decision.guided())
+      guided_cost = {guided_cost.paths + 100, guided_cost.rays + 500, cost.lookups};
+    decision.judge(samples + 1, cost, guided_cost, &noise);
     guide.judged(decision);
   }
 }

@@ -6,30 +6,52 @@ namespace qray {
 namespace {
 
 constexpr uint64_t kSeen = 1'000'000;
+constexpr double kNoisy = 10, kQuiet = 1;  // variance of a sample
+constexpr uint64_t kPixels = 65536;
 const PassCost kUnguided{100, 600, 0}, kGuided{100, 500, 100};
 
 // Gains of passes that end at 4, 8, 16, 32 ... samples.
 GuideGate after(std::initializer_list<double> gains, double lookup_rays = 1) {
-  GuideGate gate(lookup_rays);
-  gate.unguided_pass(kUnguided);
+  GuideGate gate(lookup_rays, kPixels);
+  gate.unguided(kUnguided, kNoisy);
   uint64_t samples = 2;
-  for (double gain : gains) gate.guided_pass(samples *= 2, kGuided, 1 / gain, 1);
+  for (double gain : gains) gate.guided(samples *= 2, kSeen, kGuided, 1 / gain, 1);
   return gate;
 }
 
 TEST(GuideGate, TheFirstSamplesAreUnguided) {
-  const GuideGate gate(1);
+  const GuideGate gate(1, kPixels);
   EXPECT_FALSE(gate.guides(0, kSeen));
   EXPECT_FALSE(gate.guides(1, kSeen));
   EXPECT_TRUE(gate.guides(2, kSeen));
   EXPECT_FALSE(gate.guides(2, 1000)) << "a table that saw next to nothing";
 }
 
+TEST(GuideGate, ATableThatPaidGuidesFromTheFirstSample) {
+  const GuideWorth paid{3, 6};
+  GuideGate gate(1, kPixels, /*warm=*/true, false, paid);
+  EXPECT_TRUE(gate.guides(0, kSeen));
+  EXPECT_FALSE(gate.guides(0, 1000));
+  EXPECT_DOUBLE_EQ(gate.unguided_rays(), 6) << "as the table tells it: no pass was unguided";
+  EXPECT_DOUBLE_EQ(gate.guided(2, kSeen, kGuided, 1, 2), 2.0 * 6 / (5 + 1));
+  gate.guided(4, kSeen, kGuided, 1, 1);
+  EXPECT_FALSE(gate.on()) << "here it does not pay";
+  EXPECT_FALSE(gate.guides(5, kSeen));
+}
+
+TEST(GuideGate, ATableThatDidNotPayOrIsNotKnownToIsTriedAgain) {
+  for (const GuideWorth& worth : {GuideWorth{}, GuideWorth{1.1, 6}, GuideWorth{3, 0}}) {
+    const GuideGate gate(1, kPixels, /*warm=*/true, false, worth);
+    EXPECT_FALSE(gate.guides(1, kSeen));
+    EXPECT_TRUE(gate.guides(2, kSeen));
+  }
+}
+
 TEST(GuideGate, TheGainIsVarianceTimesCost) {
-  GuideGate gate(1.5);
-  gate.unguided_pass(kUnguided);
-  EXPECT_DOUBLE_EQ(gate.guided_pass(4, kGuided, 0.5, 2), 2 * 6 / (0.5 * (5 + 1.5)));
-  EXPECT_EQ(gate.guided_pass(8, kGuided, 0, 2), 0) << "not known";
+  GuideGate gate(1.5, kPixels);
+  gate.unguided(kUnguided, kNoisy);
+  EXPECT_DOUBLE_EQ(gate.guided(4, kSeen, kGuided, 0.5, 2), 2 * 6 / (0.5 * (5 + 1.5)));
+  EXPECT_EQ(gate.guided(8, kSeen, kGuided, 0, 2), 0) << "not known";
 }
 
 TEST(GuideGate, AGuideThatLosesIsLeft) {
@@ -55,6 +77,48 @@ TEST(GuideGate, ALoserThatGetsBetterGoesOn) {
   EXPECT_FALSE(after({0.4, 0.5, 0.7, 0.71}).on());
 }
 
+TEST(GuideGate, ATableThatSawMuchIsOld) {
+  GuideGate gate(1, kPixels);
+  gate.unguided(kUnguided, kNoisy);
+  gate.guided(4, 5'000'000, kGuided, 1, 1.1);
+  EXPECT_TRUE(gate.on()) << "it may be getting better";
+  gate.guided(6, 6'000'000, kGuided, 1, 1.1);
+  EXPECT_FALSE(gate.on());
+}
+
+TEST(GuideGate, AQuietPictureTriesItsGuideOnAPart) {
+  for (const double variance : {kQuiet, kNoisy}) {
+    GuideGate gate(1, kPixels);
+    gate.unguided(kUnguided, variance);
+    EXPECT_EQ(gate.on_part(), variance == kQuiet);
+  }
+  GuideGate small(1, 100);
+  small.unguided(kUnguided, kQuiet);
+  EXPECT_FALSE(small.on_part()) << "too few pixels to tell anything";
+  GuideGate open(1, kPixels, false, /*open=*/true);
+  open.unguided(kUnguided, kQuiet);
+  EXPECT_FALSE(open.on_part());
+}
+
+// Tried on a part, at 4, 8, 16 ... samples.
+GuideGate on_part(std::initializer_list<double> gains) {
+  GuideGate gate(1, kPixels);
+  gate.unguided(kUnguided, kQuiet);
+  uint64_t samples = 2;
+  for (double gain : gains) gate.guided(samples *= 2, kSeen, kGuided, 1 / gain, 1);
+  return gate;
+}
+
+TEST(GuideGate, APartIsTriedLongerAndMustGainMore) {
+  const GuideGate longer = on_part({0.5, 0.95, 0.95, 0.95, 1.2});
+  EXPECT_TRUE(longer.on() && longer.learns() && longer.on_part());
+  EXPECT_FALSE(on_part({0.8, 0.8}).on());
+  EXPECT_FALSE(on_part({1.4, 1.4, 1.4, 1.4, 1.4, 1.4, 1.4}).on()) << "256 samples";
+  EXPECT_TRUE(on_part({2}).on_part()) << "too early to say";
+  const GuideGate won = on_part({1, 1.2, 1.6});
+  EXPECT_TRUE(won.on() && !won.on_part());
+}
+
 TEST(GuideGate, LearningEndsWhenItBringsNothingMore) {
   EXPECT_TRUE(after({2, 2, 2}).learns()) << "too early to say";
   EXPECT_TRUE(after({1, 2, 3, 4, 5}).learns());
@@ -71,11 +135,11 @@ TEST(GuideGate, GrowthEndsWhenItBringsLittleTwice) {
 }
 
 TEST(GuideGate, AnOpenGateDecidesNothing) {
-  GuideGate gate(1, false, /*open=*/true);
+  GuideGate gate(1, kPixels, false, /*open=*/true);
   EXPECT_TRUE(gate.guides(0, 0));
-  gate.unguided_pass(kUnguided);
+  gate.unguided(kUnguided, kNoisy);
   for (const uint64_t samples : {4, 8, 16, 32, 64})
-    EXPECT_GT(gate.guided_pass(samples, kGuided, 10, 1), 0);
+    EXPECT_GT(gate.guided(samples, kSeen, kGuided, 10, 1), 0);
   EXPECT_TRUE(gate.on() && gate.learns() && gate.grows());
 }
 

@@ -15,14 +15,17 @@ constexpr int kNoiseSide = 64;
 void render(NoiseEstimate& noise, uint64_t& done, int samples, bool guided, float deviation,
             test::Random& random, double saved = 0) {
   noise.start_pass(guided, /*learning=*/true);
+  const auto first = static_cast<uint32_t>(done), count = static_cast<uint32_t>(samples);
+  const uint32_t earlier = TileSamples::even_count(first, count);
   for (int y = 0; y < kNoiseSide; ++y)
     for (int x = 0; x < kNoiseSide; ++x) {
-      float half[2] = {0, 0};
-      for (int s = 0; s < samples; ++s)
-        half[(done + static_cast<uint64_t>(s)) & 1] +=
-            1 + deviation * (random.next() < 0.5f ? -1.0f : 1.0f);
-      noise.add(x, y, static_cast<uint32_t>(done), static_cast<uint32_t>(samples), half[0], half[1],
-                saved * samples);
+      SampleHalves<float> of{};
+      for (uint32_t s = 0; s < count; ++s) {
+        const float sample = 1 + deviation * (random.next() < 0.5f ? -1.0f : 1.0f);
+        ((first + s) % 2 ? of.odd : of.even) += sample;
+        (s < earlier ? of.earlier : of.later) += sample;
+      }
+      noise.add(x, y, first, count, of, saved * samples);
     }
   done += static_cast<uint64_t>(samples);
 }
@@ -36,8 +39,8 @@ TEST(NoiseEstimate, TwoPassesOfOneSampleMakeAnEstimate) {
   EXPECT_FALSE(noise.end_pass());
   render(noise, done, 1, false, 0.5f, random);
   EXPECT_TRUE(noise.end_pass());
-  EXPECT_NEAR(noise.unguided_variance(), 0.25 / 1.01, 0.03);
-  EXPECT_NEAR(noise.variance(), noise.unguided_variance(), 1e-9);
+  EXPECT_NEAR(noise.variance(), 0.25 / 1.01, 0.03);
+  EXPECT_EQ(noise.guided_variance(), 0) << "no pixel was guided";
 }
 
 TEST(NoiseEstimate, OnlyLearningPassesTellWhatTheGuideSaves) {
@@ -45,11 +48,26 @@ TEST(NoiseEstimate, OnlyLearningPassesTellWhatTheGuideSaves) {
   for (const bool learning : {true, false}) {
     noise.start_pass(/*guided=*/true, learning);
     for (int y = 0; y < kNoiseSide; ++y)
-      for (int x = 0; x < kNoiseSide; ++x) noise.add(x, y, 0, 2, 0.9f, 1.1f, 2 * 0.38);
+      for (int x = 0; x < kNoiseSide; ++x) noise.add(x, y, 0, 2, {0.9f, 1.1f, 1, 1}, 2 * 0.38);
     ASSERT_TRUE(noise.end_pass());
     EXPECT_NEAR(noise.variance(), 0.02 / 1.01, 1e-6);
     EXPECT_NEAR(noise.unguided_variance(), learning ? 0.4 / 1.01 : 0, 1e-6);
   }
+}
+
+TEST(NoiseEstimate, WhereSomePixelsAreGuidedTheyAreMeasuredAlone) {
+  NoiseEstimate noise(kNoiseSide, kNoiseSide);
+  noise.start_pass(/*guided=*/true, /*learning=*/true);
+  for (int y = 0; y < kNoiseSide; ++y)
+    for (int x = 0; x < kNoiseSide; ++x)
+      if (x % 4 == 0)
+        noise.add(x, y, 0, 2, {0.9f, 1.1f, 1, 1}, 2 * 0.38);
+      else
+        noise.add(x, y, 0, 2, {0.5f, 1.5f, 1, 1}, std::nullopt);
+  ASSERT_TRUE(noise.end_pass());
+  EXPECT_NEAR(noise.variance(), (0.02 + 3 * 0.5) / 4 / 1.01, 2e-3);
+  EXPECT_NEAR(noise.guided_variance(), 0.02 / 1.01, 1e-6);
+  EXPECT_NEAR(noise.unguided_variance(), 0.4 / 1.01, 1e-6);
 }
 
 TEST(NoiseEstimate, AnyPassTellsTheVarianceOfItsSamples) {
@@ -79,7 +97,7 @@ TEST(NoiseEstimate, APixelsOwnErrorIsOfAllItsSamples) {
 TEST(NoiseEstimate, AFireflyIsItsPixelsOwnError) {
   NoiseEstimate noise(1, 1);
   noise.start_pass(false, false);
-  noise.add(0, 0, 0, 4, 400, 4, 0);  // 2 samples each
+  noise.add(0, 0, 0, 4, {202, 202, 400, 4}, 0);  // 2 samples each
   EXPECT_FLOAT_EQ(noise.own_error(0, 0), 99) << "the mean is 101, all but 2 of it by one half";
 }
 

@@ -21,7 +21,7 @@ NoiseEstimate uneven_noise(float times) {
   for (int y = 0; y < kPlanSide; ++y)
     for (int x = 0; x < kPlanSide; ++x) {
       const float off = (x < kPlanSide / 2 ? 0.05f : 0.05f * times) * ((x + y) % 2 ? 1.0f : -1.0f);
-      noise.add(x, y, 0, 4, 2 + off, 2 - off, 0);
+      noise.add(x, y, 0, 4, {2 + off, 2 - off, 2, 2}, 0);
     }
   EXPECT_TRUE(noise.end_pass());
   return noise;
