@@ -85,6 +85,8 @@ Result<Bytes> encode_unguarded(ImageFormat format, const Image& image,
                        exr ? OIIO::TypeDesc::FLOAT : OIIO::TypeDesc::UINT8);
   spec.attribute("oiio:ColorSpace", exr ? "Linear" : "sRGB");
   if (exr) spec.attribute("compression", "zip");
+  // Not the clock's: the bytes of a texture that an import makes are part of its scene's hash.
+  if (exr) spec.attribute("DateTime", "");
   if (!exr) spec.attribute("oiio:UnassociatedAlpha", 1);
   if (format == ImageFormat::kJpeg) spec.attribute("Compression", "jpeg:90");
   if (format == ImageFormat::kWebp) spec.attribute("Compression", "webp:85");
