@@ -15,12 +15,17 @@ double ray_ns(const PreparedScene& scene) {
 
 }  // namespace
 
-GuideDecision::GuideDecision(const PreparedScene& scene, Guide& guide, uint64_t pixels, bool open,
-                             bool view_lasts)
+GuideDecision::GuideDecision(const PreparedScene& scene, Guide& guide, bool open, bool view_lasts)
     : guide_(guide),
       view_lasts_(view_lasts),
-      gate_(kLookupNs / ray_ns(scene), pixels, guide.stats().samples_seen > 0, open,
-            guide.worth()) {}
+      gate_(kLookupNs / ray_ns(scene), guide.stats().samples_seen > 0, open, guide.worth()) {}
+
+void GuideDecision::begin_after(const GuideGate& gate, const PassCost& cost,
+                                const PassCost& guided_cost) {
+  gate_ = gate;
+  cost_ = cost;
+  guided_cost_ = guided_cost;
+}
 
 void GuideDecision::start_pass(uint64_t samples, bool may_learn) {
   learning_ = may_learn && gate_.learns();

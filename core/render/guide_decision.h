@@ -15,11 +15,12 @@ namespace qray {
 
 class GuideDecision {
  public:
-  // The guide outlives this. `pixels`: of the picture. `open`: it rules whatever it gains.
+  // The guide outlives this. `open`: it rules whatever it gains.
   // `view_lasts`: no other camera will use it, so that it need not grow where this one's picture
   // gains nothing by it.
-  GuideDecision(const PreparedScene& scene, Guide& guide, uint64_t pixels, bool open,
-                bool view_lasts);
+  GuideDecision(const PreparedScene& scene, Guide& guide, bool open, bool view_lasts);
+  // Before the first pass: a pilot left this gate, and cost as much.
+  void begin_after(const GuideGate& gate, const PassCost& cost, const PassCost& guided_cost);
 
   // Of a pass that starts after `samples` a pixel. `may_learn`: the plan has room for it.
   void start_pass(uint64_t samples, bool may_learn);
@@ -39,6 +40,7 @@ class GuideDecision {
              const NoiseEstimate* noise);
 
   bool on() const { return gate_.on(); }
+  const GuideGate& gate() const { return gate_; }
   const std::vector<GuidePass>& passes() const { return passes_; }
 
   template <class Self, class Archive>

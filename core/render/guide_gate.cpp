@@ -19,7 +19,8 @@ constexpr double kHope = 1.1;  // a loser that got better by this goes on
 // A sample's variance from which a picture has much noise; and what a guide must gain on a part to
 // serve all of one that has little, whose Sobol points matter most.
 constexpr double kMuchNoise = 4, kPartGain = 1.5;
-constexpr uint64_t kLeastPart = 1024;  // pixels
+// Events from which a table guides a picture's first samples: a younger one makes fireflies.
+constexpr uint64_t kPilotEvents = 200'000;
 // What learning as much again must have brought: for the table to grow on, of two checks in a row
 // one, since gains are noisy; for learning to go on.
 constexpr double kLeastGrowth = 1.25, kLeastGain = 1.1;
@@ -27,20 +28,32 @@ constexpr uint64_t kFirstEnd = 32;  // samples: learning goes on at least as lon
 
 }  // namespace
 
-GuideGate::GuideGate(double lookup_rays, uint64_t pixels, bool warm, bool open,
-                     const GuideWorth& worth)
-    : lookup_rays_(lookup_rays),
-      has_parts_(pixels >= kPart * kLeastPart),
-      warm_(warm),
-      open_(open) {
-  trusted_ = worth.efficiency_gain >= kOld.gain && worth.unguided_rays > 0;
+GuideGate::GuideGate(double lookup_rays, bool warm, bool open, const GuideWorth& worth)
+    : lookup_rays_(lookup_rays), warm_(warm), open_(open), trusted_(paid(worth)) {
   if (trusted_) unguided_ = {1, worth.unguided_rays, 0};
+}
+
+bool GuideGate::paid(const GuideWorth& worth) {
+  return worth.efficiency_gain >= kOld.gain && worth.unguided_rays > 0;
+}
+
+bool GuideGate::pilot_is_over(uint64_t samples, uint64_t table_samples_seen) const {
+  if (samples < kUnguidedSamples) return false;
+  return !noisy_ || samples >= kMostPilotSamples || table_samples_seen >= kPilotEvents;
+}
+
+GuideGate GuideGate::after_pilot() const {
+  GuideGate gate(lookup_rays_, warm_, open_);
+  gate.trusted_ = true;
+  gate.part_ = !noisy_;
+  gate.unguided_ = unguided_;
+  return gate;
 }
 
 void GuideGate::unguided(const PassCost& cost, double variance) {
   unguided_.paths += cost.paths;
   unguided_.rays += cost.rays;
-  if (variance > 0 && checks_.empty() && !open_) part_ = has_parts_ && variance < kMuchNoise;
+  if (variance > 0) noisy_ = variance >= kMuchNoise;
 }
 
 double GuideGate::guided(uint64_t samples, uint64_t table_samples_seen, const PassCost& cost,

@@ -1,8 +1,9 @@
 // Whether a job's guide pays: the variance of its passes times what they cost, against the same
-// without it (design, section 4). The first passes are unguided, to tell what that costs, unless
-// the table knows it and paid in the job that measured it. A picture with much noise then tries its
-// guide on all pixels. One with little noise has little to gain: it tries its guide on one pixel in
-// kPart, where a trial costs next to nothing, until the table has seen enough. A guide that loses
+// without it (design, section 4). The first passes are unguided, to tell what that costs, unless a
+// pilot (pilot.h) told it, or the table knows it and paid in the job that measured it. A picture
+// with much noise tries its guide on all pixels. One whose pilot had little noise has little to
+// gain: it tries its guide on one pixel in kPart, where a trial costs next to nothing, until the
+// table has seen enough. A guide that loses
 // is left for the rest of the job; the table stops growing when the picture gains little by it, and
 // learning ends when it gains nothing any more. Everything is counted, nothing timed, so that a job
 // decides the same whatever machine it runs on.
@@ -33,11 +34,14 @@ struct PassCost {
 class GuideGate {
  public:
   static constexpr uint64_t kPart = 16;
-  // `lookup_rays`: the cost of asking the guide, in rays of this scene. `pixels`: of the picture.
-  // `warm`: the guide starts from a table. `open`: it rules from the start, whatever it gains.
-  // `worth`: of the table, to the job that measured it last.
-  GuideGate(double lookup_rays, uint64_t pixels, bool warm = false, bool open = false,
-            const GuideWorth& worth = {});
+  static constexpr int kMostPilotSamples = 16;  // a pixel
+  // `lookup_rays`: the cost of asking the guide, in rays of this scene. `warm`: the guide starts
+  // from a table. `open`: it rules from the start, whatever it gains. `worth`: of the table, to the
+  // job that measured it last.
+  explicit GuideGate(double lookup_rays, bool warm = false, bool open = false,
+                     const GuideWorth& worth = {});
+  // Whether a table of that worth guides from the first sample on.
+  static bool paid(const GuideWorth& worth);
 
   // Of a pass that starts after `samples` a pixel, with a table that has seen so many events.
   bool guides(uint64_t samples, uint64_t table_samples_seen) const {
@@ -52,6 +56,11 @@ class GuideGate {
   bool grows() const { return grows_; }
   bool on() const { return on_; }
   double unguided_rays() const { return unguided_.per_path(0); }  // of a path; 0: not known
+
+  // Of a pilot's gate: whether the pilot has told what it can, `samples` a pixel being done, with a
+  // table that has seen so many events; and the gate that its job begins with.
+  bool pilot_is_over(uint64_t samples, uint64_t table_samples_seen) const;
+  GuideGate after_pilot() const;
 
   // What paths without a guide cost. `variance`: of a sample, as NoiseEstimate tells it, if all
   // pixels of the pass were unguided; else, or where it is not known, 0.
@@ -84,9 +93,9 @@ class GuideGate {
   void judge_learning(uint64_t samples, double efficiency_gain);
 
   double lookup_rays_;
-  bool has_parts_;  // there are pixels enough for a part to tell something
   bool warm_, open_;
-  bool trusted_ = false;  // the table paid: it guides from the first sample on
+  bool trusted_ = false;  // it guides from the first sample on: what paths cost without is known
+  bool noisy_ = true;     // a pilot's unguided passes were
   bool part_ = false;
   PassCost unguided_;
   std::vector<Check> checks_;

@@ -11,6 +11,10 @@ Result<RenderStats> render(const PreparedScene& scene, const RenderSettings& set
   Renderer renderer(scene, settings, guide, film, pool, clock);
   if (checkpoints.resume_from && !renderer.load_state(*checkpoints.resume_from))
     return Error{ErrorCode::kCorrupt, "not a state of this render", "checkpoint"};
+  if (!checkpoints.resume_from) {
+    if (const auto pilot = render_pilot(scene, settings, guide, pool, clock, stop))
+      renderer.begin_after(*pilot);
+  }
   const Error canceled{ErrorCode::kCanceled, "canceled", ""};
   Checkpointer* keeper = checkpoints.keeper;
   const auto due = [&] { return keeper && keeper->due(); };

@@ -5,6 +5,19 @@
 #include "core/render/render_report.h"
 
 namespace qray {
+namespace {
+
+PassCost pass_cost(const PathCounters& all) {
+  return {static_cast<double>(all.paths), static_cast<double>(all.rays),
+          static_cast<double>(all.lookups)};
+}
+
+PassCost guided_cost(const PathCounters& all) {
+  return {static_cast<double>(all.guided_paths), static_cast<double>(all.guided_rays),
+          static_cast<double>(all.lookups)};
+}
+
+}  // namespace
 
 Renderer::Renderer(const PreparedScene& scene, const RenderSettings& settings, Guide* guide,
                    Film& film, TaskPool& pool, const Clock& clock, RenderMode mode)
@@ -23,12 +36,15 @@ Renderer::Renderer(const PreparedScene& scene, const RenderSettings& settings, G
       updates_(guide, clock),
       start_(clock.seconds()) {
   QRAY_CHECK(film.width() == settings.width && film.height() == settings.height);
-  if (guide)
-    decision_.emplace(scene, *guide, static_cast<uint64_t>(pixels_.width()) * pixels_.height(),
-                      /*open=*/!settings.gate, mode_.view_lasts);
+  if (guide) decision_.emplace(scene, *guide, /*open=*/!settings.gate, mode_.view_lasts);
   if (guide || settings.estimates_noise || settings.noise > 0 ||
       settings.pixels == Pixels::kByNoise || mode_.measures_noise)
     noise_.emplace(pixels_.width(), pixels_.height());
+}
+
+void Renderer::begin_after(const Pilot& pilot) {
+  counters_before_ = pilot.counters;
+  decision_->begin_after(pilot.gate, pass_cost(pilot.counters), guided_cost(pilot.counters));
 }
 
 size_t Renderer::units() const {
@@ -141,12 +157,7 @@ void Renderer::measure_pass() {
   }
   if (decision_) {
     const PathCounters sum = counters();
-    decision_->judge(samples_,
-                     {static_cast<double>(sum.paths), static_cast<double>(sum.rays),
-                      static_cast<double>(sum.lookups)},
-                     {static_cast<double>(sum.guided_paths), static_cast<double>(sum.guided_rays),
-                      static_cast<double>(sum.lookups)},
-                     measured ? &*noise_ : nullptr);
+    decision_->judge(samples_, pass_cost(sum), guided_cost(sum), measured ? &*noise_ : nullptr);
   }
   if (noise_) noise_level_ = noise_->level();
 }

@@ -17,6 +17,7 @@
 #include "core/render/noise_estimate.h"
 #include "core/render/ordered_updates.h"
 #include "core/render/pass_plan.h"
+#include "core/render/pilot.h"
 #include "core/render/pixel_plan.h"
 #include "core/render/render_observer.h"
 #include "core/render/render_workers.h"
@@ -38,6 +39,9 @@ class Renderer {
   // All outlive this; the film is of the settings' size. `guide` may be null (method none).
   Renderer(const PreparedScene& scene, const RenderSettings& settings, Guide* guide, Film& film,
            TaskPool& pool, const Clock& clock, RenderMode mode = {});
+
+  // Before the first pass: what this render's pilot found and cost counts as its own.
+  void begin_after(const Pilot& pilot);
 
   // False: the plan has no further pass, the render is done. `may_learn` false: not from this pass,
   // whatever the plan says.

@@ -34,7 +34,7 @@ std::unique_ptr<Guide> learned_guide(const PreparedScene& scene) {
 
 // Passes of a camera at rest, half of each kind, until the gate has judged the guided ones twice.
 void rest(const PreparedScene& scene, LiveGuide& guide, float guided_distance) {
-  GuideDecision decision(scene, *guide.active(), /*pixels=*/16, /*open=*/false,
+  GuideDecision decision(scene, *guide.active(), /*open=*/false,
                          /*view_lasts=*/false);
   NoiseEstimate noise(4, 4);
   PassCost cost, guided_cost;

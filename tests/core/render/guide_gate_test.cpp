@@ -7,12 +7,11 @@ namespace {
 
 constexpr uint64_t kSeen = 1'000'000;
 constexpr double kNoisy = 10, kQuiet = 1;  // variance of a sample
-constexpr uint64_t kPixels = 65536;
 const PassCost kUnguided{100, 600, 0}, kGuided{100, 500, 100};
 
 // Gains of passes that end at 4, 8, 16, 32 ... samples.
 GuideGate after(std::initializer_list<double> gains, double lookup_rays = 1) {
-  GuideGate gate(lookup_rays, kPixels);
+  GuideGate gate(lookup_rays);
   gate.unguided(kUnguided, kNoisy);
   uint64_t samples = 2;
   for (double gain : gains) gate.guided(samples *= 2, kSeen, kGuided, 1 / gain, 1);
@@ -20,7 +19,7 @@ GuideGate after(std::initializer_list<double> gains, double lookup_rays = 1) {
 }
 
 TEST(GuideGate, TheFirstSamplesAreUnguided) {
-  const GuideGate gate(1, kPixels);
+  const GuideGate gate(1);
   EXPECT_FALSE(gate.guides(0, kSeen));
   EXPECT_FALSE(gate.guides(1, kSeen));
   EXPECT_TRUE(gate.guides(2, kSeen));
@@ -29,7 +28,7 @@ TEST(GuideGate, TheFirstSamplesAreUnguided) {
 
 TEST(GuideGate, ATableThatPaidGuidesFromTheFirstSample) {
   const GuideWorth paid{3, 6};
-  GuideGate gate(1, kPixels, /*warm=*/true, false, paid);
+  GuideGate gate(1, /*warm=*/true, false, paid);
   EXPECT_TRUE(gate.guides(0, kSeen));
   EXPECT_FALSE(gate.guides(0, 1000));
   EXPECT_DOUBLE_EQ(gate.unguided_rays(), 6) << "as the table tells it: no pass was unguided";
@@ -41,14 +40,14 @@ TEST(GuideGate, ATableThatPaidGuidesFromTheFirstSample) {
 
 TEST(GuideGate, ATableThatDidNotPayOrIsNotKnownToIsTriedAgain) {
   for (const GuideWorth& worth : {GuideWorth{}, GuideWorth{1.1, 6}, GuideWorth{3, 0}}) {
-    const GuideGate gate(1, kPixels, /*warm=*/true, false, worth);
+    const GuideGate gate(1, /*warm=*/true, false, worth);
     EXPECT_FALSE(gate.guides(1, kSeen));
     EXPECT_TRUE(gate.guides(2, kSeen));
   }
 }
 
 TEST(GuideGate, TheGainIsVarianceTimesCost) {
-  GuideGate gate(1.5, kPixels);
+  GuideGate gate(1.5);
   gate.unguided(kUnguided, kNoisy);
   EXPECT_DOUBLE_EQ(gate.guided(4, kSeen, kGuided, 0.5, 2), 2 * 6 / (0.5 * (5 + 1.5)));
   EXPECT_EQ(gate.guided(8, kSeen, kGuided, 0, 2), 0) << "not known";
@@ -78,7 +77,7 @@ TEST(GuideGate, ALoserThatGetsBetterGoesOn) {
 }
 
 TEST(GuideGate, ATableThatSawMuchIsOld) {
-  GuideGate gate(1, kPixels);
+  GuideGate gate(1);
   gate.unguided(kUnguided, kNoisy);
   gate.guided(4, 5'000'000, kGuided, 1, 1.1);
   EXPECT_TRUE(gate.on()) << "it may be getting better";
@@ -86,24 +85,43 @@ TEST(GuideGate, ATableThatSawMuchIsOld) {
   EXPECT_FALSE(gate.on());
 }
 
-TEST(GuideGate, AQuietPictureTriesItsGuideOnAPart) {
+// A job's gate behind a pilot whose samples have that variance.
+GuideGate after_pilot(double variance) {
+  GuideGate pilot(1);
+  pilot.unguided(kUnguided, variance);
+  return pilot.after_pilot();
+}
+
+TEST(GuideGate, AfterAPilotTheFirstSamplesAreGuided) {
   for (const double variance : {kQuiet, kNoisy}) {
-    GuideGate gate(1, kPixels);
-    gate.unguided(kUnguided, variance);
-    EXPECT_EQ(gate.on_part(), variance == kQuiet);
+    const GuideGate gate = after_pilot(variance);
+    EXPECT_TRUE(gate.guides(0, kSeen));
+    EXPECT_FALSE(gate.guides(0, 1000)) << "a table that saw next to nothing";
+    EXPECT_DOUBLE_EQ(gate.unguided_rays(), 6);
+    EXPECT_EQ(gate.on_part(), variance == kQuiet) << "a quiet picture has little to gain";
   }
-  GuideGate small(1, 100);
-  small.unguided(kUnguided, kQuiet);
-  EXPECT_FALSE(small.on_part()) << "too few pixels to tell anything";
-  GuideGate open(1, kPixels, false, /*open=*/true);
-  open.unguided(kUnguided, kQuiet);
-  EXPECT_FALSE(open.on_part());
+}
+
+TEST(GuideGate, APilotEndsWhenItKnowsTheNoiseAndItsTableEnough) {
+  GuideGate noisy(1), quiet(1);
+  EXPECT_FALSE(quiet.pilot_is_over(1, kSeen)) << "its noise is not known";
+  noisy.unguided(kUnguided, kNoisy);
+  quiet.unguided(kUnguided, kQuiet);
+  EXPECT_TRUE(quiet.pilot_is_over(2, 0));
+  EXPECT_FALSE(noisy.pilot_is_over(2, 100'000));
+  EXPECT_TRUE(noisy.pilot_is_over(2, kSeen));
+  EXPECT_TRUE(noisy.pilot_is_over(GuideGate::kMostPilotSamples, 0));
+}
+
+TEST(GuideGate, WithoutAPilotAllPixelsTryTheGuide) {
+  GuideGate gate(1);
+  gate.unguided(kUnguided, kQuiet);
+  EXPECT_FALSE(gate.on_part());
 }
 
 // Tried on a part, at 4, 8, 16 ... samples.
 GuideGate on_part(std::initializer_list<double> gains) {
-  GuideGate gate(1, kPixels);
-  gate.unguided(kUnguided, kQuiet);
+  GuideGate gate = after_pilot(kQuiet);
   uint64_t samples = 2;
   for (double gain : gains) gate.guided(samples *= 2, kSeen, kGuided, 1 / gain, 1);
   return gate;
@@ -135,7 +153,7 @@ TEST(GuideGate, GrowthEndsWhenItBringsLittleTwice) {
 }
 
 TEST(GuideGate, AnOpenGateDecidesNothing) {
-  GuideGate gate(1, kPixels, false, /*open=*/true);
+  GuideGate gate(1, false, /*open=*/true);
   EXPECT_TRUE(gate.guides(0, 0));
   gate.unguided(kUnguided, kNoisy);
   for (const uint64_t samples : {4, 8, 16, 32, 64})

@@ -82,7 +82,7 @@ TEST(GuideDecision, TheFirstPassesAreLearnedFromAndNotGuided) {
   const auto scene = test::prepare(test::room());
   const RenderSettings settings = passes_of_one("adaptive", 4);
   const std::unique_ptr<Guide> guide = load_guide(*scene, settings, std::nullopt).value();
-  GuideDecision decision(*scene, *guide, /*pixels=*/256, /*open=*/false, /*view_lasts=*/false);
+  GuideDecision decision(*scene, *guide, /*open=*/false, /*view_lasts=*/false);
   decision.start_pass(0, /*may_learn=*/true);
   EXPECT_TRUE(decision.learning());
   EXPECT_FALSE(decision.guided()) << "the first samples tell what unguided ones cost";

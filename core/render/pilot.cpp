@@ -1,0 +1,63 @@
+#include "core/render/pilot.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/math/hash.h"
+#include "core/render/renderer.h"
+
+namespace qray {
+namespace {
+
+// Of a pilot; a picture has at least GuideGate::kPart times the least.
+constexpr double kLeastPixels = 1024, kMostPixels = 16384;
+constexpr uint64_t kSeed = 0x70696c6f74;  // its samples are not the picture's
+
+// None: the picture is too small.
+std::optional<RenderSettings> pilot_settings(const RenderSettings& settings) {
+  const double pixels = static_cast<double>(settings.width) * settings.height;
+  const double sampled = settings.pixels == Pixels::kQuarter ? pixels / 4 : pixels;
+  const double wanted = sampled / GuideGate::kPart;
+  if (wanted < kLeastPixels) return {};
+  const double scale = std::sqrt(std::min(wanted, kMostPixels) / pixels);
+  RenderSettings pilot = settings;
+  pilot.width = std::max(1, static_cast<int>(std::lround(scale * settings.width)));
+  pilot.height = std::max(1, static_cast<int>(std::lround(scale * settings.height)));
+  pilot.pixels = Pixels::kAll;
+  pilot.estimates_noise = false;
+  pilot.seconds = pilot.noise = 0;
+  pilot.samples = 2 * GuideGate::kMostPilotSamples;  // it learns from half
+  pilot.passes.clear();
+  pilot.seed = mix64(settings.seed ^ kSeed);
+  return pilot;
+}
+
+}  // namespace
+
+std::optional<Pilot> render_pilot(const PreparedScene& scene, const RenderSettings& settings,
+                                  Guide* guide, TaskPool& pool, const Clock& clock,
+                                  const std::stop_token& stop) {
+  if (!guide || !guide->expects() || !settings.gate || settings.learning_samples == 0) return {};
+  if (GuideGate::paid(guide->worth())) return {};
+  const std::optional<RenderSettings> small = pilot_settings(settings);
+  if (!small) return {};
+
+  Film film(small->width, small->height);
+  RenderObserver nobody;
+  RenderMode mode;
+  mode.in_rounds = true;  // there are few tiles for the threads
+  mode.view_lasts = false;
+  Renderer renderer(scene, *small, guide, film, pool, clock, mode);
+  const GuideGate& gate = renderer.decision()->gate();
+  uint64_t samples = 0;
+  while (!gate.pilot_is_over(samples, guide->stats().samples_seen) && renderer.start_pass()) {
+    renderer.sample(
+        renderer.units(), [] { return false; }, stop, nobody);
+    if (stop.stop_requested()) return {};
+    renderer.end_pass();
+    samples = renderer.progress().samples_per_pixel;
+  }
+  return Pilot{gate.after_pilot(), renderer.counters()};
+}
+
+}  // namespace qray
