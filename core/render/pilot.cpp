@@ -27,6 +27,7 @@ std::optional<RenderSettings> pilot_settings(const RenderSettings& settings) {
   pilot.estimates_noise = false;
   pilot.seconds = pilot.noise = 0;
   pilot.samples = 2 * GuideGate::kMostPilotSamples;  // it learns from half
+  pilot.learning_samples = kMaxSamples;              // a replay names the picture's alone
   pilot.passes.clear();
   pilot.seed = mix64(settings.seed ^ kSeed);
   return pilot;
