@@ -53,13 +53,15 @@ TEST(Pilot, ThereIsNoneWhereThereIsNothingToFindOut) {
   EXPECT_FALSE(try_pilot(*scene, test::small_settings("adaptive", 100, 1)).pilot) << "small";
   EXPECT_FALSE(try_pilot(*scene, settings, 2, {3, 6}).pilot) << "its table paid";
   EXPECT_TRUE(try_pilot(*scene, settings, 2, {1.1, 6}).pilot);
-  RenderSettings open = settings, fixed = settings, quarter = settings;
+  RenderSettings open = settings, fixed = settings, quarter = settings, no_nee = settings;
   open.gate = false;
   fixed.learning_samples = 0;
   quarter.pixels = Pixels::kQuarter;
   EXPECT_FALSE(try_pilot(*scene, open).pilot);
   EXPECT_FALSE(try_pilot(*scene, fixed).pilot);
   EXPECT_FALSE(try_pilot(*scene, quarter).pilot) << "a quarter of too few pixels";
+  no_nee.nee = false;
+  EXPECT_FALSE(try_pilot(*scene, no_nee).pilot);
 }
 
 TEST(Pilot, ItsPathsCountInItsJob) {
