@@ -15,9 +15,8 @@ namespace qray {
 
 class GuideDecision {
  public:
-  // The guide outlives this. `open`: it rules whatever it gains.
-  // `view_lasts`: no other camera will use it, so that it need not grow where this one's picture
-  // gains nothing by it.
+  // The guide outlives this. `open`: it rules whatever it gains. `view_lasts`: no other camera will
+  // use it, so that it need not grow where this one's picture gains nothing by it.
   GuideDecision(const PreparedScene& scene, Guide& guide, bool open, bool view_lasts);
   // Before the first pass: a pilot left this gate, and cost as much.
   void begin_after(const GuideGate& gate, const PassCost& cost, const PassCost& guided_cost);

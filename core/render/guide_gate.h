@@ -3,10 +3,9 @@
 // pilot (pilot.h) told it, or the table knows it and paid in the job that measured it. A picture
 // with much noise tries its guide on all pixels. One whose pilot had little noise has little to
 // gain: it tries its guide on one pixel in kPart, where a trial costs next to nothing, until the
-// table has seen enough. A guide that loses
-// is left for the rest of the job; the table stops growing when the picture gains little by it, and
-// learning ends when it gains nothing any more. Everything is counted, nothing timed, so that a job
-// decides the same whatever machine it runs on.
+// table has seen enough. A guide that loses is left for the rest of the job; the table stops
+// growing when the picture gains little by it, and learning ends when it gains nothing any more.
+// Everything is counted, nothing timed, so that a job decides the same whatever machine it runs on.
 #pragma once
 
 #include <cstdint>

@@ -9,11 +9,11 @@ Result<RenderStats> render(const PreparedScene& scene, const RenderSettings& set
                            std::stop_token stop, const Clock& clock,
                            const Checkpoints& checkpoints) {
   Renderer renderer(scene, settings, guide, film, pool, clock);
-  if (checkpoints.resume_from && !renderer.load_state(*checkpoints.resume_from))
-    return Error{ErrorCode::kCorrupt, "not a state of this render", "checkpoint"};
-  if (!checkpoints.resume_from) {
-    if (const auto pilot = render_pilot(scene, settings, guide, pool, clock, stop))
-      renderer.begin_after(*pilot);
+  if (checkpoints.resume_from) {
+    if (!renderer.load_state(*checkpoints.resume_from))
+      return Error{ErrorCode::kCorrupt, "not a state of this render", "checkpoint"};
+  } else if (const auto pilot = render_pilot(scene, settings, guide, pool, clock, stop)) {
+    renderer.begin_after(*pilot);
   }
   const Error canceled{ErrorCode::kCanceled, "canceled", ""};
   Checkpointer* keeper = checkpoints.keeper;
