@@ -19,6 +19,7 @@ namespace {
 struct RenderCommand {
   RenderOptions render;
   std::vector<int> passes;
+  int last_pass_tiles = 0;
   int threads = default_threads();
   int table_mib = static_cast<int>(kDefaultTableBytes >> 20);
   std::string table_in, table_out, json, sampled, view = "beauty", out;
@@ -105,6 +106,7 @@ Status run(const RenderCommand& o) {
   if (!made) return made.error();
   RenderSettings settings = std::move(made).value();
   settings.passes = o.passes;
+  settings.last_pass_tiles = o.last_pass_tiles;
   settings.max_table_bytes = static_cast<size_t>(o.table_mib) << 20;
   if (Status s = check_settings(settings, kMaxPixels); !s) return s;
   TaskPool pool(o.threads);
@@ -118,9 +120,14 @@ void add_render(CLI::App& app, int& exit_code) {
   auto o = std::make_shared<RenderCommand>();
   CLI::App* sub = app.add_subcommand("render", "render a scene to a picture");
   add_render_options(*sub, o->render, kRender);
-  sub->add_option("--passes", o->passes,
-                  "replay: samples of each pass, such as 1,1,2,4 (docs/stats.md)")
-      ->delimiter(',');
+  CLI::Option* passes =
+      sub->add_option("--passes", o->passes,
+                      "replay: samples of each pass, such as 1,1,2,4 (docs/stats.md)")
+          ->delimiter(',');
+  sub->add_option("--last-pass-tiles", o->last_pass_tiles,
+                  "replay: of the last of --passes, the first so many tiles alone")
+      ->check(CLI::Range(1, 1 << 24))
+      ->needs(passes);
   sub->add_option("--threads", o->threads, "default: one a processor")->check(CLI::Range(1, 1024));
   sub->add_option("--table-in", o->table_in,
                   "start from this table; its method, unless --method is given");

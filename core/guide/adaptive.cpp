@@ -40,9 +40,9 @@ AdaptiveGuide::AdaptiveGuide(const AdaptiveGuide& o)
       tree_(o.tree_),
       states_(o.states_),
       sums_(o.sums_),
+      known_(o.known_),
       directions_(o.directions_),
       samples_seen_(o.samples_seen_),
-      seen_before_pass_(o.seen_before_pass_),
       refused_(o.refused_),
       worth_(o.worth_) {}
 
@@ -54,6 +54,7 @@ void AdaptiveGuide::add_states() {
     state.key = tree_.key(static_cast<uint32_t>(leaf));
     state.root = directions_.put(cells);
     sums_.emplace_back();
+    known_.push_back(0);
   }
 }
 
@@ -156,7 +157,7 @@ std::vector<GuidePoint> AdaptiveGuide::known_points(size_t most) const {
 
 size_t AdaptiveGuide::bytes() const {
   return directions_.bytes() + states_.capacity() * sizeof(State) +
-         sums_.capacity() * sizeof(Sums) + tree_.bytes();
+         sums_.capacity() * sizeof(Sums) + known_.capacity() * sizeof(int64_t) + tree_.bytes();
 }
 
 // Leaves that nothing hit are no states, and their memory is the tree's; a tree without states is
@@ -170,9 +171,8 @@ GuideStats AdaptiveGuide::stats() const {
 
 template <class Self, class Archive>
 void AdaptiveGuide::exchange_state(Self& self, Archive& archive) {
-  archive(self.tree_, self.states_, self.sums_, self.directions_, self.samples_seen_,
-          self.seen_before_pass_, self.refused_, self.grows_, self.worth_.efficiency_gain,
-          self.worth_.unguided_rays);
+  archive(self.tree_, self.states_, self.sums_, self.known_, self.directions_, self.samples_seen_,
+          self.refused_, self.grows_, self.worth_.efficiency_gain, self.worth_.unguided_rays);
 }
 
 void AdaptiveGuide::save_state(SnapshotWriter& out) const { exchange_state(*this, out); }

@@ -90,19 +90,24 @@ class AdaptiveGuide final : public Guide {
   static constexpr int64_t kShareOne = 1 << 16;  // the unit of shares and of what is kept
   // Of what a rebuild makes the trees.
   struct Growth {
-    std::vector<int64_t> shares;  // each state's, of the tree that it has, of kShareOne
-    size_t room = 0;              // bytes
+    struct Part {
+      int64_t share = kShareOne;  // of the tree that the state has
+      int64_t keep = kShareOne;   // of that share, and of the state's sums
+      bool stays = false;         // the pass brought too little: it all waits for more
+    };
+    std::vector<Part> parts;  // each state's
+    size_t room = 0;          // bytes
   };
   template <class Self, class Archive>
   static void exchange_state(Self& self, Archive& archive);
-  int64_t kept_share();  // of kShareOne: of the sums, at the end of a pass
-  Growth whole_trees() const;
-  Growth cut_places(size_t room);  // with what is left of the room
+  int64_t kept(size_t state) const;  // of kShareOne: of its sums, at the end of a pass
+  Growth whole_trees(int64_t keep = kShareOne) const;
+  Growth news() const;  // at the end of a pass
+  void cut_places(Growth& growth);
   AdaptiveGuide(const AdaptiveGuide& o);
-  void cut(uint32_t leaf, std::vector<int64_t>& shares);
-  void add_states();  // of leaves that the tree has got
-  // Keeps `keep` of kShareOne of the sums; how many trees the room held back.
-  size_t rebuild(const Growth& growth, int64_t keep);
+  void cut(uint32_t leaf, Growth& growth);
+  void add_states();                     // of leaves that the tree has got
+  size_t rebuild(const Growth& growth);  // how many trees the room held back
   void index();
   size_t bytes() const;
   void refine_as(const AdaptiveGuide& other);
@@ -116,9 +121,9 @@ class AdaptiveGuide final : public Guide {
   SpatialTree tree_;                // one a face
   std::vector<State> states_;       // by the tree's leaf
   mutable std::vector<Sums> sums_;  // parallel
+  std::vector<int64_t> known_;      // parallel: samples in the sums, before the pass
   mutable DirectionTrees directions_;
   uint64_t samples_seen_ = 0;
-  uint64_t seen_before_pass_ = 0;  // samples_seen_ at the last end_pass()
   uint64_t refused_ = 0;
   bool grows_ = true;
   GuideWorth worth_;

@@ -8,6 +8,8 @@ namespace qray {
 namespace {
 
 constexpr int64_t kMinSamples = 64;  // before a state is believed
+constexpr int64_t kNews = 16;  // a pass that brings less than that part of what is known waits
+constexpr double kMostSamples = 0x1p30;  // of a state: its directions count with 32 bits
 
 }  // namespace
 
@@ -20,7 +22,7 @@ void AdaptiveGuide::summarize(State& state, const Sums& sums) const {
 }
 
 // The halves share what the whole knew as they shared its samples.
-void AdaptiveGuide::cut(uint32_t leaf, std::vector<int64_t>& shares) {
+void AdaptiveGuide::cut(uint32_t leaf, Growth& growth) {
   const int64_t n = sums_[leaf].n;
   const int64_t part = n > 0 ? DirectionTrees::scaled(kShareOne, sums_[leaf].n_upper, n) : 0;
   tree_.split(leaf);
@@ -28,8 +30,9 @@ void AdaptiveGuide::cut(uint32_t leaf, std::vector<int64_t>& shares) {
   Sums sums = sums_[leaf];
   sums.scale(part, kShareOne);
   sums_[leaf] -= sums;
-  const int64_t share = DirectionTrees::scaled(shares[leaf], part, kShareOne);
-  shares[leaf] -= share;
+  Growth::Part half_of = growth.parts[leaf];
+  half_of.share = DirectionTrees::scaled(half_of.share, part, kShareOne);
+  growth.parts[leaf].share -= half_of.share;
   // Where in each half its samples lay is not known: on both sides alike.
   sums_[leaf].n_upper = sums_[leaf].n / 2;
   sums.n_upper = sums.n / 2;
@@ -37,7 +40,8 @@ void AdaptiveGuide::cut(uint32_t leaf, std::vector<int64_t>& shares) {
   if (part == kShareOne) states_[leaf].credible = false;
   states_.push_back(half);
   sums_.push_back(sums);
-  shares.push_back(share);
+  known_.push_back(0);
+  growth.parts.push_back(half_of);
 }
 
 // Gives the state, of which it is known whether it is credible, its directions.
@@ -47,44 +51,53 @@ void AdaptiveGuide::put(State& state, Cells cells, DirectionTrees& to) const {
   state.guides = state.credible && to.second_moment(state.root) >= params_.min_gain;
 }
 
-AdaptiveGuide::Growth AdaptiveGuide::whole_trees() const {
-  return {std::vector<int64_t>(states_.size(), kShareOne)};
+AdaptiveGuide::Growth AdaptiveGuide::whole_trees(int64_t keep) const {
+  return {std::vector<Growth::Part>(states_.size(), {.keep = keep})};
 }
 
-AdaptiveGuide::Growth AdaptiveGuide::cut_places(size_t room) {
+// What a pass brings to a place displaces what was known there, since it was guided better, as far
+// as it is much against it: with f the pass' part of the sums, 1 - f^2 / (1 - keep) are kept, and
+// `keep` at least. So the sums never come to hold fewer samples, and where a pass saw nothing
+// nothing is forgotten.
+int64_t AdaptiveGuide::kept(size_t state) const {
+  const auto all = static_cast<double>(sums_[state].n);
+  const double f = (all - static_cast<double>(known_[state])) / all;
+  const double most = 1 - static_cast<double>(params_.keep);
+  double keep = f < most ? 1 - f * f / most : 1 - most;
+  keep = std::min(keep, kMostSamples / all);
+  return static_cast<int64_t>(std::ceil(keep * static_cast<double>(kShareOne)));
+}
+
+AdaptiveGuide::Growth AdaptiveGuide::news() const {
   Growth growth = whole_trees();
+  for (size_t s = 0; s < states_.size(); ++s) {
+    const int64_t brought = sums_[s].n - known_[s];
+    growth.parts[s].stays = sums_[s].n < kMinSamples || brought < known_[s] / kNews;
+    if (!growth.parts[s].stays) growth.parts[s].keep = kept(s);
+  }
+  return growth;
+}
+
+void AdaptiveGuide::cut_places(Growth& growth) {
   for (uint32_t leaf = 0; leaf < states_.size(); ++leaf) {
+    if (growth.parts[leaf].stays) continue;
     size_t half = 0;  // bytes
     while (static_cast<double>(sums_[leaf].n) > params_.split_samples &&
            tree_.depth(leaf) < SpatialTree::kMaxDepth) {
       if (half == 0)
-        half = sizeof(State) + sizeof(Sums) + SpatialTree::kMaxLeafBytes +
+        half = sizeof(State) + sizeof(Sums) + sizeof(int64_t) + SpatialTree::kMaxLeafBytes +
                DirectionTrees::bytes_of(directions_.take(states_[leaf].root));
-      if (half > room) {
+      if (half > growth.room) {
         refused_ += grows_;
         break;
       }
-      room -= half;
-      cut(leaf, growth.shares);
+      growth.room -= half;
+      cut(leaf, growth);
     }
   }
-  growth.room = room;
-  return growth;
 }
 
-// A pass that is long against what is known displaces it, since it was guided better; short ones,
-// with which a job starts from a table, only add to it.
-int64_t AdaptiveGuide::kept_share() {
-  int64_t all = 0;
-  for (const Sums& sums : sums_) all += sums.n;
-  const auto pass = static_cast<double>(samples_seen_ - seen_before_pass_);
-  seen_before_pass_ = samples_seen_;
-  const double old = all > 0 ? 1 - pass / static_cast<double>(all) : 0;
-  return static_cast<int64_t>(std::clamp(old, static_cast<double>(params_.keep), 1.0) *
-                              static_cast<double>(kShareOne));
-}
-
-// Every tree is made anew, side by side in memory: from what was learned, cut finer where the data
+// The trees are made anew, side by side in memory: from what was learned, cut finer where the data
 // supports it and there is room, then faded.
 void AdaptiveGuide::end_pass() {
   // An eighth is left for the index over places.
@@ -95,22 +108,28 @@ void AdaptiveGuide::end_pass() {
     ++refused_;
     return;
   }
-  const size_t room = grows_ && most > taken ? most - taken : 0;
+  Growth growth = news();
+  growth.room = grows_ && most > taken ? most - taken : 0;
   // The means first: halves know as much as the whole.
-  for (size_t s = 0; s < states_.size(); ++s) summarize(states_[s], sums_[s]);
-  const int64_t keep = kept_share();
-  const size_t held_back = rebuild(cut_places(room), keep);
+  for (size_t s = 0; s < states_.size(); ++s)
+    if (!growth.parts[s].stays) summarize(states_[s], sums_[s]);
+  cut_places(growth);
+  const size_t held_back = rebuild(growth);
   if (grows_) refused_ += held_back;
 }
 
-size_t AdaptiveGuide::rebuild(const Growth& growth, int64_t keep) {
+size_t AdaptiveGuide::rebuild(const Growth& growth) {
   size_t room = growth.room;
   DirectionTrees next;
   size_t held_back = 0;
   next.reserve(directions_.nodes());
   for (uint32_t leaf = 0; leaf < states_.size(); ++leaf) {
     State& state = states_[leaf];
-    const int64_t share = growth.shares[leaf];
+    const auto& [share, keep, stays] = growth.parts[leaf];
+    if (stays) {
+      state.root = next.put_tree(directions_, state.root);
+      continue;
+    }
     state.key = tree_.key(leaf);
     Cells cells = share > 0 ? directions_.take(state.root) : DirectionTrees::one_cell();
     DirectionTrees::estimate(cells, params_.direction.shrinkage);
@@ -124,6 +143,7 @@ size_t AdaptiveGuide::rebuild(const Growth& growth, int64_t keep) {
     DirectionTrees::scale(cells, DirectionTrees::scaled(keep, share, kShareOne), kShareOne);
     put(state, std::move(cells), next);
     sums_[leaf].scale(keep, kShareOne);
+    known_[leaf] = sums_[leaf].n;
     held_back += !may_grow;
   }
   directions_ = std::move(next);
@@ -135,14 +155,14 @@ void AdaptiveGuide::index() {
   directions_.shrink();
   states_.shrink_to_fit();
   sums_.shrink_to_fit();
+  known_.shrink_to_fit();
   tree_.index_within(max_bytes_, bytes() - tree_.bytes());
 }
 
 void AdaptiveGuide::doubt() {
   constexpr int64_t kDoubt = 16;
-  rebuild(whole_trees(), kShareOne / kDoubt);
+  rebuild(whole_trees(kShareOne / kDoubt));
   samples_seen_ = samples_seen_ / kDoubt;
-  seen_before_pass_ = samples_seen_;
   worth_ = {};
 }
 

@@ -21,7 +21,7 @@ struct AdaptiveParams {
   DirectionParams direction;
   float split_samples = 4000;  // a place that was hit more often in a pass is cut in two
   float glossy = 0.5f;         // the chance to draw from the guide in place of a rough lobe
-  float keep = 0.7f;           // the least part of what is known that each pass keeps
+  float keep = 0.7f;           // the least part of what a place knows that a pass keeps
   float uniform = 0.15f;       // the part of DirectionTrees::add_uniform()
   // A place whose directions have a lower GuideInspector::gain() draws from the BSDF alone.
   float min_gain = 1.15f;

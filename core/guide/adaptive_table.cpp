@@ -15,12 +15,12 @@ void AdaptiveGuide::refine_as(const AdaptiveGuide& other) {
     const auto leaf_of = [&] { return tree_.leaf_with(o.key); };
     for (uint32_t leaf = leaf_of(); leaf != SpatialTree::kNone && states_[leaf].key != o.key;
          leaf = leaf_of()) {
-      cut(leaf, growth.shares);
+      cut(leaf, growth);
       for (const size_t half : {size_t{leaf}, states_.size() - 1})
         states_[half].key = tree_.key(static_cast<uint32_t>(half));
     }
   }
-  rebuild(growth, kShareOne);
+  rebuild(growth);
 }
 
 Status AdaptiveGuide::merge(const GuideTable& other) {
@@ -48,6 +48,7 @@ Status AdaptiveGuide::merge(const GuideTable& other) {
     DirectionTrees::add_cells(cells, more);
     DirectionTrees::estimate(cells, params_.direction.shrinkage);
     const uint64_t key = to.states_[leaf].key;
+    to.known_[leaf] = to.sums_[leaf].n;
     to.states_[leaf] = {};  // as load() would
     to.states_[leaf].key = key;
     to.summarize(to.states_[leaf], to.sums_[leaf]);
@@ -59,9 +60,9 @@ Status AdaptiveGuide::merge(const GuideTable& other) {
   tree_ = std::move(to.tree_);
   states_ = std::move(to.states_);
   sums_ = std::move(to.sums_);
+  known_ = std::move(to.known_);
   directions_ = std::move(to.directions_);
   samples_seen_ += table->samples_seen_;
-  seen_before_pass_ += table->seen_before_pass_;
   worth_ = std::min(worth_, table->worth_);  // not known, if one is not
   return {};
 }
@@ -98,10 +99,9 @@ Status AdaptiveGuide::load(std::span<const TableSection> sections) {
   };
   const Result<uint64_t> count = decode_adaptive_records(sections, tree_, add);
   if (!count.ok()) return count.error();
-  rebuild(whole_trees(), kShareOne);
+  rebuild(whole_trees());
   if (count.value() > 0 && bytes() > max_bytes_) return too_large;
   samples_seen_ = head.value().samples_seen;
-  seen_before_pass_ = samples_seen_;
   worth_ = head.value().worth;
   return {};
 }

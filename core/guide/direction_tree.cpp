@@ -207,4 +207,14 @@ uint32_t DirectionTrees::put(const Cells& cells) {
   return root;
 }
 
+uint32_t DirectionTrees::put_tree(const DirectionTrees& from, uint32_t root) {
+  const uint32_t put = static_cast<uint32_t>(nodes_.size());
+  uint32_t nodes = 1;  // level by level, as put() lays them out
+  for (uint32_t i = 0; i < nodes; ++i)
+    nodes += static_cast<uint32_t>(__builtin_popcount(from.nodes_[root + i].inner));
+  nodes_.insert(nodes_.end(), from.nodes_.begin() + root, from.nodes_.begin() + root + nodes);
+  sums_.insert(sums_.end(), from.sums_.begin() + root, from.sums_.begin() + root + nodes);
+  return put;
+}
+
 }  // namespace qray

@@ -59,7 +59,8 @@ class DirectionTrees {
 
   // Between passes.
   Cells take(uint32_t root) const;
-  uint32_t put(const Cells& cells);  // a new tree; its root
+  uint32_t put(const Cells& cells);                              // a new tree; its root
+  uint32_t put_tree(const DirectionTrees& from, uint32_t root);  // as it is
   size_t nodes() const { return nodes_.size(); }
   size_t bytes() const {
     return nodes_.capacity() * sizeof(Node) + sums_.capacity() * sizeof(Quad);

@@ -20,6 +20,7 @@ ImageMetadata metadata_of(const RenderStats& stats, const PreparedScene& scene,
   std::string passes;
   for (int n : stats.passes) passes += (passes.empty() ? "" : ",") + std::to_string(n);
   m["passes"] = passes;
+  if (stats.last_pass_tiles > 0) m["last_pass_tiles"] = std::to_string(stats.last_pass_tiles);
   m["pixels"] = stats.pixels;
   m["learning_samples"] = std::to_string(stats.learning_samples_per_pixel);
   m["table_in"] = table_in ? table_in->id : "none";

@@ -8,6 +8,11 @@ namespace {
 
 // Measured, about: a vertex' lookup in the guide; a ray, from 36 triangles to 333,000.
 constexpr double kLookupNs = 140;
+// A guide knows much more than a pass can tell if it has seen that many times as much: no cold
+// job's passes, each up to half of what was before, come to that. And how many paths tell at least
+// what the guide saves.
+constexpr double kKnowsMore = 4;
+constexpr uint64_t kLeastPaths = 2048;
 double ray_ns(const PreparedScene& scene) {
   const auto triangles = static_cast<double>(scene.scene.placed_triangle_count());
   return 75 + 17 * std::max(0.0, std::log2(triangles / 36));
@@ -27,10 +32,14 @@ void GuideDecision::begin_after(const GuideGate& gate, const PassCost& cost,
   guided_cost_ = guided_cost;
 }
 
-void GuideDecision::start_pass(uint64_t samples, bool may_learn) {
+void GuideDecision::start_pass(uint64_t samples, uint64_t paths, bool may_learn) {
   learning_ = may_learn && gate_.learns();
   const bool was_all_guided = guided_ && !part_;
   part_ = learning_ && gate_.on_part();  // a trial ends with learning
+  paths_ = paths;
+  seen_ = guide_.stats().samples_seen;
+  few_ = guide_.expects() && !part_ && paths >= kLeastPaths * kFew &&
+         static_cast<double>(seen_) >= kKnowsMore * events_a_path_ * static_cast<double>(paths);
   guided_ = !guide_.expects() ||
             (gate_.guides(samples, guide_.stats().samples_seen) && part_ == gate_.on_part());
   const bool all_guided = guided_ && !part_;
@@ -56,6 +65,9 @@ void GuideDecision::judge(uint64_t samples, const PassCost& cost, const PassCost
     if (view_lasts_ && !gate_.grows()) guide_.stop_growing();
   }
   const GuideStats table = guide_.stats();
+  if (learning_ && !part_ && table.samples_seen > seen_)
+    events_a_path_ = static_cast<double>(table.samples_seen - seen_) * (few_ ? kFew : 1) /
+                     static_cast<double>(paths_);
   record.states = table.states;
   record.direction_nodes = table.direction_nodes;
   record.table_bytes = table.bytes;

@@ -21,14 +21,21 @@ class GuideDecision {
   // Before the first pass: a pilot left this gate, and cost as much.
   void begin_after(const GuideGate& gate, const PassCost& cost, const PassCost& guided_cost);
 
-  // Of a pass that starts after `samples` a pixel. `may_learn`: the plan has room for it.
-  void start_pass(uint64_t samples, bool may_learn);
+  // Of a pass of so many paths that starts after `samples` a pixel. `may_learn`: the plan has room
+  // for it.
+  void start_pass(uint64_t samples, uint64_t paths, bool may_learn);
   bool guided() const { return guided_; }      // paths of this pass ask the guide
   bool learning() const { return learning_; }  // it learns from this pass
   // Whether both are so for the paths of this pixel: on a part, for one in GuideGate::kPart, spread
   // evenly.
   bool serves(int x, int y) const {
     return !part_ || static_cast<uint64_t>(x + kLatticeShift * y) % GuideGate::kPart == 0;
+  }
+  // Whether it learns from them: where it knows much more than the pass can tell, from one pixel in
+  // kFew of those that it serves, others in each pass.
+  bool learns(int x, int y) const {
+    return learning_ && serves(x, y) &&
+           (!few_ || (static_cast<uint64_t>(x + kLatticeShift * y) + passes_.size()) % kFew == 0);
   }
   // Since noise was last measured, passes were guided by what changed: they weigh by their noise.
   bool noise_changed() const { return guide_.expects() && changing_; }
@@ -45,18 +52,23 @@ class GuideDecision {
   template <class Self, class Archive>
   static void exchange(Self& self, Archive& archive) {
     archive(self.gate_, self.cost_, self.guided_cost_, self.guided_, self.learning_, self.part_,
-            self.changing_, self.passes_);
+            self.few_, self.paths_, self.seen_, self.events_a_path_, self.changing_, self.passes_);
   }
 
  private:
+  static constexpr uint64_t kFew = 8;
   static constexpr int kLatticeShift = 6;  // a row's pixels lie between those of its neighbours
 
   Guide& guide_;
   const bool view_lasts_;
   GuideGate gate_;
   PassCost cost_, guided_cost_;  // of all passes
-  bool guided_ = false, learning_ = false, part_ = false;
+  bool guided_ = false, learning_ = false, part_ = false, few_ = false;
   bool changing_ = false;
+  // Of the pass under way: its paths, and what the guide had seen. Of the last one that it learned
+  // from: how much it saw for a path; at first a guess that is rather too high.
+  uint64_t paths_ = 0, seen_ = 0;
+  double events_a_path_ = 16;
   std::vector<GuidePass> passes_;
 };
 

@@ -14,26 +14,35 @@ PassPlan::PassPlan(const RenderSettings& settings, int most_samples)
   }
 }
 
-int PassPlan::next(const RenderAge& age, double last_pass_seconds) const {
-  if (!settings_.passes.empty())
-    return passes_.size() < settings_.passes.size() ? settings_.passes[passes_.size()] : 0;
+int PassPlan::start(const RenderAge& age, double last_pass_seconds) {
+  if (!settings_.passes.empty()) {
+    if (passes_.size() == settings_.passes.size()) return 0;
+    return passes_.emplace_back(settings_.passes[passes_.size()]);
+  }
   if (settings_.noise > 0 && age.noise > 0 && age.noise <= settings_.noise) return 0;
   int64_t n =
       std::clamp<int64_t>(static_cast<int64_t>(std::bit_floor(age.samples) / 2), 1, most_samples_);
-  if (total_ > 0) n = std::clamp<int64_t>(total_ - static_cast<int64_t>(age.samples), 0, n);
+  if (total_ > 0) n = std::min(n, total_ - static_cast<int64_t>(age.samples));
   if (settings_.seconds > 0 && !passes_.empty()) {
+    if (age.seconds >= settings_.seconds) return 0;
     const double sample_seconds = std::max(last_pass_seconds / passes_.back(), 1e-9);
     const double fits = (settings_.seconds - age.seconds) / sample_seconds;
-    n = std::min(n, static_cast<int64_t>(std::clamp(fits, 0.0, 1e9)));
+    hurries_ |= fits < 1;
+    n = std::min(n, static_cast<int64_t>(std::clamp(fits, 1.0, 1e9)));
   }
-  return static_cast<int>(n);
+  return n > 0 ? passes_.emplace_back(static_cast<int>(n)) : 0;
 }
 
 bool PassPlan::learning(const RenderAge& age) const {
-  if (age.samples >= static_cast<uint64_t>(settings_.learning_samples)) return false;
+  if (age.samples >= static_cast<uint64_t>(settings_.learning_samples) || hurries_) return false;
   if (!settings_.passes.empty() || age.samples == 0) return true;
   if (settings_.seconds > 0 && age.seconds > settings_.seconds / 2) return false;
   return total_ == 0 || age.samples < static_cast<uint64_t>(std::max<int64_t>(1, total_ / 2));
+}
+
+bool PassPlan::out_of_time(const RenderAge& age) const {
+  return settings_.passes.empty() && settings_.seconds > 0 && age.samples > 0 &&
+         age.seconds >= settings_.seconds;
 }
 
 double PassPlan::fraction(const RenderAge& age, double in_pass) const {

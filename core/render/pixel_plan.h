@@ -23,6 +23,7 @@ class PixelPlan {
   int step() const { return step_; }    // pixels
   int width() const { return width_; }  // of the grid
   int height() const { return height_; }
+  uint64_t pixels() const { return static_cast<uint64_t>(width_) * static_cast<uint64_t>(height_); }
   int rounds() const { return in_rounds_ ? 4 : 1; }
   // Calls body(x, y) for the picture's pixels that a round takes of a tile, row by row, while it
   // returns true. False: it did not.

@@ -18,15 +18,17 @@ Result<RenderStats> render(const PreparedScene& scene, const RenderSettings& set
   const Error canceled{ErrorCode::kCanceled, "canceled", ""};
   Checkpointer* keeper = checkpoints.keeper;
   const auto due = [&] { return keeper && keeper->due(); };
+  const auto pause = [&] { return due() || renderer.out_of_time(); };
   const auto save = [&] {
     return keeper->save([&](SnapshotWriter& out) { renderer.save_state(out); });
   };
   while (renderer.in_pass() || renderer.start_pass()) {
-    while (renderer.units_left() > 0) {
-      renderer.sample(renderer.units_left(), due, stop, observer);
+    while (renderer.units_left() > 0 && !renderer.out_of_time()) {
+      renderer.sample(renderer.units_left(), pause, stop, observer);
       if (stop.stop_requested()) return canceled;
       if (due() && !save()) return canceled;
     }
+    if (!renderer.pass_whole()) break;
     renderer.end_pass();
     observer.on_pass(renderer.progress(), renderer.stats(), guide);
   }

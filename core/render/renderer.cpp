@@ -51,12 +51,19 @@ size_t Renderer::units() const {
   return static_cast<size_t>(film_.tile_count()) * static_cast<size_t>(pixels_.rounds());
 }
 
+size_t Renderer::pass_units() const {
+  return settings_.last_pass_tiles > 0 && plan_.passes().size() == settings_.passes.size()
+             ? std::min(units(), static_cast<size_t>(settings_.last_pass_tiles))
+             : units();
+}
+
 bool Renderer::start_pass(bool may_learn) {
-  const int samples = plan_.next(age(), last_pass_seconds_);
+  const int samples = plan_.start(age(), last_pass_seconds_);
   if (samples == 0) return false;
   pass_ = {true, samples, 0, elapsed()};
-  if (decision_) decision_->start_pass(samples_, may_learn && plan_.learning(age()));
-  plan_.started(samples);
+  if (decision_)
+    decision_->start_pass(samples_, pixels_.pixels() * static_cast<uint64_t>(samples),
+                          may_learn && plan_.learning(age()));
   if (noise_) noise_->start_pass(guided(), learning());
   pixels_.start_pass(samples, noise_ ? &*noise_ : nullptr);
   return true;
@@ -112,9 +119,10 @@ bool Renderer::sample_pixels(int round, RenderWorker& worker, GuideDelta* learn,
     const float deviation = noise_ ? noise_->deviation(column, row) : 0.0f;
     samples.set_count(x, y, count);
     const bool served = decision_ && decision_->serves(column, row);
-    worker.tracer.set_guiding(served && guided(), served && learning());
+    const bool learned = learn && decision_->learns(column, row);
+    worker.tracer.set_guiding(served && guided(), learned);
     for (uint32_t number = first; number < first + count; ++number)
-      sampler.sample(x, y, number, served ? learn : nullptr, deviation,
+      sampler.sample(x, y, number, learned ? learn : nullptr, deviation,
                      samples.target(x, y, first, count, number));
     return true;
   });
@@ -126,14 +134,14 @@ void Renderer::add_noise(int round, const TileSamples& samples) {
     const SampleHalves<Rgb> of = samples.halves(x, y);
     noise_->add(column, row, pixels_.first(column, row), samples.count(x, y),
                 {luminance(of.even), luminance(of.odd), luminance(of.earlier), luminance(of.later)},
-                decision_ && decision_->serves(column, row) ? std::optional(samples.saved(x, y))
+                decision_ && decision_->learns(column, row) ? std::optional(samples.saved(x, y))
                                                             : std::nullopt);
     return true;
   });
 }
 
 void Renderer::end_pass() {
-  QRAY_CHECK(pass_.running && units_left() == 0);
+  QRAY_CHECK(pass_.running && pass_whole());
   pass_.running = false;
   samples_ += static_cast<uint64_t>(pass_.samples);
   pixels_.end_pass();
@@ -191,6 +199,8 @@ RenderStats Renderer::stats() const {
   stats.parts = parts_;
   if (decision_ && !decision_->on()) stats.parts["guide"] = "off: it cost more than it saved";
   stats.passes = plan_.passes();
+  if (pass_.running && pass_.next_unit == 0) stats.passes.pop_back();
+  if (pass_.running) stats.last_pass_tiles = static_cast<int>(pass_.next_unit);
   return stats;
 }
 

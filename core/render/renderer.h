@@ -52,9 +52,13 @@ class Renderer {
   // Stopped, it has lost some: then this is only good for what the film holds.
   size_t sample(size_t most, const std::function<bool()>& enough, const std::stop_token& stop,
                 RenderObserver& observer);
-  size_t units() const;  // of a pass
-  size_t units_left() const { return units() - pass_.next_unit; }
-  // Once no units are left.
+  size_t units() const;  // of a whole pass
+  size_t units_left() const { return pass_units() - pass_.next_unit; }
+  // The settings' time is up. That ends a pass as it is: the picture has what was sampled of it,
+  // and a render that goes on from this one's state samples the rest.
+  bool out_of_time() const { return !learning() && plan_.out_of_time(age()); }
+  bool pass_whole() const { return pass_.next_unit == units(); }
+  // Once it is whole.
   void end_pass();
 
   RenderProgress progress(double samples_in_pass = 0) const;
@@ -80,6 +84,7 @@ class Renderer {
     size_t next_unit = 0;  // the first that is not sampled
     double start = 0;      // seconds of the render
   };
+  size_t pass_units() const;
   bool learning() const { return decision_ && decision_->learning(); }
   double elapsed() const { return clock_.seconds() - start_; }
   RenderAge age() const { return {samples_, elapsed(), noise_level_}; }

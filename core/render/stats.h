@@ -43,7 +43,10 @@ struct RenderStats {
   uint64_t samples_per_pixel = 0;
   double noise = 0;                         // NoiseEstimate::level() at the end; 0: not known
   uint64_t learning_samples_per_pixel = 0;  // of these, how many the guide learned from
-  std::vector<int> passes;  // samples a pixel of each pass: give it back to replay the job
+  // Samples a pixel of each pass, and how many tiles the last one had when time was up; 0: all, and
+  // samples_per_pixel counts it. Given back, they replay the job.
+  std::vector<int> passes;
+  int last_pass_tiles = 0;
   uint64_t paths = 0;
   uint64_t rays = 0;             // nearest-hit and occlusion queries
   uint64_t dropped_samples = 0;  // NaN or infinite, left out of the picture

@@ -69,7 +69,7 @@ FieldTable guide_fields() {
       "Samples that cut a place", {1, 1e9},
       [](RenderSettings & s) -> auto& { return s.adaptive.split_samples; }));
   out.push_back(guide_setting(
-      "keep", adaptive, "The part of what earlier passes learned that each pass keeps.",
+      "keep", adaptive, "The least part of what is known at a place that a pass keeps.",
       "Kept each pass", {0, 1}, [](RenderSettings & s) -> auto& { return s.adaptive.keep; }));
   out.push_back(guide_setting(
       "uniform", adaptive, "About the part of each place's density that is uniform.",

@@ -131,8 +131,9 @@ void add_job(FieldTable& out) {
   out.push_back(
       {.path = "table",
        .type = FieldType::kChoice,
-       .help = "The table to start from: the newest of the same method, geometry, materials and "
-               "lights (auto), none, which saves none either, or one by its id.",
+       .help = "The table to start from: of those of the same method, geometry, materials and "
+               "lights the one that has seen the most (auto), none, which saves none either, or "
+               "one by its id.",
        .label = "Table",
        .choices = {{"auto", "automatic"}, {"none"}},
        .other = "the id of a table (32 hex digits)",

@@ -33,7 +33,7 @@ struct RenderSettings {
   bool estimates_noise = false;   // for Film::noise(); some methods and pixels do anyway
   int samples =
       64;  // a sampled pixel, counting learning samples; with `seconds`: at most, 0 = no limit
-  double seconds = 0;  // > 0: stop when no further pass fits. The first pass always completes
+  double seconds = 0;  // > 0: stop then. The first pass always completes
   double noise = 0;  // > 0: stop when the picture's relative error (NoiseEstimate::level()) is that
                      // low; samples or seconds bound it
   uint64_t seed = 1;
@@ -44,6 +44,7 @@ struct RenderSettings {
   HuangParams huang;
   AdaptiveParams adaptive;
   std::vector<int> passes;  // replay: samples of each pass; overrides samples and seconds
+  int last_pass_tiles = 0;  // replay: of the last one, the first so many alone; 0: all
 };
 
 // Against the ranges of the table of fields (job_fields.h). Errors name the field as a pointer:

@@ -15,9 +15,9 @@ Result<StartingGuide> start_from(std::optional<TableFile> table, const PreparedS
   return start;
 }
 
-Result<StartingGuide> start_from_newest(TableStore& tables, const PreparedScene& scene,
-                                        const RenderSettings& settings,
-                                        const std::function<void(std::string)>& warn) {
+Result<StartingGuide> start_from_best(TableStore& tables, const PreparedScene& scene,
+                                      const RenderSettings& settings,
+                                      const std::function<void(std::string)>& warn) {
   Result<std::vector<std::string>> ids =
       tables.fitting(table_method(settings.method), scene.hash, kMaxTablesTried);
   if (!ids.ok()) return ids.error();
@@ -48,7 +48,7 @@ Result<StartingGuide> choose_table(TableStore& tables, const PreparedScene& scen
                                    const std::function<void(std::string)>& warn) {
   if (settings.method == "none" || wish.table == "none")
     return start_from(std::nullopt, scene, settings);
-  if (wish.table == "auto") return start_from_newest(tables, scene, settings, warn);
+  if (wish.table == "auto") return start_from_best(tables, scene, settings, warn);
   Result<TableFile> table = tables.load(wish.table);
   if (!table.ok()) return table.error();
   if (wish.must_fit && !table_fits(table.value().header, scene.hash)) {

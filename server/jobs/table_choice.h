@@ -10,7 +10,7 @@
 namespace qray::server {
 
 struct TableWish {
-  std::string table;  // an id; "auto": the newest that serves; "none"
+  std::string table;  // an id; "auto": of those that serve, the one that has seen the most; "none"
   // A table that is named must be of this very scene; else what it knows is doubted.
   bool must_fit = true;
 };

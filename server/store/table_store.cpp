@@ -106,7 +106,7 @@ Result<std::vector<std::string>> TableStore::fitting(std::string_view method,
   Database::Session session(db_);
   Query query(session.handle(),
               "SELECT id FROM tables WHERE method=? AND geometry=? AND materials=? AND lights=? "
-              "ORDER BY number DESC LIMIT ?");
+              "ORDER BY samples_seen DESC, number DESC LIMIT ?");
   query.bind(std::string(method))
       .bind(scene.geometry.hex())
       .bind(scene.materials.hex())

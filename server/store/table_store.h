@@ -29,7 +29,8 @@ class TableStore {
   // Newest first.
   Result<std::vector<proto::TableInfo>> list() const;
   Result<proto::TableInfo> find(const std::string& id) const;  // kNotFound
-  // Ids of tables that fit method and scene, newest first, at most `limit`.
+  // Ids of tables that fit method and scene, at most `limit`: those that have seen the most first,
+  // so that no job or session makes what the next one starts from worse.
   Result<std::vector<std::string>> fitting(std::string_view method, const SceneHash& scene,
                                            size_t limit) const;
   // kCorrupt and kUnsupported: it has gone to quarantine. kNotFound: the file is not there.

@@ -36,9 +36,7 @@ RenderSettings learning_passes_of(RenderSettings settings) {
   PassPlan plan(settings);
   RenderAge age;
   while (plan.learning(age)) {
-    const int pass = plan.next(age, 0);
-    plan.started(pass);
-    age.samples += static_cast<uint64_t>(pass);
+    age.samples += static_cast<uint64_t>(plan.start(age, 0));
   }
   settings.passes = plan.passes();
   return settings;

@@ -6,6 +6,7 @@
 #include "core/recover/included_networks.h"
 #include "tests/support/render.h"
 #include "tests/support/sanitized.h"
+#include "tests/support/tile_clock.h"
 
 namespace qray {
 namespace {
@@ -28,6 +29,20 @@ class CutOff final : public Checkpointer {
  private:
   const int tiles_;
   int asked_ = 0;
+};
+
+// Keeps the state of the job that has ended.
+class AtTheEnd final : public Checkpointer {
+ public:
+  bool due() override { return false; }
+  bool save(const std::function<void(SnapshotWriter&)>& write) override {
+    SnapshotWriter out([this](std::span<const uint8_t> part) {
+      bytes.insert(bytes.end(), part.begin(), part.end());
+    });
+    write(out);
+    return true;
+  }
+  Bytes bytes;
 };
 
 std::vector<float> values_of(const Image& image) {
@@ -127,18 +142,7 @@ INSTANTIATE_TEST_SUITE_P(
 TEST(Checkpoint, AFinishedJobGoesOnToMoreSamples) {
   const auto scene = test::included_scene("cornell-box");
   RenderSettings settings = test::small_settings("adaptive", 64, 8);
-  class Keep final : public Checkpointer {
-   public:
-    bool due() override { return false; }
-    bool save(const std::function<void(SnapshotWriter&)>& write) override {
-      SnapshotWriter out([this](std::span<const uint8_t> part) {
-        bytes.insert(bytes.end(), part.begin(), part.end());
-      });
-      write(out);
-      return true;
-    }
-    Bytes bytes;
-  } keep;
+  AtTheEnd keep;
   Film film(64, 64);
   ASSERT_TRUE(run(*scene, settings, {}, film, 2, nullptr, {&keep, nullptr}).ok());
   const Image before = film.develop();
@@ -157,6 +161,34 @@ TEST(Checkpoint, AFinishedJobGoesOnToMoreSamples) {
   EXPECT_GT(more.version(), version);  // who followed the first film is told of all tiles anew
   EXPECT_EQ(more.tiles_since(version, 10).tiles.size(), 1u);
   EXPECT_NE(values_of(more.develop()), values_of(before));
+}
+
+// It ends within a pass; the rest of that comes first.
+TEST(Checkpoint, AJobThatTimeCutShortGoesOnToMoreSamples) {
+  const auto scene = test::included_scene("cornell-box");
+  for (const char* method : {"none", "adaptive"}) {
+    RenderSettings settings = test::small_settings(method, 100, 0);  // four tiles
+    settings.seconds = 10.5;
+    AtTheEnd keep;
+    Film film(100, 100), more(100, 100), let_alone(100, 100);
+    TaskPool pool(1);
+    test::TileClock clock;
+    ASSERT_TRUE(
+        run_job(*scene, settings, {}, film, pool, clock, {}, clock, nullptr, {&keep, nullptr})
+            .ok());
+    settings.seconds = 0;
+    settings.samples = 8;
+    SnapshotReader reader(keep.bytes);
+    const Result<JobResult> job = run(*scene, settings, {}, more, 2, nullptr, {nullptr, &reader});
+    ASSERT_TRUE(job.ok()) << job.error().text();
+    const RenderStats& stats = job.value().stats;
+    EXPECT_EQ(stats.samples_per_pixel, 8u);
+    EXPECT_EQ(stats.last_pass_tiles, 0);
+    settings.passes = stats.passes;
+    settings.learning_samples = static_cast<int>(stats.learning_samples_per_pixel);
+    ASSERT_TRUE(run(*scene, settings, {}, let_alone, 2, nullptr, {}).ok());
+    EXPECT_EQ(values_of(more.develop()), values_of(let_alone.develop())) << method;
+  }
 }
 
 TEST(Checkpoint, AStateOfAnotherRenderIsRefused) {

@@ -39,7 +39,7 @@ void rest(const PreparedScene& scene, LiveGuide& guide, float guided_distance) {
   NoiseEstimate noise(4, 4);
   PassCost cost, guided_cost;
   for (uint64_t samples = 0; samples < 8; ++samples) {
-    decision.start_pass(samples, /*may_learn=*/true);
+    decision.start_pass(samples, 1000, /*may_learn=*/true);
     measure(noise, decision.guided(), decision.guided() ? guided_distance : 0.5f);
     cost = {cost.paths + 100, cost.rays + 500, cost.lookups + (decision.guided() ? 300 : 0)};
     if (decision.guided())

@@ -8,6 +8,7 @@
 #include "tests/support/render.h"
 #include "tests/support/sanitized.h"
 #include "tests/support/test_scenes.h"
+#include "tests/support/tile_clock.h"
 
 namespace qray {
 namespace {
@@ -89,6 +90,15 @@ TEST(RenderLoop, SeedsGiveOtherPictures) {
   EXPECT_FALSE(test::same_bits(first.image, run(*scene, settings, 1).image));
 }
 
+// What makes the same picture again without a clock.
+RenderSettings replay_of(RenderSettings settings, const RenderStats& stats) {
+  settings.seconds = 0;
+  settings.passes = stats.passes;
+  settings.last_pass_tiles = stats.last_pass_tiles;
+  settings.learning_samples = static_cast<int>(stats.learning_samples_per_pixel);
+  return settings;
+}
+
 TEST(RenderLoop, ATimedJobReplaysFromItsPasses) {
   const auto scene = test::prepare(test::room());
   RenderSettings settings = small("huang", 0);
@@ -97,10 +107,31 @@ TEST(RenderLoop, ATimedJobReplaysFromItsPasses) {
   for (; timed.job.stats.samples_per_pixel < 4 && settings.seconds < 60; settings.seconds *= 2)
     timed = run(*scene, settings, 2);  // however slow the machine is
   ASSERT_GT(timed.job.stats.samples_per_pixel, 3u);
-  RenderSettings replay = small("huang", 1);
-  replay.passes = timed.job.stats.passes;
-  replay.learning_samples = static_cast<int>(timed.job.stats.learning_samples_per_pixel);
+  const RenderSettings replay = replay_of(settings, timed.job.stats);
   EXPECT_TRUE(test::same_bits(timed.image, run(*scene, replay, 1).image));
+}
+
+// A sample of all four tiles takes four seconds.
+TEST(RenderLoop, TimeIsUsedUpByAPassThatEndsWithIt) {
+  const auto scene = test::prepare(test::room());
+  for (const char* method : {"none", "adaptive"}) {
+    RenderSettings settings = small(method, 0);
+    settings.seconds = 10.5;
+    test::TileClock clock;
+    Film film(settings.width, settings.height);
+    TaskPool pool(1);
+    const Result<JobResult> timed = run_job(*scene, settings, {}, film, pool, clock, {}, clock);
+    ASSERT_TRUE(timed.ok());
+    const RenderStats& stats = timed.value().stats;
+    EXPECT_EQ(clock.seconds(), 11) << "the tile under way when time was up";
+    EXPECT_EQ(stats.passes, (std::vector<int>{1, 1, 1}));
+    EXPECT_EQ(stats.last_pass_tiles, 3);
+    EXPECT_EQ(stats.samples_per_pixel, 2u);
+    const Outcome replayed = run(*scene, replay_of(settings, stats), 2);
+    EXPECT_TRUE(test::same_bits(film.develop(), replayed.image)) << method;
+    EXPECT_EQ(replayed.job.stats.paths, stats.paths);
+    EXPECT_EQ(replayed.job.stats.last_pass_tiles, 3);
+  }
 }
 
 TEST(RenderLoop, PassesGrowAndEndAtTheSamplesAskedFor) {

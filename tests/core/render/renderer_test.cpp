@@ -83,13 +83,35 @@ TEST(GuideDecision, TheFirstPassesAreLearnedFromAndNotGuided) {
   const RenderSettings settings = passes_of_one("adaptive", 4);
   const std::unique_ptr<Guide> guide = load_guide(*scene, settings, std::nullopt).value();
   GuideDecision decision(*scene, *guide, /*open=*/false, /*view_lasts=*/false);
-  decision.start_pass(0, /*may_learn=*/true);
+  decision.start_pass(0, 10'000, /*may_learn=*/true);
   EXPECT_TRUE(decision.learning());
   EXPECT_FALSE(decision.guided()) << "the first samples tell what unguided ones cost";
   EXPECT_FALSE(decision.noise_changed());
   decision.judge(1, {100, 500, 0}, {}, nullptr);
   ASSERT_EQ(decision.passes().size(), 1u);
   EXPECT_TRUE(decision.passes()[0].learned);
+}
+
+TEST(GuideDecision, AGuideThatKnowsMuchLearnsFromFewPixels) {
+  const auto scene = test::prepare(test::room());
+  const RenderSettings settings = test::small_settings("adaptive", 128, 32);
+  const TableFile table = *test::render(*scene, settings).job.table;
+  const std::unique_ptr<Guide> guide = load_guide(*scene, settings, table).value();
+  const std::unique_ptr<Guide> same = load_guide(*scene, settings, table).value();
+  while (guide->stats().samples_seen < 16 * 4 * 16384) ASSERT_TRUE(guide->merge(*same).ok());
+  const auto pixels_learned = [&](uint64_t paths) {
+    GuideDecision decision(*scene, *guide, /*open=*/true, /*view_lasts=*/false);
+    decision.start_pass(0, paths, /*may_learn=*/true);
+    EXPECT_TRUE(decision.learning());
+    int pixels = 0;
+    for (int y = 0; y < 16; ++y)
+      for (int x = 0; x < 16; ++x) pixels += decision.learns(x, y);
+    return pixels;
+  };
+  const uint64_t seen = guide->stats().samples_seen;
+  EXPECT_EQ(pixels_learned(seen), 256) << "a pass that tells as much as it knows";
+  EXPECT_EQ(pixels_learned(16384), 32);
+  EXPECT_EQ(pixels_learned(1000), 256) << "few paths, from which nothing could be told";
 }
 
 }  // namespace

@@ -251,7 +251,7 @@ TEST_F(ServiceLiveTest, LeavesATableForTheNextAndStartsFromIt) {
     if (table["id"] != tables[0]["id"]) {
       EXPECT_EQ(table["parents"][0], tables[0]["id"]);
     }
-  // A job starts from the newest.
+  // A job starts from one of them.
   const std::string job = s_.submit({{"scene", "box"}, {"samples", 4}});
   EXPECT_NE(s_.wait_end(job)["table_in"], nullptr);
 }

@@ -66,6 +66,15 @@ TEST_F(ServiceTables, TwoMergedAreOneThatTheNextJobStartsFrom) {
   EXPECT_EQ(s_.wait_end(s_.submit(request({{"seed", 9}})))["table_in"], id);
 }
 
+TEST_F(ServiceTables, TheNewestIsNotTheBest) {
+  const std::string first = learned({{"samples", 4}});
+  const std::string best = learned({{"samples", 64}, {"learning_samples", 64}});
+  const std::string newest = learned({{"samples", 4}, {"table", first}});
+  ASSERT_NE(newest, "");
+  EXPECT_EQ(s_.get("/v1/tables")["tables"][0]["id"], newest);
+  EXPECT_EQ(s_.wait_end(s_.submit(request({{"seed", 9}})))["table_in"], best);
+}
+
 TEST_F(ServiceTables, WhatCannotBeMergedIsRefused) {
   const std::string a = learned({{"method", "huang"}}),
                     grid = learned({{"method", "huang"}, {"guide", {{"grid", 3}}}}),

@@ -36,15 +36,21 @@ class TableStoreTest : public ::testing::Test {
     ASSERT_TRUE(store.ok());
     store_ = std::move(store).value();
   }
-  void add(const TableFile& t) {
+  void add(const TableFile& t, uint64_t samples_seen = 8) {
     const Result<uint64_t> bytes = store_->write(t);
     ASSERT_TRUE(bytes.ok());
     Database::Session session(*db_);
-    ASSERT_TRUE(
-        TableStore::record(
-            session, t,
-            {t.header.id, "box", t.header.method, {"p", "q"}, 5, bytes.value(), 7, 8, "j000001"})
-            .ok());
+    ASSERT_TRUE(TableStore::record(session, t,
+                                   {t.header.id,
+                                    "box",
+                                    t.header.method,
+                                    {"p", "q"},
+                                    5,
+                                    bytes.value(),
+                                    7,
+                                    samples_seen,
+                                    "j000001"})
+                    .ok());
   }
   std::vector<std::string> fitting(uint8_t geometry, size_t limit = 8) {
     const auto ids = store_->fitting("huang", scene(geometry), limit);
@@ -70,7 +76,7 @@ TEST_F(TableStoreTest, KeepsFileAndRecord) {
   EXPECT_EQ(store_->find("x").error().code, ErrorCode::kNotFound);
 }
 
-TEST_F(TableStoreTest, NewestOfTheSameMethodAndSceneFits) {
+TEST_F(TableStoreTest, ThoseOfTheSameMethodAndSceneFit) {
   add(table('a', 1));
   add(table('b', 2));
   add(table('c', 1));
@@ -86,6 +92,13 @@ TEST_F(TableStoreTest, NewestOfTheSameMethodAndSceneFits) {
   const auto all = store_->list();
   ASSERT_EQ(all.value().size(), 5u);
   EXPECT_EQ(all.value()[0].id, std::string(32, 'e'));
+}
+
+TEST_F(TableStoreTest, TheOneThatHasSeenTheMostComesFirst) {
+  add(table('a'), 100);
+  add(table('b'), 300);
+  add(table('c'), 200);
+  EXPECT_EQ(fitting(0, 2), (std::vector<std::string>{std::string(32, 'b'), std::string(32, 'c')}));
 }
 
 TEST_F(TableStoreTest, TheSameTableAgainIsTheNewest) {
