@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <mutex>
+#include <thread>
 
 #include "core/image/picture_reader.h"
 #include "core/image/tonemap.h"
@@ -41,6 +42,43 @@ const std::array<float, 256>& linear_of_srgb() {
     return t;
   }();
   return table;
+}
+
+// A stored 8-bit value of linear light: as linear_to_srgb() would have it, without its power.
+class SrgbBytes {
+ public:
+  SrgbBytes() {
+    for (int b = 1; b < 256; ++b) {
+      float lo = 0, hi = 1;  // the least value of byte b lies above lo, and not above hi
+      while (std::nextafter(lo, hi) < hi) {
+        const float middle = 0.5f * (lo + hi);
+        (slow(middle) >= b ? hi : lo) = middle;
+      }
+      least_[static_cast<size_t>(b)] = hi;
+    }
+    size_t b = 0;
+    for (size_t i = 0; i < first_.size(); ++i) {
+      while (b < 255 && least_[b + 1] <= static_cast<float>(i) / kParts) ++b;
+      first_[i] = static_cast<uint8_t>(b);
+    }
+  }
+  uint8_t operator()(float v) const {
+    if (!(v > 0)) return 0;
+    size_t b = first_[static_cast<size_t>(std::min(v, 1.0f) * kParts)];
+    while (b < 255 && v >= least_[b + 1]) ++b;
+    return static_cast<uint8_t>(b);
+  }
+
+ private:
+  static constexpr int kParts = 1024;
+  static int slow(float v) { return static_cast<int>(linear_to_srgb(v) * 255 + 0.5f); }
+  std::array<float, 256> least_{};
+  std::array<uint8_t, kParts + 1> first_{};
+};
+
+uint8_t srgb_byte(float linear) {
+  static const SrgbBytes bytes;
+  return bytes(linear);
 }
 
 }  // namespace
@@ -85,6 +123,7 @@ class TextureCache::Picture {
     float channel[4] = {0, 0, 0, 0};
   };
   Value lookup(TexturePoint at) const;
+  void read_all() const { (void)level(finest_); }
   Rgb color(const Value& v) const {
     const int colors = info_.channels - (has_alpha() ? 1 : 0);
     return colors == 1 ? Rgb{v.channel[0]} : Rgb{v.channel[0], v.channel[1], v.channel[2]};
@@ -136,7 +175,7 @@ size_t TextureCache::Picture::level_for(float width) const {
 const TextureCache::Picture::Level& TextureCache::Picture::level(size_t index) const {
   if (const Level* there = levels_[index].load(std::memory_order_acquire)) return *there;
   const std::lock_guard guard(reading_);
-  if (!levels_[index].load(std::memory_order_relaxed)) read(index);
+  if (!levels_[index].load(std::memory_order_relaxed)) read(owned_.empty() ? index : finest_);
   return *levels_[index].load(std::memory_order_relaxed);
 }
 
@@ -160,13 +199,15 @@ void TextureCache::Picture::read(size_t index) const {
         if (made[0] && info_.is_8_bit) keep_bytes(*made[0], row, stored);
         std::vector<float> linear(stored.begin(), stored.end());
         linear.resize(static_cast<size_t>(info_.width) * channels);  // if the file changed
-        for (size_t i = 0; i < linear.size(); ++i) {
-          const bool encoded = is_encoded(static_cast<int>(i % channels));
-          if (info_.is_8_bit)
-            linear[i] = encoded ? linear_of_srgb()[static_cast<size_t>(linear[i] + 0.5f) & 255]
-                                : linear[i] / 255;
-          else if (encoded)
-            linear[i] = srgb_to_linear(linear[i]);
+        for (size_t c = 0; c < channels; ++c) {
+          const bool encoded = is_encoded(static_cast<int>(c));
+          for (size_t i = c; i < linear.size(); i += channels) {
+            if (info_.is_8_bit)
+              linear[i] = encoded ? linear_of_srgb()[static_cast<size_t>(linear[i] + 0.5f) & 255]
+                                  : linear[i] / 255;
+            else if (encoded)
+              linear[i] = srgb_to_linear(linear[i]);
+          }
         }
         add_row(made, waiting, 0, row++, std::move(linear));
       });
@@ -215,10 +256,13 @@ void TextureCache::Picture::store(Level& level, size_t row, std::span<const floa
     std::copy(values.begin(), values.end(), level.floats.begin() + static_cast<ptrdiff_t>(begin));
     return;
   }
-  for (size_t i = 0; i < values.size(); ++i) {
-    const int channel = static_cast<int>(i % static_cast<size_t>(info_.channels));
-    const float v = is_encoded(channel) ? linear_to_srgb(values[i]) : values[i];
-    level.bytes[begin + i] = static_cast<uint8_t>(std::clamp(v, 0.0f, 1.0f) * 255 + 0.5f);
+  const auto channels = static_cast<size_t>(info_.channels);
+  for (size_t c = 0; c < channels; ++c) {
+    const bool encoded = is_encoded(static_cast<int>(c));
+    for (size_t i = c; i < values.size(); i += channels)
+      level.bytes[begin + i] =
+          encoded ? srgb_byte(values[i])
+                  : static_cast<uint8_t>(std::clamp(values[i], 0.0f, 1.0f) * 255 + 0.5f);
   }
 }
 
@@ -286,6 +330,21 @@ Result<int> TextureCache::open(const Texture& texture) {
     largest->lose_finest();
   }
   return static_cast<int>(pictures_.size()) - 1;
+}
+
+void TextureCache::read(int threads, size_t most_bytes) {
+  size_t bytes = 0;
+  for (const auto& picture : pictures_) bytes += picture->bytes_from(picture->finest());
+  if (bytes > most_bytes) return;
+  std::atomic<size_t> next = 0;
+  std::vector<std::jthread> readers;
+  for (int t = 0; t < std::min(threads, static_cast<int>(pictures_.size())); ++t)
+    readers.emplace_back([&] {
+      try {
+        for (size_t i = next++; i < pictures_.size(); i = next++) pictures_[i]->read_all();
+      } catch (const std::bad_alloc&) {  // a lookup tries again
+      }
+    });
 }
 
 Rgb TextureCache::lookup(int handle, TexturePoint at) const {

@@ -1,8 +1,8 @@
-// Image textures, each as fine as lookups ask for: a picture's levels, every one half the size of
-// the one below, are made of the file when a lookup first needs one, with the coarser ones on the
-// way; finer ones cost nothing until then. Averages are of linear light. OpenImageIO reads the
-// files. Lookups: any thread, but not while one opens; what they give does not depend on their
-// order.
+// Image textures: pictures of levels, every one half the size of the one below. Where all are
+// small, read() makes them at once. Else a picture's level is made of the file when a lookup first
+// needs one, with the coarser ones on the way, and when one needs a finer level, all of them are.
+// Averages are of linear light. OpenImageIO reads the files. Lookups: any thread, but not while
+// one opens or all are read; what they give does not depend on their order.
 #pragma once
 
 #include <array>
@@ -56,6 +56,8 @@ class TextureCache {
 
   // A handle for `lookup`; an error when the file is missing or no picture.
   Result<int> open(const Texture& texture);
+  // Makes all levels of all pictures, unless they take more than `most_bytes` together.
+  void read(int threads, size_t most_bytes = size_t{256} << 20);
   // v = 0 is the bottom edge. Linear where the texture is display-encoded, else what the file
   // stores. Texels are at most a third as wide as the point's width, or the finest. Black where the
   // file can no longer be read or uv is beyond 2^24 or NaN.

@@ -2,12 +2,13 @@
 
 namespace qray {
 
-Status MaterialTextures::open(const std::vector<Texture>& textures) {
+Status MaterialTextures::open(const std::vector<Texture>& textures, int threads) {
   for (const Texture& texture : textures) {
     Result<int> handle = cache_.open(texture);
     if (!handle.ok()) return handle.error();
     handles_.push_back(handle.value());
   }
+  cache_.read(threads);
   return {};
 }
 

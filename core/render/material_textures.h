@@ -12,7 +12,7 @@ namespace qray {
 
 class MaterialTextures {
  public:
-  Status open(const std::vector<Texture>& textures);
+  Status open(const std::vector<Texture>& textures, int threads);
 
   Rgb color(const ColorParam& param, TexturePoint uv) const {
     return param.texture.valid() ? param.value * cache_.lookup(handle(param.texture), uv)

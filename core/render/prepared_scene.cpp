@@ -169,7 +169,7 @@ GuideSetup PreparedScene::guide_setup(const RenderSettings& settings) const {
 Result<std::shared_ptr<PreparedScene>> prepare_scene(Scene scene, SceneHash hash, int build_threads,
                                                      const BuildWatch& watch) {
   auto textures = std::make_shared<MaterialTextures>();
-  if (Status s = textures->open(scene.textures); !s.ok()) return s.error();
+  if (Status s = textures->open(scene.textures, build_threads); !s.ok()) return s.error();
   std::shared_ptr<PreparedScene> prepared = prepare(std::move(scene), hash, std::move(textures));
   Result<std::shared_ptr<const EmbreeScene>> tree = build_tree(*prepared, build_threads, watch);
   if (!tree.ok()) return tree.error();

@@ -37,9 +37,13 @@ Renderer::Renderer(const PreparedScene& scene, const RenderSettings& settings, G
       start_(clock.seconds()) {
   QRAY_CHECK(film.width() == settings.width && film.height() == settings.height);
   if (guide) decision_.emplace(scene, *guide, /*open=*/!settings.gate, mode_.view_lasts);
-  if (guide || settings.estimates_noise || settings.noise > 0 ||
-      settings.pixels == Pixels::kByNoise || mode_.measures_noise)
-    noise_.emplace(pixels_.width(), pixels_.height());
+  if (guide || shows_noise()) noise_.emplace(pixels_.width(), pixels_.height());
+}
+
+// Beside what the guide needs of it.
+bool Renderer::shows_noise() const {
+  return settings_.estimates_noise || settings_.noise > 0 || settings_.pixels == Pixels::kByNoise ||
+         mode_.measures_noise;
 }
 
 void Renderer::begin_after(const Pilot& pilot) {
@@ -64,7 +68,8 @@ bool Renderer::start_pass(bool may_learn) {
   if (decision_)
     decision_->start_pass(samples_, pixels_.pixels() * static_cast<uint64_t>(samples),
                           may_learn && plan_.learning(age()));
-  if (noise_) noise_->start_pass(guided(), learning());
+  measures_ = noise_ && (shows_noise() || decision_->on() || decision_->noise_changed());
+  if (measures_) noise_->start_pass(guided(), learning());
   pixels_.start_pass(samples, noise_ ? &*noise_ : nullptr);
   return true;
 }
@@ -99,7 +104,7 @@ bool Renderer::sample_unit(size_t unit, RenderWorker& worker, const std::stop_to
     return false;
   }
   worker.tracer.flush();
-  if (noise_) add_noise(round, samples);
+  if (measures_) add_noise(round, samples);
   // A tile counts the samples of a pass once.
   film_.add(tile, samples.sums(), static_cast<uint32_t>(round == 0 ? pass_.samples : 0),
             samples.counts());
@@ -159,7 +164,7 @@ void Renderer::end_pass() {
 // How noisy the pass was; by that, what the film's samples before it still count, and what is to
 // become of the guide.
 void Renderer::measure_pass() {
-  const bool measured = noise_ && noise_->end_pass();
+  const bool measured = measures_ && noise_->end_pass();
   if (measured && decision_ && decision_->noise_changed()) {
     if (const float weight = noise_->weight_of_earlier(); weight != 1) film_.fade(weight);
   }
@@ -167,7 +172,7 @@ void Renderer::measure_pass() {
     const PathCounters sum = counters();
     decision_->judge(samples_, pass_cost(sum), guided_cost(sum), measured ? &*noise_ : nullptr);
   }
-  if (noise_) noise_level_ = noise_->level();
+  noise_level_ = measures_ ? noise_->level() : 0;
 }
 
 RenderProgress Renderer::progress(double samples_in_pass) const {

@@ -85,6 +85,7 @@ class Renderer {
     double start = 0;      // seconds of the render
   };
   size_t pass_units() const;
+  bool shows_noise() const;
   bool learning() const { return decision_ && decision_->learning(); }
   double elapsed() const { return clock_.seconds() - start_; }
   RenderAge age() const { return {samples_, elapsed(), noise_level_}; }
@@ -97,8 +98,9 @@ class Renderer {
 
   template <class Self, class Archive>
   static void exchange(Self& self, Archive& archive) {
-    archive(self.plan_, self.pixels_, self.pass_.running, self.pass_.samples, self.pass_.next_unit,
-            self.samples_, self.learning_samples_, self.noise_level_, self.last_pass_seconds_);
+    archive(self.plan_, self.pixels_, self.measures_, self.pass_.running, self.pass_.samples,
+            self.pass_.next_unit, self.samples_, self.learning_samples_, self.noise_level_,
+            self.last_pass_seconds_);
   }
 
   const PreparedScene& scene_;
@@ -119,6 +121,7 @@ class Renderer {
   OrderedUpdates updates_;
 
   Pass pass_;
+  bool measures_ = false;                        // the noise of the pass
   uint64_t samples_ = 0, learning_samples_ = 0;  // a pixel, in complete passes
   double noise_level_ = 0;                       // NoiseEstimate::level() after the last pass
   double start_ = 0, last_pass_seconds_ = 0, guide_pass_seconds_ = 0;

@@ -25,7 +25,7 @@ struct Chart {
     texture.path = folder / "t.exr";
     texture.srgb = false;
     EXPECT_TRUE(write_image(texture.path, image).ok());
-    EXPECT_TRUE(textures.open({texture}).ok());
+    EXPECT_TRUE(textures.open({texture}, 1).ok());
   }
   Vec3 normal(Vec3 wo = {0, 0, 1}) const {
     return bent_normal(textures, material, edges, surface, normalize(wo));
