@@ -126,6 +126,14 @@ Result<Tokens> tokens_of(const Config& config) {
   return Tokens();
 }
 
+std::vector<std::string> served_names(const Config& config) {
+  if (config.no_auth) return {};
+  std::vector<std::string> names = config.names;
+  for (const char* own : {"localhost", "127.0.0.1", "[::1]"}) names.emplace_back(own);
+  if (config.host.starts_with("127.")) names.push_back(config.host);
+  return names;
+}
+
 SceneLimits scene_limits(const Config& config) {
   SceneLimits limits;
   limits.max_triangles = config.max_triangles;
@@ -141,7 +149,7 @@ int render_threads(int wanted) {
 // In the order of their needs: what comes later uses what comes before.
 struct Service::Parts {
   Parts(const Config& config, FolderLock taken, std::unique_ptr<Database> database, Tokens tokens)
-      : access(std::move(tokens), steady_ms),
+      : access(std::move(tokens), served_names(config), steady_ms),
         lock(std::move(taken)),
         db(std::move(database)),
         jobs(*db, events, now_ms),

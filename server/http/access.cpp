@@ -36,6 +36,14 @@ std::string session_secret(const httplib::Request& req) {
   return all.substr(begin, all.find(';', begin) - begin);
 }
 
+// Of "Name:80", "name"; of "[::1]:80", "[::1]".
+std::string host_name(std::string host) {
+  const size_t colon = host.rfind(':');
+  if (colon != std::string::npos && host.find(']', colon) == std::string::npos) host.resize(colon);
+  for (char& c : host) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return host;
+}
+
 void set_cookie(httplib::Response& res, const std::string& secret, int64_t seconds) {
   res.set_header("Set-Cookie",
                  std::string(kCookie) + secret +
@@ -53,7 +61,15 @@ void Access::add_to(Router& router) {
 }
 
 std::optional<proto::Problem> Access::judge(const httplib::Request& req, Scope needed) const {
-  if (tokens_.empty() || needed == Scope::kOpen) return std::nullopt;
+  if (needed == Scope::kOpen) return std::nullopt;
+  if (tokens_.empty()) {
+    if (served(req)) return std::nullopt;
+    return proto::Problem{
+        421,
+        "Misdirected request",
+        "this server is not called " + req.get_header_value("Host") + " (qrayd --names)",
+        {}};
+  }
   const std::optional<Scope> scope = scope_of(req);
   if (!scope) return unknown();
   if (*scope >= needed) return std::nullopt;
@@ -62,6 +78,11 @@ std::optional<proto::Problem> Access::judge(const httplib::Request& req, Scope n
                         "expected a token of scope " + std::string(name_of(needed)) + ", got " +
                             std::string(name_of(*scope)),
                         {}};
+}
+
+bool Access::served(const httplib::Request& req) const {
+  return names_.empty() || std::find(names_.begin(), names_.end(),
+                                     host_name(req.get_header_value("Host"))) != names_.end();
 }
 
 std::optional<Scope> Access::scope_of(const httplib::Request& req) const {

@@ -5,6 +5,8 @@
 #include <functional>
 #include <map>
 #include <mutex>
+#include <string>
+#include <vector>
 
 #include "proto/messages.h"
 #include "server/http/router.h"
@@ -14,12 +16,14 @@ namespace qray::server {
 
 class Access {
  public:
-  // Without tokens everybody may do everything.
-  Access(Tokens tokens, std::function<int64_t()> now_ms)
-      : tokens_(std::move(tokens)), now_ms_(std::move(now_ms)) {}
+  // Without tokens everybody may do everything who calls the server by one of these names: a page
+  // of another site may rebind its own name to the server's address. No names: by any.
+  Access(Tokens tokens, std::vector<std::string> names, std::function<int64_t()> now_ms)
+      : tokens_(std::move(tokens)), names_(std::move(names)), now_ms_(std::move(now_ms)) {}
   void add_to(Router& router);
 
-  // 401: no token, or an unknown one; 403: its scope does not suffice; none: go on.
+  // 421: called by a name that is not served. 401: no token, or an unknown one; 403: its scope does
+  // not suffice; none: go on.
   std::optional<proto::Problem> judge(const httplib::Request& req, Scope needed) const;
 
  private:
@@ -32,7 +36,10 @@ class Access {
   std::optional<Scope> scope_of(const httplib::Request& req) const;
   std::string start_session(Scope scope);  // its secret
 
+  bool served(const httplib::Request& req) const;
+
   const Tokens tokens_;
+  const std::vector<std::string> names_;
   const std::function<int64_t()> now_ms_;
   mutable std::mutex mutex_;
   std::map<Digest, Session> sessions_;  // by the digest of their secret; bounded

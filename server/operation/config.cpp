@@ -35,7 +35,11 @@ void add_options(CLI::App& app, Config& c) {
   add(app, "threads", c.threads, "of rendering; 0: one a processor")->check(CLI::Range(0, 1024));
 
   add(app, "tokens", c.tokens, "file of who may do what: see qrayd token");
-  app.add_flag("--no-auth", c.no_auth, "any address without tokens, behind something that checks")
+  add(app, "names", c.names, "it may be called by without tokens, beside localhost")
+      ->delimiter(',')
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+  app.add_flag("--no-auth", c.no_auth,
+               "any address and name without tokens, behind something that checks")
       ->envname(variable_of("no-auth"))
       ->default_str("false");
 

@@ -17,7 +17,8 @@ struct Config {
   std::filesystem::path web_lib;      // what the page takes from npm; may be absent
   std::filesystem::path openapi;      // the contract: the source tree's
   std::filesystem::path tokens;       // empty: nobody is asked for one
-  bool no_auth = false;               // so on any address
+  std::vector<std::string> names;     // that it is called by without tokens, beside loopback's
+  bool no_auth = false;               // so on any address, by any name
   std::string log_format = "text", log_level = "info";
   size_t min_free_mib = 256;  // of the data folder's disk; less, and /readyz says so
   int threads = 0;            // of rendering; 0: one a processor

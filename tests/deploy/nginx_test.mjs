@@ -65,7 +65,7 @@ const json = (value) => ({ body: JSON.stringify(value),
 
 before(async () => {
   const folder = scratch_folder();
-  server = await Server.start(join(folder, 'data'));
+  server = await Server.start(join(folder, 'data'), { more: ['--names', kHost] });
   execFileSync('openssl', ['req', '-x509', '-newkey', 'ec', '-pkeyopt',
     'ec_paramgen_curve:prime256v1', '-nodes', '-days', '2', '-subj', `/CN=${kHost}`, '-addext',
     `subjectAltName=DNS:${kHost}`, '-keyout', join(folder, 'key.pem'), '-out',

@@ -117,7 +117,7 @@ TEST_F(ProcessTest, SaysWhereItListensAndEndsOrderly) {
   const std::string id = server.submit(job(1'000'000));
   server.wait_state(id, "rendering");
   test::RawConnection stream(server.port());
-  stream.send("GET /v1/events HTTP/1.1\r\nHost: x\r\n\r\n");
+  stream.send("GET /v1/events HTTP/1.1\r\nHost: localhost\r\n\r\n");
   stream.read_until(": qray");
   const auto begin = std::chrono::steady_clock::now();
   const int status = server.end(SIGTERM);

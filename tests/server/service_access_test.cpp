@@ -146,6 +146,27 @@ TEST_F(ServiceAccess, PagesOfOtherSitesStayOutside) {
     EXPECT_FALSE(name.starts_with("Access-Control")) << name;
 }
 
+TEST(ServiceNames, ANameThatIsNotServedIsRefusedWithoutTokens) {
+  TestService s;
+  s.config.names = {"qray.example"};
+  s.start();
+  const auto status = [&](const std::string& host) {
+    const auto answer = s.client().Get("/v1/jobs", {{"Host", host}});
+    return answer ? answer->status : 0;
+  };
+  for (const char* host : {"localhost", "LocalHost:8080", "127.0.0.1:1", "[::1]:8080", "[::1]",
+                           "qray.example", "qray.example:443"})
+    EXPECT_EQ(status(host), 200) << host;
+  for (const char* host : {"rebound.example", "rebound.example:8080", "127.0.0.1.rebound.example",
+                           "localhost.rebound.example:80", "[::1].example", "::1"})
+    EXPECT_EQ(status(host), 421) << host;
+  EXPECT_EQ(s.client().Get("/healthz", {{"Host", "rebound.example"}})->status, 200);
+  s.stop();
+  s.config.no_auth = true;
+  s.start();
+  EXPECT_EQ(status("anything.example"), 200);
+}
+
 TEST(ServiceStart, OnAnOpenAddressNeedsTokens) {
   TestService s;
   s.config.host = "0.0.0.0";

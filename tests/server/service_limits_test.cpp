@@ -34,7 +34,7 @@ TEST(ServiceLimits, OfStreams) {
   s.config.max_streams = 1;
   s.start();
   test::RawConnection first(s.service->port());
-  first.send("GET /v1/events HTTP/1.1\r\nHost: x\r\n\r\n");
+  first.send("GET /v1/events HTTP/1.1\r\nHost: localhost\r\n\r\n");
   first.read_until(": qray");
   s.get("/v1/events", 503);
 }

@@ -5,7 +5,7 @@ import net from 'node:net';
 import { mib, probe_health, quantile, sleep } from './measure.mjs';
 import { Server, scratch_folder } from './server.mjs';
 
-const kHost = 'Host: x\r\n';
+const kHost = 'Host: localhost\r\n';
 const post = (headers, body = '') => `POST /v1/jobs HTTP/1.1\r\n${kHost}${headers}\r\n\r\n${body}`;
 const sized = (body) =>
   post(`Content-Type: application/json\r\nContent-Length: ${body.length}`, body);

@@ -12,7 +12,7 @@ function slow_reader(port, id, going) {
   if (!going.on) return;
   const socket = net.connect(port, '127.0.0.1', () => {
     socket.pause();
-    socket.write(`GET /v1/jobs/${id}/tiles?since=0 HTTP/1.1\r\nHost: x\r\n\r\n`);
+    socket.write(`GET /v1/jobs/${id}/tiles?since=0 HTTP/1.1\r\nHost: localhost\r\n\r\n`);
   });
   const sips = setInterval(() => socket.read(4096), 250);
   going.sockets.add(socket);

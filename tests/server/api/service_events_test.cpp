@@ -40,7 +40,7 @@ class ServiceEventsTest : public ::testing::Test {
   void SetUp() override { s_.start(); }
   RawConnection open(const std::string& query, const std::string& last_event_id = "") const {
     RawConnection c(s_.service->port());
-    c.send("GET /v1/events" + query + " HTTP/1.1\r\nHost: x\r\n" +
+    c.send("GET /v1/events" + query + " HTTP/1.1\r\nHost: localhost\r\n" +
            (last_event_id.empty() ? "" : "Last-Event-ID: " + last_event_id + "\r\n") + "\r\n");
     const std::string begin = c.read_until(": qray\n\n");
     EXPECT_NE(begin.find("text/event-stream"), std::string::npos) << begin;

@@ -108,7 +108,7 @@ TEST(ServiceHealth, EveryAnswerHasARequestId) {
     EXPECT_NE(made, id_for("/v1/jobs", bad));
   }
   test::RawConnection c(s.service->port());
-  c.send("GET / HTTP/2.0\r\nHost: x\r\n\r\n");
+  c.send("GET / HTTP/2.0\r\nHost: localhost\r\n\r\n");
   EXPECT_NE(c.read_all().find("\r\nX-Request-Id: "), std::string::npos);
 }
 
