@@ -59,7 +59,8 @@ TEST_F(ServiceAssets, WrongOnesAreRefused) {
 TEST_F(ServiceAssets, EachRouteHasItsOwnLimit) {
   const auto head_answer = [&](const std::string& line, size_t bytes) {
     RawConnection c(s_.service->port());
-    c.send(line + " HTTP/1.1\r\nHost: localhost\r\nContent-Length: " + std::to_string(bytes) + "\r\n\r\n");
+    c.send(line + " HTTP/1.1\r\nHost: localhost\r\nContent-Length: " + std::to_string(bytes) +
+           "\r\n\r\n");
     return c.read_all().substr(9, 3);
   };
   const std::string asset = "PUT /v1/assets/" + sha("x");
@@ -71,8 +72,8 @@ TEST_F(ServiceAssets, EachRouteHasItsOwnLimit) {
 }
 
 TEST_F(ServiceAssets, BrokenAndSlowUploadsLeaveNothing) {
-  const std::string head =
-      "PUT /v1/assets/" + sha("x") + " HTTP/1.1\r\nHost: localhost\r\nContent-Length: 100000\r\n\r\n";
+  const std::string head = "PUT /v1/assets/" + sha("x") +
+                           " HTTP/1.1\r\nHost: localhost\r\nContent-Length: 100000\r\n\r\n";
   {
     RawConnection broken(s_.service->port());
     broken.send(head + std::string(50'000, 'x'));

@@ -31,7 +31,8 @@ class Frames {
  public:
   Frames(int port, const std::string& id, const std::string& query = "", int held_bytes = 0)
       : connection_(port, held_bytes) {
-    connection_.send("GET /v1/live/" + id + "/frames" + query + " HTTP/1.1\r\nHost: localhost\r\n\r\n");
+    connection_.send("GET /v1/live/" + id + "/frames" + query +
+                     " HTTP/1.1\r\nHost: localhost\r\n\r\n");
     head_ = connection_.read_until("\r\n\r\n");
   }
   const std::string& head() const { return head_; }
