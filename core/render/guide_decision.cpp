@@ -33,7 +33,7 @@ void GuideDecision::begin_after(const GuideGate& gate, const PassCost& cost,
 }
 
 void GuideDecision::start_pass(uint64_t samples, uint64_t paths, bool may_learn) {
-  learning_ = may_learn && gate_.learns();
+  learning_ = may_learn && gate_.learns(samples);
   const bool was_all_guided = guided_ && !part_;
   part_ = learning_ && gate_.on_part();  // a trial ends with learning
   paths_ = paths;

@@ -46,6 +46,7 @@ class GuideDecision {
              const NoiseEstimate* noise);
 
   bool on() const { return gate_.on(); }
+  bool awake(uint64_t samples) const { return gate_.awake(samples); }
   const GuideGate& gate() const { return gate_; }
   const std::vector<GuidePass>& passes() const { return passes_; }
 

@@ -29,7 +29,11 @@ constexpr uint64_t kFirstEnd = 32;  // samples: learning goes on at least as lon
 }  // namespace
 
 GuideGate::GuideGate(double lookup_rays, bool warm, bool open, const GuideWorth& worth)
-    : lookup_rays_(lookup_rays), warm_(warm), open_(open), trusted_(paid(worth)) {
+    : lookup_rays_(lookup_rays),
+      warm_(warm),
+      open_(open),
+      trusted_(paid(worth)),
+      lost_(worth.efficiency_gain > 0 && worth.efficiency_gain < kYoung.gain) {
   if (trusted_) unguided_ = {1, worth.unguided_rays, 0};
 }
 
@@ -43,9 +47,12 @@ bool GuideGate::pilot_is_over(uint64_t samples, uint64_t table_samples_seen) con
 }
 
 GuideGate GuideGate::after_pilot() const {
-  GuideGate gate(lookup_rays_, warm_, open_);
+  GuideGate gate(lookup_rays_);
+  gate.warm_ = warm_;
+  gate.open_ = open_;
   gate.trusted_ = true;
   gate.part_ = !noisy_;
+  gate.asleep_ = lost_ && !noisy_;
   gate.unguided_ = unguided_;
   return gate;
 }

@@ -68,7 +68,7 @@ bool Renderer::start_pass(bool may_learn) {
   if (decision_)
     decision_->start_pass(samples_, pixels_.pixels() * static_cast<uint64_t>(samples),
                           may_learn && plan_.learning(age()));
-  measures_ = noise_ && (shows_noise() || decision_->on() || decision_->noise_changed());
+  measures_ = noise_ && (shows_noise() || decision_->awake(samples_) || decision_->noise_changed());
   if (measures_) noise_->start_pass(guided(), learning());
   pixels_.start_pass(samples, noise_ ? &*noise_ : nullptr);
   return true;
@@ -154,7 +154,7 @@ void Renderer::end_pass() {
     const double start = clock_.seconds();
     guide_->end_pass();
     guide_pass_seconds_ += clock_.seconds() - start;
-    learning_samples_ += static_cast<uint64_t>(pass_.samples);
+    learning_samples_ = samples_;
   }
   measure_pass();
   if (settings_.estimates_noise) film_.set_noise(noise_picture());

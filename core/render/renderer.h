@@ -121,9 +121,10 @@ class Renderer {
   OrderedUpdates updates_;
 
   Pass pass_;
-  bool measures_ = false;                        // the noise of the pass
-  uint64_t samples_ = 0, learning_samples_ = 0;  // a pixel, in complete passes
-  double noise_level_ = 0;                       // NoiseEstimate::level() after the last pass
+  bool measures_ = false;  // the noise of the pass
+  // A pixel, in complete passes; and at the end of the last one that the guide learned from.
+  uint64_t samples_ = 0, learning_samples_ = 0;
+  double noise_level_ = 0;  // NoiseEstimate::level() after the last pass
   double start_ = 0, last_pass_seconds_ = 0, guide_pass_seconds_ = 0;
   PathCounters counters_before_;  // of the renders that this one goes on from
   std::mutex observer_mutex_;

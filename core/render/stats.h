@@ -42,7 +42,7 @@ struct RenderStats {
   double prepare_seconds = 0;  // load, validate, build the tree
   uint64_t samples_per_pixel = 0;
   double noise = 0;                         // NoiseEstimate::level() at the end; 0: not known
-  uint64_t learning_samples_per_pixel = 0;  // of these, how many the guide learned from
+  uint64_t learning_samples_per_pixel = 0;  // of these, how many there were when learning ended
   // Samples a pixel of each pass, and how many tiles the last one had when time was up; 0: all, and
   // samples_per_pixel counts it. Given back, they replay the job.
   std::vector<int> passes;

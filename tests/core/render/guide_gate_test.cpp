@@ -56,7 +56,7 @@ TEST(GuideGate, TheGainIsVarianceTimesCost) {
 TEST(GuideGate, AGuideThatLosesIsLeft) {
   const GuideGate gate = after({0.7, 0.7, 0.7});
   EXPECT_FALSE(gate.on());
-  EXPECT_FALSE(gate.learns());
+  EXPECT_FALSE(gate.learns(100));
   EXPECT_FALSE(gate.guides(100, kSeen));
 }
 
@@ -102,6 +102,26 @@ TEST(GuideGate, AfterAPilotTheFirstSamplesAreGuided) {
   }
 }
 
+// A job of fewer samples then costs what it would without a guide.
+TEST(GuideGate, InAQuietPictureATableThatLostSleeps) {
+  const auto gate = [](const GuideWorth& worth, double variance) {
+    GuideGate pilot(1, /*warm=*/true, false, worth);
+    pilot.unguided(kUnguided, variance);
+    return pilot.after_pilot();
+  };
+  const GuideGate asleep = gate({0.8, 6}, kQuiet);
+  for (const uint64_t samples : {0u, 2u, 31u}) {
+    EXPECT_FALSE(asleep.guides(samples, kSeen)) << samples;
+    EXPECT_FALSE(asleep.learns(samples)) << samples;
+  }
+  EXPECT_TRUE(asleep.on());
+  EXPECT_TRUE(asleep.guides(GuideGate::kSleeps, kSeen) && asleep.learns(GuideGate::kSleeps));
+  EXPECT_TRUE(asleep.on_part());
+  EXPECT_TRUE(gate({0.8, 6}, kNoisy).guides(0, kSeen)) << "another view, with much to gain";
+  EXPECT_TRUE(gate({1, 6}, kQuiet).guides(0, kSeen)) << "it was near to paying";
+  EXPECT_TRUE(gate({}, kQuiet).guides(0, kSeen)) << "nobody knows what it is worth";
+}
+
 TEST(GuideGate, APilotEndsWhenItKnowsTheNoiseAndItsTableEnough) {
   GuideGate noisy(1), quiet(1);
   EXPECT_FALSE(quiet.pilot_is_over(1, kSeen)) << "its noise is not known";
@@ -129,7 +149,7 @@ GuideGate on_part(std::initializer_list<double> gains) {
 
 TEST(GuideGate, APartIsTriedLongerAndMustGainMore) {
   const GuideGate longer = on_part({0.5, 0.95, 0.95, 0.95, 1.2});
-  EXPECT_TRUE(longer.on() && longer.learns() && longer.on_part());
+  EXPECT_TRUE(longer.on() && longer.learns(100) && longer.on_part());
   EXPECT_FALSE(on_part({0.8, 0.8}).on());
   EXPECT_FALSE(on_part({1.4, 1.4, 1.4, 1.4, 1.4, 1.4, 1.4}).on()) << "256 samples";
   EXPECT_TRUE(on_part({2}).on_part()) << "too early to say";
@@ -138,10 +158,10 @@ TEST(GuideGate, APartIsTriedLongerAndMustGainMore) {
 }
 
 TEST(GuideGate, LearningEndsWhenItBringsNothingMore) {
-  EXPECT_TRUE(after({2, 2, 2}).learns()) << "too early to say";
-  EXPECT_TRUE(after({1, 2, 3, 4, 5}).learns());
+  EXPECT_TRUE(after({2, 2, 2}).learns(100)) << "too early to say";
+  EXPECT_TRUE(after({1, 2, 3, 4, 5}).learns(100));
   const GuideGate flat = after({1, 2, 3, 3});
-  EXPECT_FALSE(flat.learns());
+  EXPECT_FALSE(flat.learns(100));
   EXPECT_TRUE(flat.on()) << "it goes on guiding";
 }
 
@@ -149,7 +169,7 @@ TEST(GuideGate, GrowthEndsWhenItBringsLittleTwice) {
   EXPECT_FALSE(after({1, 1.2, 1.4}).grows());
   EXPECT_TRUE(after({1, 1.2, 1.6}).grows()) << "once is noise";
   EXPECT_TRUE(after({1, 1.2, 1.6, 1.7}).grows());
-  EXPECT_TRUE(after({1, 1.2, 1.4}).learns());
+  EXPECT_TRUE(after({1, 1.2, 1.4}).learns(100));
 }
 
 TEST(GuideGate, AnOpenGateDecidesNothing) {
@@ -158,7 +178,7 @@ TEST(GuideGate, AnOpenGateDecidesNothing) {
   gate.unguided(kUnguided, kNoisy);
   for (const uint64_t samples : {4, 8, 16, 32, 64})
     EXPECT_GT(gate.guided(samples, kSeen, kGuided, 10, 1), 0);
-  EXPECT_TRUE(gate.on() && gate.learns() && gate.grows());
+  EXPECT_TRUE(gate.on() && gate.learns(100) && gate.grows());
 }
 
 }  // namespace
