@@ -12,4 +12,10 @@ std::string json_object(std::span<const JsonField> fields, bool indent) {
   return indent ? object.dump(2, ' ', false, replace) + "\n" : object.dump(-1, ' ', false, replace);
 }
 
+double json_number(const std::string& object, const char* name) {
+  const nlohmann::json parsed = nlohmann::json::parse(object, nullptr, false);
+  const auto found = parsed.find(name);
+  return found != parsed.end() && found->is_number() ? found->get<double>() : 0;
+}
+
 }  // namespace qray::proto

@@ -21,4 +21,7 @@ using JsonField = std::pair<std::string_view, JsonValue>;
 // Indented by two spaces and ended by a newline, or on one line without.
 std::string json_object(std::span<const JsonField> fields, bool indent = true);
 
+// A number in an object; 0 where the text or the member is none.
+double json_number(const std::string& object, const char* name);
+
 }  // namespace qray::proto

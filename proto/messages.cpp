@@ -209,10 +209,11 @@ std::string job_list_to_json(std::span<const JobInfo> jobs, std::string_view nex
 
 std::string table_to_json(const TableInfo& table) { return text_of(table_json(table)); }
 
-std::string table_list_to_json(std::span<const TableInfo> tables) {
-  OrderedJson list = OrderedJson::array();
-  for (const TableInfo& t : tables) list.push_back(table_json(t));
-  return text_of({{"tables", std::move(list)}});
+std::string table_list_to_json(std::span<const TableInfo> tables, std::string_view next) {
+  OrderedJson out = {{"tables", OrderedJson::array()}};
+  for (const TableInfo& t : tables) out["tables"].push_back(table_json(t));
+  if (!next.empty()) out["next"] = next;
+  return text_of(out);
 }
 
 std::string weights_to_json(const WeightsInfo& weights) { return text_of(weights_json(weights)); }

@@ -31,6 +31,10 @@ struct Problem {
 
 // Of scenes and labels: 1..64 of a-z, 0-9 and -.
 bool is_name(std::string_view text);
+// Of tables and weights.
+inline bool is_id(std::string_view text) {
+  return text.size() == 32 && text.find_first_not_of("0123456789abcdef") == std::string_view::npos;
+}
 
 constexpr size_t kMaxLabels = 16, kMaxLabelValue = 256;  // bytes
 
@@ -210,7 +214,8 @@ std::string job_to_json(const JobInfo& job);
 // `next`: the id to give as `before` for the following page; empty: this is the last.
 std::string job_list_to_json(std::span<const JobInfo> jobs, std::string_view next);
 std::string table_to_json(const TableInfo& table);
-std::string table_list_to_json(std::span<const TableInfo> tables);
+// `next`: the last one of the page, where there are more; else empty.
+std::string table_list_to_json(std::span<const TableInfo> tables, std::string_view next = {});
 std::string weights_to_json(const WeightsInfo& weights);
 std::string weights_list_to_json(std::span<const WeightsInfo> weights);
 // `report`: of an uploaded scene.

@@ -2,6 +2,8 @@
 
 #include <yaml-cpp/yaml.h>
 
+#include <algorithm>
+#include <cctype>
 #include <charconv>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -90,6 +92,31 @@ Result<std::string> openapi_to_json(std::string_view yaml) {
   } catch (const OrderedJson::exception&) {
     return Error{ErrorCode::kInvalid, "expected UTF-8", "openapi.yaml"};
   }
+}
+
+std::map<std::string, std::set<std::string>> query_parameters(const std::string& openapi_json) {
+  std::map<std::string, std::set<std::string>> names;
+  const auto contract = nlohmann::json::parse(openapi_json);
+  const auto add = [&](const nlohmann::json& of, std::set<std::string>& to) {
+    for (const auto& entry : of.value("parameters", nlohmann::json::array())) {
+      const bool elsewhere = entry.contains("$ref");  // "#/components/parameters/X"
+      const auto& parameter = elsewhere ? contract.at(nlohmann::json::json_pointer(
+                                              entry["$ref"].get<std::string>().substr(1)))
+                                        : entry;
+      if (parameter.at("in") == "query") to.insert(parameter.at("name"));
+    }
+  };
+  for (const auto& [path, operations] : contract.at("paths").items()) {
+    for (const auto& [method, operation] : operations.items()) {
+      if (method == "parameters") continue;
+      std::string key = method;
+      for (char& c : key) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
+      std::set<std::string>& of_operation = names[key + " " + path];
+      add(operations, of_operation);
+      add(operation, of_operation);
+    }
+  }
+  return names;
 }
 
 }  // namespace qray::proto

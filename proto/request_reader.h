@@ -206,11 +206,6 @@ class ObjectReader {
   std::set<std::string, std::less<>> known_;
 };
 
-// Of a table, or of weights.
-inline bool is_id(std::string_view text) {
-  return text.size() == 32 && text.find_first_not_of("0123456789abcdef") == std::string_view::npos;
-}
-
 // A request that `read(tree, request, errors)` takes apart.
 template <class Request, class Read>
 std::variant<Request, Problem> parse_request(std::string_view json, const RequestLimits& limits,

@@ -9,6 +9,7 @@
 #include "server/http/tokens.h"
 #include "server/imports/check_scene.h"
 #include "server/operation/log_format.h"
+#include "server/operation/process_limits.h"
 #include "server/service.h"
 
 int main(int argc, char** argv) {
@@ -17,8 +18,9 @@ int main(int argc, char** argv) {
   if (const auto code = server::token_command(argc, argv)) return *code;
   const server::ParsedConfig parsed = server::parse_config(argc, argv);
   if (!parsed.config) return parsed.exit_code;
-  const server::Config& config = *parsed.config;
+  server::Config config = *parsed.config;
   server::set_up_log(config.log_format, config.log_level);
+  config.max_connections = server::connections_within_limits(config.max_connections);
 
   for (const std::string& line : parsed.effective) spdlog::debug("option {}", line);
 
@@ -32,7 +34,7 @@ int main(int argc, char** argv) {
   sigaddset(&ends, SIGTERM);
   sigaddset(&ends, SIGINT);
   pthread_sigmask(SIG_BLOCK, &ends, nullptr);
-  std::signal(SIGPIPE, SIG_IGN);
+  server::survive_limits();
 
   Result<std::unique_ptr<server::Service>> service = server::Service::start(config);
   if (!service.ok()) {

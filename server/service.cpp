@@ -23,8 +23,10 @@
 #include "server/api/handlers_web.h"
 #include "server/api/handlers_weights.h"
 #include "server/http/access.h"
+#include "server/http/host.h"
 #include "server/jobs/janitor.h"
 #include "server/operation/metrics.h"
+#include "server/store/leftovers.h"
 
 namespace qray::server {
 namespace fs = std::filesystem;
@@ -107,31 +109,22 @@ void log_exchange(const Exchange& e) {
                      : e.status >= 400 ? spdlog::level::info
                                        : spdlog::level::debug;
   const auto or_dash = [](const std::string& text) { return text.empty() ? "-" : text; };
-  spdlog::log(level, "request={} method={} target={} status={} ms={:.1f} in={} out={}", e.id,
-              or_dash(e.method), or_dash(e.target), e.status, e.seconds * 1000, e.bytes_in,
-              e.bytes_out);
+  spdlog::log(level,
+              "request={} client={} user={} method={} target={} status={} ms={:.1f} in={} out={}",
+              e.id, or_dash(e.client), or_dash(e.user), or_dash(e.method), or_dash(e.target),
+              e.status, e.seconds * 1000, e.bytes_in, e.bytes_out);
 }
 
 // Without tokens on an address that others reach, anybody could use this server.
 Result<Tokens> tokens_of(const Config& config) {
   if (!config.tokens.empty()) return Tokens::read(config.tokens);
-  const std::string& host = config.host;
-  const bool only_here = host == "localhost" || host == "::1" || host.starts_with("127.");
-  if (!only_here && !config.no_auth) {
+  if (!is_loopback(config.host) && !config.no_auth) {
     return Error{ErrorCode::kInvalid,
                  "others reach this address, so tokens are needed: `qrayd token NAME admin` makes "
                  "one and its line for a file that --tokens names; or --no-auth",
-                 "--host " + host};
+                 "--host " + config.host};
   }
   return Tokens();
-}
-
-std::vector<std::string> served_names(const Config& config) {
-  if (config.no_auth) return {};
-  std::vector<std::string> names = config.names;
-  for (const char* own : {"localhost", "127.0.0.1", "[::1]"}) names.emplace_back(own);
-  if (config.host.starts_with("127.")) names.push_back(config.host);
-  return names;
 }
 
 SceneLimits scene_limits(const Config& config) {
@@ -149,7 +142,7 @@ int render_threads(int wanted) {
 // In the order of their needs: what comes later uses what comes before.
 struct Service::Parts {
   Parts(const Config& config, FolderLock taken, std::unique_ptr<Database> database, Tokens tokens)
-      : access(std::move(tokens), served_names(config), steady_ms),
+      : access(std::move(tokens), config.no_auth ? Access::Names() : config.names, steady_ms),
         lock(std::move(taken)),
         db(std::move(database)),
         jobs(*db, events, now_ms),
@@ -196,6 +189,7 @@ struct Service::Parts {
   std::unique_ptr<LiveHandlers> live_handlers;
   WebHandlers web;
   EventHandlers event_handlers;
+  std::string openapi;  // JSON
   std::vector<Router::RouteInfo> routes;
   std::unique_ptr<HttpServer> http;
   int port = 0;
@@ -217,6 +211,7 @@ Result<std::unique_ptr<Service>> Service::start(const Config& config) {
 
   Result<std::string> openapi = read_openapi(config.openapi);
   if (!openapi.ok()) return openapi.error();
+  parts->openapi = std::move(openapi).value();
 
   // Step 1: what the last run left.
   Result<std::unique_ptr<TableStore>> tables =
@@ -234,6 +229,8 @@ Result<std::unique_ptr<Service>> Service::start(const Config& config) {
   if (!uploads.ok()) return uploads.error();
   parts->uploads = std::move(uploads).value();
   parts->scenes.add_uploads(*parts->uploads);
+  if (Status s = tidy_data_folder(config.data, *parts->db, parts->jobs, *parts->tables); !s.ok())
+    return s.error();
   Result<std::vector<JobRecord>> queued = parts->jobs.recover();
   if (!queued.ok()) return queued.error();
   for (JobId id : parts->moments.remove_others())
@@ -276,7 +273,7 @@ Result<std::unique_ptr<Service>> Service::start(const Config& config) {
       HealthHandlers::Uses{*parts->db, parts->jobs, parts->metrics, parts->event_handlers,
                            [&http = parts->http] { return http ? http->connection_count() : 0; },
                            [&live = parts->live] { return live->count(); }, now_ms, config.data,
-                           uint64_t{config.min_free_mib} << 20, std::move(openapi).value()});
+                           uint64_t{config.min_free_mib} << 20, parts->openapi});
   parts->live = std::make_unique<LiveSessions>(
       stores, parts->runner->pool(), parts->runner->memory(),
       LiveSessions::Limits{config.live_sessions, config.live_idle_seconds}, parts->clock, now_ms);
@@ -296,9 +293,11 @@ Result<std::unique_ptr<Service>> Service::start(const Config& config) {
   parts->health_handlers->add_to(router);
   parts->live_handlers->add_to(router);
   parts->routes = router.routes();
+  router.set_parameters(proto::query_parameters(parts->openapi));
   parts->http = std::make_unique<HttpServer>(
       std::move(router), http_limits(config),
       HttpHooks{[p = parts.get()](auto& req, Scope needed) { return p->access.judge(req, needed); },
+                [p = parts.get()](auto& req) { return p->access.user(req); },
                 [p = parts.get()](const Exchange& exchange) {
                   p->metrics.add_exchange(exchange);
                   log_exchange(exchange);

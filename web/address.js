@@ -33,7 +33,7 @@ const kMembers = {
   split: [50, number(0, 100)], // per cent
   equal: ['', one_of('samples', 'seconds')],
   moment: [null, number(1, 1e9)], // of `job`; its newest when null
-  ev: [0, number(-8, 8)],
+  ev: [0, number(-16, 16)],
   curve: ['srgb', one_of('srgb', 'gamma', 'filmic', 'false')],
   gamma: [2.2, number(1, 4)],
   overlay: ['', one_of('state', 'gain', 'beta', 'samples', 'noise')],

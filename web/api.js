@@ -12,7 +12,7 @@ export class ApiError extends Error {
 
 let sign_in = null;
 let sessions = 0; // that were opened
-// `ask`: resolves when there is a session; called when a call was answered 401, which then goes on.
+// `ask`: called when a call was answered 401, which goes on once it resolves.
 export function on_unauthorized(ask) {
   sign_in = ask;
 }
@@ -32,7 +32,7 @@ async function call(path, { asks = true, ...options } = {}) {
     if (before === sessions) await sign_in();
     return call(path, options);
   }
-  // A proxy between page and server may answer something else than problem+json.
+  // A proxy may answer something else than problem+json.
   const problem = await response.json().catch(() => ({}));
   const message = problem.detail || problem.title || `HTTP ${response.status}`;
   throw new ApiError(response.status, message, {
@@ -122,7 +122,7 @@ const query = (values) => {
 };
 export const get_pixel = (id, x, y, moment, signal) =>
   call(`${job_path(id)}/pixel?${query({ x, y, moment })}`, { signal }).then((r) => r.json());
-// Pictures that the server makes, as blobs: what it refuses has its words as an ApiError.
+// Pictures that the server makes, as blobs.
 const get_picture = async (path, signal) => (await call(path, { signal })).blob();
 export const get_view = (id, view, moment, signal) =>
   get_picture(`${job_path(id)}/view.png?${query({ view, moment })}`, signal);
@@ -133,7 +133,7 @@ export const get_compare = (values) => get_json(`/v1/compare?${query(values)}`);
 export const get_map = (values, signal) =>
   get_picture(`/v1/compare.png?${query(values)}`, signal);
 export const get_png = (id, signal) =>
-  get_picture(`${job_path(id)}/image.png?exposure=0`, signal);
+  get_picture(`${job_path(id)}/image.png`, signal);
 
 export const merge_tables = (tables) => post_json('/v1/tables/merge', { tables });
 export const delete_table = (id) =>

@@ -1,4 +1,4 @@
-// The page: wires the store, the event stream, the form, the list and the views.
+// Wires the store, the event stream, the form, the list and the views.
 import {
   ApiError, check_access, list_fields, list_scenes, list_weights, on_unauthorized,
 } from './api.js';

@@ -1,5 +1,5 @@
 // Curves over samples or seconds, both axes logarithmic, drawn by uPlot. The library is the
-// server's (web/package.json); without it there is no chart, and whoever asked is told.
+// server's (web/package.json); without it there is no chart.
 
 const kUrl = '/lib/uPlot.esm.js';
 const kHeightPx = 260;
@@ -12,7 +12,7 @@ function load_library() {
   return library;
 }
 
-// As far as the points go, and a little on: whole decades would leave most of the chart empty.
+// The points' range and a little more; whole decades would be mostly empty.
 const range = (u, least, most) => (least > 0 ? [least / 1.15, most * 1.15] : [0.1, 1]);
 function log_splits(u, axis, least, most) {
   const splits = [];

@@ -39,7 +39,7 @@ export class EventStream {
     if (!this.#notice_timer) {
       this.#notice_timer = setTimeout(() => this.#handlers.on_connection(false), kNoticeDelayMs);
     }
-    // The browser reconnects by itself, except after an answer that is not an event stream.
+    // The browser reconnects by itself, except after another kind of answer.
     if (this.#source.readyState === EventSource.CLOSED) this.#open_again();
   }
 

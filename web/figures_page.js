@@ -91,7 +91,7 @@ export class FiguresPage {
     }
   }
 
-  // Posts what is ready; parts whose lesson is still under way wait for the next change.
+  // Posts what is ready; parts that wait for a lesson come with the next change.
   async #post_wanted() {
     if (this.#posting) return;
     this.#posting = true;
@@ -106,7 +106,7 @@ export class FiguresPage {
           continue;
         }
         const size = this.#size;
-        // Every page that waits for the lesson posts what reads it: together they make one job.
+        // All pages that wait for the lesson post what reads it: together one job.
         const job = lesson
           ? await post_job(part_request(part, size, lesson.table_out, {}),
             `${lesson.id} ${part} ${this.#jobs.get(part) ?? ''}`)

@@ -68,7 +68,7 @@ export function why_words(job) {
   return `Stopped when all ${done} were there.${missed}`;
 }
 
-// Seconds that a running job will still take, going on as it went; null when that cannot be said.
+// Seconds that a running job will still take at its pace; null where that is unknown.
 function seconds_left({ state, progress, request }) {
   if (!is_forming({ state }) || !(progress.fraction > 0.02) || !progress.seconds) return null;
   if (request.seconds && !request.samples) return Math.max(0, request.seconds - progress.seconds);

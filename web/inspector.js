@@ -1,5 +1,5 @@
 // One pixel of the shown jobs: what the picture has there, how sure it is, and what was learned at
-// the surface behind it. The pixel is chosen by a click, by two number fields or by arrow keys.
+// the surface behind it. The pixel is chosen by click, fields or arrow keys.
 import { get_lobe, get_pixel } from './api.js';
 import { big, method_words, significant } from './format.js';
 import { Latest } from './latest.js';

@@ -120,7 +120,7 @@ export class JobForm {
     if ([...table.options].some(({ value }) => value === chosen)) table.value = chosen;
   }
 
-  // What cannot even be sent: text that is no number, or too long for one.
+  // What cannot be sent: text that is no number, or too long for one.
   #unsendable() {
     const errors = [];
     for (const input of this.#form.querySelectorAll('input[type=number]')) {

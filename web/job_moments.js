@@ -1,5 +1,5 @@
-// What the server keeps of the passes of the jobs that are shown: one request at a time for each,
-// asked again after a hint that came meanwhile. Calls on_change() when something new is known.
+// What the server keeps of the shown jobs' passes: one request at a time for each, asked again
+// after a hint that came meanwhile. Calls on_change() with news.
 import { ApiError, get_metrics } from './api.js';
 
 const kNone = { moments: [], gate: null, problem: '' };

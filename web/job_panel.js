@@ -1,4 +1,4 @@
-// Everything about one selected job under its picture: state in words, progress, what it was asked,
+// One selected job under its picture: state in words, progress, what it was asked,
 // which table it used and made, what it cost; pause, cancel and downloads.
 import { ApiError, act_on_job, exr_url, png_url } from './api.js';
 import { badge_word, big, bytes, can_cancel, count, exact, has_ended, is_biased, is_recovered,

@@ -59,7 +59,7 @@ export class JobStore extends EventTarget {
     this.#changed(job);
   }
 
-  // Asks for one job; a hint that comes during the request makes it ask once more.
+  // Asks for one job, and once more after a hint that came meanwhile.
   async refresh(id) {
     if (this.#asking.has(id)) {
       this.#asking.set(id, true);
@@ -74,7 +74,7 @@ export class JobStore extends EventTarget {
         this.#jobs.delete(id);
         this.#changed(null);
       }
-      // Otherwise the stream is lost too; everything is asked again when it is back.
+      // Else the stream is lost too; all is asked again when it is back.
     }
     const again = this.#asking.get(id);
     this.#asking.delete(id);
@@ -91,7 +91,7 @@ export class JobStore extends EventTarget {
     return undefined;
   }
 
-  // A `progress` hint is applied as it is: twice a second it would cost a request each.
+  // A `progress` hint is applied as it is: asking would cost two requests a second.
   apply_progress({ job: id, fraction, samples, seconds }) {
     const job = this.get(id);
     if (!job) return this.refresh(id);

@@ -1,4 +1,5 @@
 // The tools around the stage: what is compared, exposure and curve, and what the colours mean.
+import { png_url } from './api.js';
 import { exposure, method_words } from './format.js';
 import { kFalseStops } from './look.js';
 import { show_options, ViewControls } from './view_controls.js';
@@ -15,6 +16,10 @@ export class StageTools {
     this.#address = address;
     this.#controls = new ViewControls(root, address);
     this.#part('exposure-reset').addEventListener('click', () => address.set({ ev: 0 }));
+    this.#part('exposure-auto').addEventListener('click', async () => {
+      const { headers } = await fetch(png_url(address.view.job, 'sampled', 'auto'));
+      address.set({ ev: Math.round(headers.get('Qray-Exposure') * 10) / 10 });
+    });
     this.#part('compare').addEventListener('change', ({ target }) =>
       address.set({ with: target.value || null, mode: 'split', equal: '' }, { step: true }));
   }

@@ -1,5 +1,4 @@
-// Native controls that are members of the address: `data-view="ev"` on a select or an input. They
-// follow the address and set it.
+// Controls that show and set members of the address: `data-view="ev"` on a select or an input.
 
 export class ViewControls {
   #controls;

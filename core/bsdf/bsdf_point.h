@@ -15,7 +15,9 @@ namespace qray {
 struct ShadingPoint {
   Rgb reflectance;
   float roughness = 0;
-  Rgb specular{1.0f};
+  Rgb specular{1.0f}, transmittance{1.0f};
+  Rgb sheen{};
+  float sheen_roughness = 0;
   float metallic = 0, transmission = 0, clearcoat = 0, clearcoat_roughness = 0, specular_weight = 1;
 };
 

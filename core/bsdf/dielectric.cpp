@@ -12,12 +12,30 @@ namespace {
 class DielectricBase : public Bsdf {
  public:
   explicit DielectricBase(const Material& m) : ior_(m.ior) {}
-  BsdfParts parts(const BsdfPoint& at) const override { return {0, {}, at.sp.specular}; }
+  BsdfParts parts(const BsdfPoint& at) const override {
+    return {0, {}, lerp(reflectance(at.wo), at.sp.transmittance, at.sp.specular)};
+  }
 
  protected:
   // The index beyond the surface, seen from wo, over that before it.
   float eta(Vec3 wo) const { return wo.z > 0 ? ior_ : 1 / ior_; }
   float ior() const { return ior_; }
+  // Of the flat surface, before colours.
+  virtual float reflectance(Vec3 wo) const {
+    return fresnel_dielectric(std::abs(wo.z), eta(wo)).reflectance;
+  }
+
+  // Shares of the light, and the chance to sample the reflected: in proportion to the shares after
+  // their colours, so that black glass wastes no sample on what does not pass.
+  struct Split {
+    float reflected, passed, reflect_chance;
+  };
+  static Split split(const ShadingPoint& sp, float reflectance) {
+    const float passed = 1 - reflectance;
+    const float r = reflectance * max_component(sp.specular),
+                t = passed * max_component(sp.transmittance);
+    return {reflectance, passed, t > 0 ? r / (r + t) : 1};
+  }
 
  private:
   float ior_;
@@ -29,16 +47,20 @@ class SmoothDielectric final : public DielectricBase {
   BsdfKind kind() const override { return BsdfKind::kDelta; }
   BsdfEval eval(const BsdfPoint&, Vec3) const override { return {}; }
 
-  // The lobe's chance is its share, so both cancel.
   std::optional<BsdfSample> sample(const BsdfPoint& at, float u_lobe, Vec2) const override {
     const Vec3 wo = at.wo;
     if (wo.z == 0) return std::nullopt;
     const float eta = this->eta(wo);
     const DielectricFresnel f = fresnel_dielectric(std::abs(wo.z), eta);
-    if (u_lobe < f.reflectance) return BsdfSample{{-wo.x, -wo.y, wo.z}, at.sp.specular, 0, true};
+    const Split s = split(at.sp, f.reflectance);
+    if (u_lobe < s.reflect_chance) {
+      const Rgb weight = at.sp.specular * (s.reflected / s.reflect_chance);
+      return BsdfSample{{-wo.x, -wo.y, wo.z}, weight, 0, true};
+    }
     if (f.cos_t == 0) return std::nullopt;
     const Vec3 wi{-wo.x / eta, -wo.y / eta, -std::copysign(f.cos_t, wo.z)};
-    return BsdfSample{normalize(wi), at.sp.specular / sqr(eta), 0, true};
+    const Rgb weight = at.sp.transmittance * (s.passed / ((1 - s.reflect_chance) * sqr(eta)));
+    return BsdfSample{normalize(wi), weight, 0, true};
   }
 };
 
@@ -56,8 +78,8 @@ class RoughDielectric final : public DielectricBase {
     const Ggx ggx(sp.roughness, microfacets_);
     if (wi.z > 0) {
       const Vec3 h = normalize(wo + wi);
-      const float f = fresnel_dielectric(dot(wo, h), eta).reflectance;
-      return reflected(sp, ggx, wo, wi, h, f);
+      return reflected(sp, ggx, wo, wi, h,
+                       split(sp, fresnel_dielectric(dot(wo, h), eta).reflectance));
     }
     // Generalised half vector, Walter et al. eq. 16, on wo's side.
     Vec3 h = wo + wi * eta;
@@ -65,8 +87,8 @@ class RoughDielectric final : public DielectricBase {
     if (size == 0) return {};
     h = h / std::copysign(size, h.z);
     if (dot(wo, h) <= 0 || dot(wi, h) >= 0) return {};
-    const float f = fresnel_dielectric(dot(wo, h), eta).reflectance;
-    return refracted(sp, ggx, wo, wi, h, 1 - f, eta);
+    return refracted(sp, ggx, wo, wi, h, split(sp, fresnel_dielectric(dot(wo, h), eta).reflectance),
+                     eta);
   }
 
   std::optional<BsdfSample> sample(const BsdfPoint& at, float u_lobe, Vec2 u_dir) const override {
@@ -82,17 +104,20 @@ class RoughDielectric final : public DielectricBase {
     if (cos_o <= 0) return std::nullopt;
     const DielectricFresnel f = fresnel_dielectric(cos_o, eta);
 
+    const Split share = split(sp, f.reflectance);
+
     BsdfSample s;
-    if (u_lobe < f.reflectance) {
+    if (u_lobe < share.reflect_chance) {
       s.wi = normalize(reflect(wo, h));
       if (s.wi.z <= 0) return std::nullopt;
-      s.pdf_w = reflected(sp, ggx, wo, s.wi, h, f.reflectance).pdf_w;
-      s.weight = sp.specular * ggx.weight(h, wo, s.wi);
+      s.pdf_w = reflected(sp, ggx, wo, s.wi, h, share).pdf_w;
+      s.weight = sp.specular * (ggx.weight(h, wo, s.wi) * share.reflected / share.reflect_chance);
     } else {
       s.wi = normalize(h * (cos_o / eta - f.cos_t) - wo / eta);
       if (s.wi.z >= 0 || f.cos_t == 0) return std::nullopt;
-      s.pdf_w = refracted(sp, ggx, wo, s.wi, h, 1 - f.reflectance, eta).pdf_w;
-      s.weight = sp.specular * (ggx.weight(h, wo, s.wi) / sqr(eta));
+      s.pdf_w = refracted(sp, ggx, wo, s.wi, h, share, eta).pdf_w;
+      s.weight = sp.transmittance *
+                 (ggx.weight(h, wo, s.wi) * share.passed / ((1 - share.reflect_chance) * sqr(eta)));
     }
     s.wi.z *= side;
     return s;
@@ -104,20 +129,19 @@ class RoughDielectric final : public DielectricBase {
     wo.z = std::abs(wo.z);
   }
   BsdfEval reflected(const ShadingPoint& sp, const Ggx& ggx, Vec3 wo, Vec3 wi, Vec3 h,
-                     float share) const {
-    const float facets = 0.25f * share;
-    return {sp.specular * (facets * ggx.d_g2_over_cos(h, wo, wi) * wi.z),
-            facets * ggx.d(h) * ggx.g1_over_cos(wo)};
+                     const Split& share) const {
+    return {sp.specular * (0.25f * share.reflected * ggx.d_g2_over_cos(h, wo, wi) * wi.z),
+            0.25f * share.reflect_chance * ggx.d(h) * ggx.g1_over_cos(wo)};
   }
   // Walter et al. eq. 17 and 21, over eta^2 for radiance.
-  BsdfEval refracted(const ShadingPoint& sp, const Ggx& ggx, Vec3 wo, Vec3 wi, Vec3 h, float share,
-                     float eta) const {
+  BsdfEval refracted(const ShadingPoint& sp, const Ggx& ggx, Vec3 wo, Vec3 wi, Vec3 h,
+                     const Split& share, float eta) const {
     const float cos_o = dot(wo, h), cos_i = -dot(wi, h);
     const float jacobian = sqr(eta) * cos_i / sqr(eta * cos_i - cos_o);
-    const float facets = share * cos_o * jacobian, d = facets * ggx.d(h);
+    const float facets = cos_o * jacobian, d = facets * ggx.d(h);
     if (!std::isfinite(d)) return {};
-    return {sp.specular * (facets * ggx.d_g2_over_cos(h, wo, wi) * -wi.z / sqr(eta)),
-            d * ggx.g1_over_cos(wo)};
+    const float passed = share.passed * facets * ggx.d_g2_over_cos(h, wo, wi) * -wi.z / sqr(eta);
+    return {sp.transmittance * passed, (1 - share.reflect_chance) * d * ggx.g1_over_cos(wo)};
   }
 
   Microfacets microfacets_;
@@ -133,11 +157,19 @@ class ThinDielectric final : public DielectricBase {
   std::optional<BsdfSample> sample(const BsdfPoint& at, float u_lobe, Vec2) const override {
     const Vec3 wo = at.wo;
     if (wo.z == 0) return std::nullopt;
+    const Split s = split(at.sp, reflectance(wo));
+    if (u_lobe < s.reflect_chance) {
+      const Rgb weight = at.sp.specular * (s.reflected / s.reflect_chance);
+      return BsdfSample{{-wo.x, -wo.y, wo.z}, weight, 0, true};
+    }
+    return BsdfSample{-wo, at.sp.transmittance * (s.passed / (1 - s.reflect_chance)), 0, true};
+  }
+
+ private:
+  float reflectance(Vec3 wo) const override {
     // R + T^2 R + T^2 R^3 + ... with T = 1 - R.
     const float one_face = fresnel_dielectric(std::abs(wo.z), ior()).reflectance;
-    const float both = 2 * one_face / (1 + one_face);
-    const Vec3 wi = u_lobe < both ? Vec3{-wo.x, -wo.y, wo.z} : -wo;
-    return BsdfSample{wi, at.sp.specular, 0, true};
+    return 2 * one_face / (1 + one_face);
   }
 };
 

@@ -8,6 +8,9 @@ ShadingPoint constant_point(const Material& m) {
   sp.reflectance = m.reflectance.value;
   sp.roughness = m.roughness.value;
   sp.specular = m.specular.value;
+  sp.transmittance = m.transmittance.value;
+  sp.sheen = m.sheen.value;
+  sp.sheen_roughness = m.sheen_roughness.value;
   sp.metallic = m.metallic.value;
   sp.transmission = m.transmission.value;
   sp.clearcoat = m.clearcoat.value;

@@ -1,16 +1,19 @@
 // glTF 2.0's material (specification, appendix B.3) with KHR_materials_ior, specular, transmission,
-// volume (`thin` false) and clearcoat. From the top:
+// volume (`thin` false), clearcoat and sheen. From the top:
 //   a clear coat of index 1.5, GGX, by its share c;
+//   the sheen of cloth, by its colour s;
 //   GGX microfacets of Schlick's Fresnel, metal by its share m and dielectric by the rest;
 //   under the dielectric what passes them, by its share t, and Lambert by the rest.
 // The specification mixes layers by the Fresnel term at the half vector, which makes light at
 // grazing angles (up to 1.8 times what arrives). Here the layers below get what the directional
 // albedos leave: Lambert as in plastic.cpp, (1 - E(wo)) (1 - E(wi)) / (1 - mean E), with E the
 // greatest channel's; all below the coat 1 - c max(E(wo), E(wi)) (Dassault Systemes Enterprise
-// PBR). Both are reciprocal, and no light is made.
+// PBR), and all below the sheen alike, with s's greatest channel. All are reciprocal, and no light
+// is made.
 #include "core/bsdf/fresnel.h"
 #include "core/bsdf/ggx_albedo.h"
 #include "core/bsdf/kinds.h"
+#include "core/bsdf/sheen.h"
 #include "core/math/warp.h"
 
 namespace qray {
@@ -20,11 +23,13 @@ constexpr Rgb kCoatF0{0.04f}, kCoatF90{1.0f};
 
 // Where no texture brings it above 0.
 bool absent(const FloatParam& p) { return p.value <= 0; }
+bool absent(const ColorParam& p) { return max_component(p.value) <= 0; }
 
 class Principled final : public Bsdf {
  public:
   explicit Principled(const Material& m)
       : table_(GgxAlbedo::table()),
+        sheen_(absent(m.sheen) ? nullptr : &Sheen::table()),
         ior_(m.ior),
         thin_(m.thin || m.ior - 1 < kLeastIndexStep),
         smooth_(is_smooth(m)),
@@ -51,8 +56,12 @@ class Principled final : public Bsdf {
       }
       wi = reflected(wo, Ggx(sp.clearcoat_roughness).sample_visible(front(wo), u_dir));
       if (!(wi.z * wo.z > 0)) return std::nullopt;
-    } else if (u_lobe < l.coat_chance + l.facet_chance) {
-      const float u_facet = (u_lobe - l.coat_chance) / l.facet_chance;
+    } else if (u_lobe < l.coat_chance + l.sheen_chance) {
+      wi = square_to_uniform_hemisphere(u_dir);
+      wi.z = std::copysign(wi.z, wo.z);
+    } else if (u_lobe < l.coat_chance + l.sheen_chance + l.facet_chance) {
+      const float u_facet =
+          std::min((u_lobe - l.coat_chance - l.sheen_chance) / l.facet_chance, kOneMinusEpsilon);
       const Vec3 h = smooth_ ? Vec3{0, 0, 1} : Ggx(sp.roughness).sample_visible(front(wo), u_dir);
       const Facet f = facet(sp, l, wo, h);
       const bool reflects = u_facet < f.reflect_chance;
@@ -61,7 +70,8 @@ class Principled final : public Bsdf {
       if (smooth_) {
         const float chance = l.facet_chance * (reflects ? f.reflect_chance : 1 - f.reflect_chance);
         const float radiance = reflects || thin_ ? 1.0f : 1 / sqr(eta(wo));
-        const Rgb share = (reflects ? f.reflected : f.passed) * (under_coat(sp, l, wi) * radiance);
+        const Rgb share = (reflects ? f.reflected : f.passed) *
+                          (under_coat(sp, l, wi) * under_sheen(sp, l, wi) * radiance);
         return BsdfSample{normalize(wi), share / chance, 0, true};
       }
       if (reflects != (wi.z * wo.z > 0)) return std::nullopt;
@@ -79,8 +89,9 @@ class Principled final : public Bsdf {
 
   BsdfParts parts(const BsdfPoint& at) const override {
     const Layers& l = at.kept<Layers>();
-    return {l.diffuse_chance, l.diffuse_albedo * (1 - l.coat),
-            Rgb{l.coat} + l.facets * (1 - l.coat)};
+    const float below = (1 - l.coat) * (1 - l.sheen);
+    return {l.diffuse_chance, l.diffuse_albedo * below,
+            Rgb{l.coat} + sheen_albedo(at.sp, at.wo.z) * (1 - l.coat) + l.facets * below};
   }
 
  private:
@@ -89,12 +100,13 @@ class Principled final : public Bsdf {
     Rgb f0, f90;  // of metal and dielectric together
     Rgb dielectric_f0, dielectric_f90;
     float coat;   // its albedo times its share
+    float sheen;  // its albedo's greatest channel
     Rgb passes;   // share of what enters the dielectric that passes it
     Rgb facets;   // albedo of the microfacets, reflected and passed
     Rgb diffuse;  // f * pi / ((1 - E(wo)) (1 - E(wi)))
     Rgb diffuse_albedo;
     float open;  // 1 - E(wo)
-    float coat_chance, facet_chance, diffuse_chance;
+    float coat_chance, sheen_chance, facet_chance, diffuse_chance;
   };
   void prepare(BsdfPoint& at) const override { at.keep(layers(at.sp, at.wo)); }
   Layers layers(const ShadingPoint& sp, Vec3 wo) const {
@@ -106,6 +118,8 @@ class Principled final : public Bsdf {
     l.f0 = lerp(sp.metallic, l.dielectric_f0, sp.reflectance);
     l.f90 = lerp(sp.metallic, l.dielectric_f90, Rgb{1.0f});
     l.coat = coat_albedo(sp, wo.z);
+    const Rgb sheen_color = sheen_albedo(sp, wo.z);
+    l.sheen = max_component(sheen_color);
 
     const float below = 1 - sp.metallic;
     l.passes = sp.reflectance * (below * sp.transmission);
@@ -119,11 +133,13 @@ class Principled final : public Bsdf {
         mean_open > 1e-4f ? sp.reflectance * (below * (1 - sp.transmission) / mean_open) : Rgb{};
     l.diffuse_albedo = l.diffuse * (l.open * mean_open);
 
-    const float coat = l.coat, facets = (1 - coat) * luminance(l.facets),
-                diffuse = (1 - coat) * luminance(l.diffuse_albedo);
-    const float sum = coat + facets + diffuse;
+    const float coat = l.coat, sheen = (1 - coat) * luminance(sheen_color),
+                left = (1 - coat) * (1 - l.sheen), facets = left * luminance(l.facets),
+                diffuse = left * luminance(l.diffuse_albedo);
+    const float sum = coat + sheen + facets + diffuse;
     const float inverse = sum > 0 ? 1 / sum : 0;
     l.coat_chance = coat * inverse;
+    l.sheen_chance = sheen * inverse;
     l.facet_chance = facets * inverse;
     l.diffuse_chance = diffuse * inverse;
     return l;
@@ -133,9 +149,17 @@ class Principled final : public Bsdf {
     const float roughness = smooth_coat_ ? 0 : sp.clearcoat_roughness;
     return sp.clearcoat * table_.at(roughness, std::abs(cosine)).of(kCoatF0, kCoatF90).r;
   }
-  // What the coat leaves to the layers below.
+  Rgb sheen_albedo(const ShadingPoint& sp, float cosine) const {
+    if (!sheen_ || sp.sheen.is_black()) return {};
+    return sp.sheen * sheen_->albedo(std::abs(cosine), sp.sheen_roughness);
+  }
+  // What the coat, and the sheen, leave to the layers below.
   float under_coat(const ShadingPoint& sp, const Layers& l, Vec3 wi) const {
     return l.coat > 0 ? 1 - std::max(l.coat, coat_albedo(sp, wi.z)) : 1;
+  }
+  float under_sheen(const ShadingPoint& sp, const Layers& l, Vec3 wi) const {
+    if (!sheen_ || sp.sheen.is_black()) return 1;
+    return 1 - std::max(l.sheen, max_component(sheen_albedo(sp, wi.z)));
   }
 
   // A microfacet of normal h, which is on wo's side: z is up where wo is.
@@ -170,7 +194,8 @@ class Principled final : public Bsdf {
   BsdfEval eval(const ShadingPoint& sp, const Layers& l, Vec3 wo, Vec3 wi) const {
     BsdfEval e;
     const Vec3 o = front(wo);
-    const float under = under_coat(sp, l, wi);
+    const float coat_leaves = under_coat(sp, l, wi);
+    const float under = coat_leaves * under_sheen(sp, l, wi);
     if (wo.z * wi.z > 0) {
       const Vec3 i{wi.x, wi.y, std::abs(wi.z)};
       const Vec3 h = normalize(o + i);
@@ -180,6 +205,10 @@ class Principled final : public Bsdf {
         const Rgb f = schlick(kCoatF0, kCoatF90, dot(o, h));
         e.f_cos += f * (sp.clearcoat * d * ggx.g2_over_cos(o, i) * i.z);
         e.pdf_w += l.coat_chance * d * ggx.g1_over_cos(o);
+      }
+      if (l.sheen_chance > 0) {
+        e.f_cos += sp.sheen * (coat_leaves * sheen_->f(o, i, sp.sheen_roughness) * i.z);
+        e.pdf_w += l.sheen_chance / (2 * kPi);
       }
       if (!smooth_) {
         const Ggx ggx(sp.roughness);
@@ -264,12 +293,13 @@ class Principled final : public Bsdf {
                          (m.metallic.value < 1 && m.transmission.value < 1);
     const bool coat_has_density = !absent(m.clearcoat) && !absent(m.clearcoat_roughness);
     const bool coat_is_delta = !absent(m.clearcoat) && absent(m.clearcoat_roughness);
-    const bool has_density = !is_smooth(m) || lambert || coat_has_density;
+    const bool has_density = !is_smooth(m) || lambert || coat_has_density || !absent(m.sheen);
     if (!has_density) return BsdfKind::kDelta;
     return is_smooth(m) || coat_is_delta ? BsdfKind::kMixed : BsdfKind::kGlossy;
   }
 
   const GgxAlbedo& table_;
+  const Sheen* sheen_;  // null: the material has none
   float ior_;
   bool thin_, smooth_, smooth_coat_;
   BsdfKind kind_;

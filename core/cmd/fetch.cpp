@@ -4,6 +4,7 @@
 #include "core/base/file.h"
 #include "core/cmd/commands.h"
 #include "core/cmd/files.h"
+#include "core/cmd/render_options.h"
 #include "core/cmd/report.h"
 #include "core/cmd/service_client.h"
 
@@ -11,9 +12,8 @@ namespace qray::cmd {
 namespace {
 
 struct FetchOptions {
-  std::string id, out;
+  std::string id, out, exposure = "0";
   ServerAddress server;
-  float exposure = 0;
 };
 
 int run(const FetchOptions& o) {
@@ -33,7 +33,7 @@ void add_fetch(CLI::App& app, int& exit_code) {
   auto o = std::make_shared<FetchOptions>();
   CLI::App* sub = app.add_subcommand("fetch", "download a job's picture");
   sub->add_option("id", o->id, "the job")->required();
-  sub->add_option("--exposure", o->exposure, "stops, for a png")->check(CLI::Range(-32.0, 32.0));
+  add_exposure_option(*sub, o->exposure);
   add_server_option(*sub, o->server);
   sub->add_option("-o,--out", o->out, "picture.exr or picture.png")->required();
   sub->callback([o, &exit_code] { exit_code = run(*o); });

@@ -12,7 +12,6 @@
 #include "core/image/tonemap.h"
 #include "core/import/resolve_scene.h"
 #include "core/job/run_job.h"
-#include "core/recover/included_networks.h"
 
 namespace qray::cmd {
 namespace {
@@ -102,8 +101,10 @@ Result<WeightsFile> read_weights(const std::filesystem::path& path) {
 Result<std::optional<Recovery>> find_recovery(const std::string& name) {
   if (name == "none") return std::optional<Recovery>();
   const std::string which = name == "auto" ? "default" : name;
-  if (Result<Network> included = included_network(which); included)
-    return std::optional(Recovery{which, std::move(included).value()});
+  if (Result<Recovery> included = included_recovery(which); included)
+    return std::optional(std::move(included).value());
+  else if (included.error().code == ErrorCode::kUnsupported)
+    return included.error();
   Result<WeightsFile> file = read_weights(name);
   if (!file) return file.error();
   return std::optional(Recovery{file.value().id, std::move(file.value().network)});

@@ -178,6 +178,8 @@ Status run(const LiveOptions& o) {
                    o.flight};
   Result<std::optional<Recovery>> recovery = find_recovery(o.recover);
   if (!recovery) return recovery.error();
+  if (recovery.value() && recovery.value()->peer)
+    return Error{ErrorCode::kInvalid, "expected a network: oidn makes no live frames", "--recover"};
   Result<std::optional<TableFile>> table = read_fitting_table(o.table_in, scene.value()->hash);
   if (!table) return table.error();
 

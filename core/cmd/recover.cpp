@@ -189,7 +189,7 @@ Status compare(const RecoverOptions& o) {
   };
   for (const auto& [name, net] : networks)
     measure(name, [&](const TrainingView& v) {
-      return recover_quarter(net, {v.features, v.input, v.noise}, pool);
+      return recover_quarter(net, {v.features, v.input, v.noise}, pool).picture;
     });
   measure("bilateral", [&](const TrainingView& v) {
     return joint_bilateral(filter, v.features, v.input, pool);

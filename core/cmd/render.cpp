@@ -10,6 +10,7 @@
 #include "core/cmd/render_view.h"
 #include "core/cmd/report.h"
 #include "core/cmd/stop_on_signal.h"
+#include "core/image/exposure.h"
 #include "core/job/run_job.h"
 #include "core/job/stats_json.h"
 
@@ -22,7 +23,7 @@ struct RenderCommand {
   int last_pass_tiles = 0;
   int threads = default_threads();
   int table_mib = static_cast<int>(kDefaultTableBytes >> 20);
-  std::string table_in, table_out, json, sampled, view = "beauty", out;
+  std::string table_in, table_out, json, sampled, view = "beauty", out, exposure;
   std::vector<int> pixel;
   bool quiet = false, strict = false;
 };
@@ -38,12 +39,30 @@ Status check_outputs(const RenderCommand& o) {
   for (const std::string& name : {o.json, o.table_out})
     if (!name.empty())
       if (Status s = check_writable(name); !s) return s;
+  if (!o.exposure.empty()) {
+    if (o.view != "beauty")
+      return Error{ErrorCode::kInvalid, "only the view beauty is exposed", "--exposure"};
+    if (!o.out.ends_with(".png") && !o.sampled.ends_with(".png"))
+      return Error{ErrorCode::kInvalid, "only a .png is exposed; an .exr keeps the scene's light",
+                   "--exposure"};
+  }
   if (o.view == "beauty" && !o.pixel.empty())
     return Error{ErrorCode::kInvalid, "only the view lobe is of a pixel", "--pixel"};
   if (o.view == "beauty") return {};
   if (!o.table_out.empty() || !o.json.empty())
     return Error{ErrorCode::kInvalid, "only the view beauty learns and has statistics", "--view"};
   return check_view(view_options(o));
+}
+
+Status write_beauty(const RenderCommand& o, const std::string& path, Image image,
+                    const ImageMetadata& metadata) {
+  if (!o.exposure.empty() && path.ends_with(".png")) {
+    const float stops = o.exposure == "auto" ? auto_exposure(image) : std::stof(o.exposure);
+    if (o.exposure == "auto" && !o.quiet)
+      std::fprintf(stderr, "qray: %s: exposure %+.2f\n", path.c_str(), static_cast<double>(stops));
+    expose(image, stops);
+  }
+  return write_image(path, image, metadata);
 }
 
 Status render_beauty(const RenderCommand& o, const PreparedScene& scene, RenderSettings settings,
@@ -68,11 +87,11 @@ Status render_beauty(const RenderCommand& o, const PreparedScene& scene, RenderS
   if (!job) return job.error();
   const JobResult& result = job.value();
   const Status written = result.recovered
-                             ? write_image(o.out, *result.recovered, result.recovered_metadata)
-                             : write_image(o.out, film.develop(), result.metadata);
+                             ? write_beauty(o, o.out, *result.recovered, result.recovered_metadata)
+                             : write_beauty(o, o.out, film.develop(), result.metadata);
   if (!written) return written;
   if (!o.sampled.empty())
-    if (Status s = write_image(o.sampled, film.develop(), result.metadata); !s) return s;
+    if (Status s = write_beauty(o, o.sampled, film.develop(), result.metadata); !s) return s;
   if (!o.table_out.empty()) {
     QRAY_CHECK(result.table.has_value());
     if (Status s = write_file_atomic(o.table_out, encode_table(*result.table)); !s) return s;
@@ -144,6 +163,7 @@ void add_render(CLI::App& app, int& exit_code) {
   sub->add_option("--pixel", o->pixel, "X,Y from the top left: of the view lobe")
       ->delimiter(',')
       ->expected(2);
+  add_exposure_option(*sub, o->exposure);
   sub->add_flag("--strict", o->strict,
                 "what would be drawn otherwise than the scene says is an error");
   sub->add_flag("-q,--quiet", o->quiet, "no progress");

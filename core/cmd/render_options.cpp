@@ -3,6 +3,7 @@
 #include <CLI/CLI.hpp>
 #include <charconv>
 
+#include "core/image/exposure.h"
 #include "core/settings/job_settings.h"
 #include "core/settings/variant.h"
 
@@ -47,6 +48,11 @@ void add_option(CLI::App& app, const Field& field, unsigned caller, JobRequest& 
 }
 
 }  // namespace
+
+void add_exposure_option(CLI::App& app, std::string& exposure) {
+  app.add_option("--exposure", exposure, "stops brighter, of a .png; auto: to a middle grey")
+      ->check(CLI::Range(-kMaxExposure, kMaxExposure) | CLI::IsMember({"auto"}));
+}
 
 void add_render_options(CLI::App& app, RenderOptions& o, unsigned caller,
                         const FieldTable& fields) {

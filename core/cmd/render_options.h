@@ -24,6 +24,8 @@ struct RenderOptions {
   JobRequest given;                   // by all other options
 };
 
+// --exposure: stops from -32 to 32, or "auto".
+void add_exposure_option(CLI::App& app, std::string& exposure);
 // Those that the table gives `caller`: kRender or kSubmit.
 void add_render_options(CLI::App& app, RenderOptions& options, unsigned caller,
                         const FieldTable& fields = job_fields());

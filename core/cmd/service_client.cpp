@@ -163,10 +163,10 @@ Result<std::string> ServiceClient::log(const std::string& id) {
 }
 
 Result<Bytes> ServiceClient::image(const std::string& id, const std::string& format,
-                                   float exposure) {
+                                   const std::string& exposure) {
   if (Status s = check_id(id); !s) return s.error();
   std::string path = "/v1/jobs/" + id + "/image." + format;
-  if (format == "png") path += "?exposure=" + std::to_string(exposure);
+  if (format == "png") path += "?exposure=" + exposure;
   Bytes bytes;
   const httplib::Result result = impl_->http.Get(path, [&](const char* data, size_t size) {
     if (bytes.size() + size > kMaxImageBytes) return false;

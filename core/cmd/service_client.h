@@ -42,7 +42,8 @@ class ServiceClient {
   Result<proto::JobView> extend(const std::string& id, const proto::ExtendRequest& more);
   Result<std::string> log(const std::string& id);
   // `format`: "exr" or "png"; `exposure` in stops, for png.
-  Result<Bytes> image(const std::string& id, const std::string& format, float exposure);
+  Result<Bytes> image(const std::string& id, const std::string& format,
+                      const std::string& exposure);
   // Calls `on_event` until it returns false or the stream ends.
   Status events(const std::string& id, const std::string& after,
                 const std::function<bool(const ServerEvent&)>& on_event);

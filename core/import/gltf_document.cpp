@@ -146,10 +146,9 @@ GltfDocument::Picture GltfDocument::read_picture(int image) {
     else
       picture.path = find_file(*uri);
   } else {
-    const std::optional<JsonNode> view = node.find("bufferView");
-    if (!view) node.fail("expected a \"uri\" or a \"bufferView\"");
-    const std::span<const uint8_t> bytes =
-        view_bytes(view->integer(0, std::numeric_limits<int>::max()));
+    const int view = model_.images[static_cast<size_t>(image)].view;
+    if (view < 0) node.fail("expected a \"uri\" or a \"bufferView\"");
+    const std::span<const uint8_t> bytes = view_bytes(view);
     // Any number of pictures may lie over each other in a buffer.
     if (bytes.size() > bytes_left_) node.fail("pictures of too many bytes", ErrorCode::kTooLarge);
     bytes_left_ -= bytes.size();

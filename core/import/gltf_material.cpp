@@ -30,9 +30,10 @@ GltfMaterials::Converted GltfMaterials::convert_new(int index) {
   } else {
     const JsonNode node = import_.document.at("materials", index);
     import_.expect_extensions(
-        node, {"KHR_materials_clearcoat", "KHR_materials_emissive_strength", "KHR_materials_ior",
-               "KHR_materials_pbrSpecularGlossiness", "KHR_materials_specular",
-               "KHR_materials_transmission", "KHR_materials_unlit", "KHR_materials_volume"});
+        node,
+        {"KHR_materials_clearcoat", "KHR_materials_emissive_strength", "KHR_materials_ior",
+         "KHR_materials_pbrSpecularGlossiness", "KHR_materials_sheen", "KHR_materials_specular",
+         "KHR_materials_transmission", "KHR_materials_unlit", "KHR_materials_volume"});
     if (const auto name = node.find("name")) m.name = name->string();
     uv_set_.reset();
     out.unlit = find_extension(node, "KHR_materials_unlit").has_value();
@@ -118,6 +119,12 @@ void GltfMaterials::read_layers(const JsonNode& node, Material& m) {
     for (int i = 0; i < 3; ++i)
       m.specular.value[i] = std::min(m.specular.value[i] * tint[i], 1000.0f);
     m.specular.texture = texture(*e, "specularColorTexture", /*srgb=*/true);
+  }
+  if (const auto e = find_extension(node, "KHR_materials_sheen")) {
+    m.sheen = {color(*e, "sheenColorFactor", Rgb{0.0f}, 1),
+               texture(*e, "sheenColorTexture", /*srgb=*/true)};
+    m.sheen_roughness = {share(*e, "sheenRoughnessFactor", 0),
+                         texture(*e, "sheenRoughnessTexture", /*srgb=*/false), 3};
   }
   if (const auto e = find_extension(node, "KHR_materials_clearcoat")) {
     m.clearcoat = {share(*e, "clearcoatFactor", 0), texture(*e, "clearcoatTexture", /*srgb=*/false),

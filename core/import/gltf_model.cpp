@@ -15,6 +15,7 @@ constexpr std::string_view kKnownExtensions[] = {
     "KHR_materials_emissive_strength",
     "KHR_materials_ior",
     "KHR_materials_pbrSpecularGlossiness",
+    "KHR_materials_sheen",
     "KHR_materials_specular",
     "KHR_materials_transmission",
     "KHR_materials_unlit",
@@ -46,11 +47,13 @@ class ModelReader {
     each(root_, "nodes", [&](const JsonNode& v) { model.nodes.push_back(node(v)); });
     each(root_, "scenes",
          [&](const JsonNode& v) { model.scenes.push_back(indices(v, "nodes", "nodes")); });
-    each(root_, "images", [&](const JsonNode& v) { index(v, "bufferView", "bufferViews"); });
-    each(root_, "textures", [&](const JsonNode& v) {
-      model.textures.push_back({index(v, "source", "images"), index(v, "sampler", "samplers")});
+    each_or_broken("images", model.images, [&](const JsonNode& v) {
+      return GltfModel::Image{index(v, "bufferView", "bufferViews")};
     });
-    each(root_, "samplers", [&](const JsonNode& v) { model.samplers.push_back(sampler(v)); });
+    each_or_broken("textures", model.textures, [&](const JsonNode& v) {
+      return GltfModel::Texture{index(v, "source", "images"), index(v, "sampler", "samplers")};
+    });
+    each_or_broken("samplers", model.samplers, sampler);
     return model;
   }
 
@@ -59,6 +62,16 @@ class ModelReader {
   static void each(const JsonNode& parent, const char* list, const F& read) {
     const std::optional<JsonNode> items = parent.find(list);
     for (size_t i = 0; items && i < items->size(); ++i) read(items->at(i));
+  }
+  template <class T, class F>
+  void each_or_broken(const char* list, GltfList<T>& out, const F& read) const {
+    each(root_, list, [&](const JsonNode& node) {
+      try {
+        out.push_back(read(node));
+      } catch (ImportFailure& failure) {
+        out.push_back_broken(std::move(failure.error));
+      }
+    });
   }
   size_t count(const char* list) const {
     const std::optional<JsonNode> items = root_.find(list);

@@ -1,10 +1,12 @@
 // What a glTF document says of its scenes, nodes, meshes, accessors, buffer views, textures and
-// samplers, as plain data: types and ranges are checked, every index is in range. The rest
+// samplers, as plain data: types and ranges are checked, every index is in range, but for
+// broken images, textures and samplers, which fail where they are used. The rest
 // (materials, cameras, extensions) is read from the JSON where it is used. Any thread.
 #pragma once
 
 #include <map>
 
+#include "core/import/import_failure.h"
 #include "core/import/json_tree.h"
 
 namespace qray {
@@ -20,6 +22,27 @@ enum GltfComponent : int {
 };
 enum GltfMode : int { kGltfPoints = 0, kGltfTriangles = 4, kGltfTriangleFan = 6 };
 enum GltfSampling : int { kGltfNearest = 9728, kGltfClamp = 33071, kGltfMirror = 33648 };
+
+// Items of which some may be broken: that is an error where one is used, and only then.
+template <class T>
+class GltfList {
+ public:
+  void push_back(T item) { items_.push_back(std::move(item)); }
+  void push_back_broken(Error error) {
+    broken_.emplace(items_.size(), std::move(error));
+    items_.emplace_back();
+  }
+  size_t size() const { return items_.size(); }
+  const T& operator[](size_t i) const {
+    if (const auto it = broken_.find(i); it != broken_.end()) throw ImportFailure{it->second};
+    return items_[i];
+  }
+  const std::map<size_t, Error>& broken() const { return broken_; }
+
+ private:
+  std::vector<T> items_;
+  std::map<size_t, Error> broken_;
+};
 
 // An index of -1: there is none. Sizes, counts and offsets are below 2^31.
 struct GltfModel {
@@ -58,6 +81,9 @@ struct GltfModel {
     // Empty, or 16 by columns, 3, 4 (x, y, z, w) and 3 numbers.
     std::vector<double> matrix, translation, rotation, scale;
   };
+  struct Image {
+    int view = -1;
+  };
   struct Texture {
     int source = -1, sampler = -1;
   };
@@ -71,8 +97,9 @@ struct GltfModel {
   std::vector<Mesh> meshes;
   std::vector<Accessor> accessors;
   std::vector<View> views;
-  std::vector<Texture> textures;
-  std::vector<Sampler> samplers;
+  GltfList<Image> images;
+  GltfList<Texture> textures;
+  GltfList<Sampler> samplers;
 };
 
 // Throws ImportFailure with the place, and where the document requires an extension that nothing

@@ -72,6 +72,11 @@ class GltfReader {
     import_.expect_extensions(root, {"KHR_lights_punctual", "KHR_materials_variants"});
     if (const auto variants = find_extension(root, "KHR_materials_variants"))
       import_.warn(*variants, "drawn with the materials of no variant");
+    const GltfModel& model = document_.model();
+    for (const auto* broken :
+         {&model.images.broken(), &model.textures.broken(), &model.samplers.broken()})
+      for (const auto& [index, error] : *broken)
+        import_.out.warn(error.where, error.message + "; nothing drawn uses it");
     if (document_.count("animations") > 0)
       import_.warn(root.get("animations"), "animations are left out: the scene at rest is drawn");
     if (document_.count("skins") > 0)
@@ -236,12 +241,35 @@ void GltfImport::warn(const JsonNode& node, const std::string& text) {
   out.warn(node.place(), text);
 }
 
+namespace {
+
+// Extensions that are left out, and the member without which, or with 0 of which, they change
+// nothing.
+constexpr std::pair<std::string_view, std::string_view> kNeutralExtensions[] = {
+    {"KHR_materials_anisotropy", "anisotropyStrength"},
+    {"KHR_materials_diffuse_transmission", "diffuseTransmissionFactor"},
+    {"KHR_materials_dispersion", "dispersion"},
+    {"KHR_materials_iridescence", "iridescenceFactor"},
+};
+
+bool says_nothing(const std::string& name, const JsonNode& extension) {
+  for (const auto& [neutral, member] : kNeutralExtensions) {
+    if (name != neutral) continue;
+    const auto value = extension.find(member);
+    return !value || value->number() == 0;
+  }
+  return false;
+}
+
+}  // namespace
+
 void GltfImport::expect_extensions(const JsonNode& node,
                                    std::initializer_list<std::string_view> known) {
   const std::optional<JsonNode> extensions = node.find("extensions");
   if (!extensions) return;
   for (const std::string& key : extensions->keys())
-    if (std::find(known.begin(), known.end(), key) == known.end())
+    if (std::find(known.begin(), known.end(), key) == known.end() &&
+        !says_nothing(key, extensions->get(key)))
       warn(extensions->get(key), "the extension is left out");
 }
 

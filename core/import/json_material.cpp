@@ -80,15 +80,16 @@ const Kind& read_kind(const JsonNode& node) {
        {"metal", "eta", "k", "roughness", "microfacets", "specular"}},
       {"dielectric",
        MaterialKind::kDielectric,
-       {"ior", "roughness", "microfacets", "specular", "absorption"}},
-      {"thin_dielectric", MaterialKind::kThinDielectric, {"ior", "specular"}},
+       {"ior", "roughness", "microfacets", "specular", "transmittance", "absorption"}},
+      {"thin_dielectric", MaterialKind::kThinDielectric, {"ior", "specular", "transmittance"}},
       {"plastic",
        MaterialKind::kPlastic,
        {"reflectance", "ior", "roughness", "microfacets", "specular", "nonlinear"}},
       {"principled",
        MaterialKind::kPrincipled,
        {"reflectance", "ior", "roughness", "specular", "specular_weight", "metallic",
-        "transmission", "thin", "absorption", "clearcoat", "clearcoat_roughness"}},
+        "transmission", "thin", "absorption", "clearcoat", "clearcoat_roughness", "sheen",
+        "sheen_roughness"}},
       {"blend", MaterialKind::kBlend, {"first", "second", "weight"}},
   };
   const JsonNode type = node.get("type");
@@ -147,12 +148,21 @@ Material read_material(const JsonNode& node, const TextureNames& textures,
   read_any_kind(node, textures, m);
   if (const auto v = node.find("reflectance")) m.reflectance = read_color(*v, textures);
   if (const auto v = node.find("specular")) m.specular = read_color(*v, textures);
+  if (const auto v = node.find("sheen")) m.sheen = read_color(*v, textures);
+  if (m.kind == MaterialKind::kDielectric || m.kind == MaterialKind::kThinDielectric) {
+    const auto v = node.find("transmittance");
+    m.transmittance = v ? read_color(*v, textures) : m.specular;
+  }
   const struct {
     const char* key;
     FloatParam& param;
-  } numbers[] = {{"roughness", m.roughness}, {"specular_weight", m.specular_weight},
-                 {"metallic", m.metallic},   {"transmission", m.transmission},
-                 {"clearcoat", m.clearcoat}, {"clearcoat_roughness", m.clearcoat_roughness}};
+  } numbers[] = {{"roughness", m.roughness},
+                 {"specular_weight", m.specular_weight},
+                 {"metallic", m.metallic},
+                 {"transmission", m.transmission},
+                 {"clearcoat", m.clearcoat},
+                 {"clearcoat_roughness", m.clearcoat_roughness},
+                 {"sheen_roughness", m.sheen_roughness}};
   for (const auto& [key, param] : numbers)
     if (const auto v = node.find(key)) param = read_float(*v, textures);
   if (const auto v = node.find("microfacets")) {

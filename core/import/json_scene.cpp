@@ -44,8 +44,8 @@ class JsonReader {
 
  private:
   void read_camera(const JsonNode& node) {
-    node.only(
-        {"position", "target", "up", "vertical_fov_deg", "aperture_radius", "focus_distance"});
+    node.only({"position", "target", "up", "vertical_fov_deg", "aperture_radius", "focus_distance",
+               "mirrored"});
     Camera& camera = out_.scene.camera;
     camera.position = node.get("position").vec3();
     camera.target = node.get("target").vec3();
@@ -53,6 +53,7 @@ class JsonReader {
     camera.vertical_fov_deg = node.get("vertical_fov_deg").number();
     if (const auto v = node.find("aperture_radius")) camera.aperture_radius = v->number();
     if (const auto v = node.find("focus_distance")) camera.focus_distance = v->number();
+    if (const auto v = node.find("mirrored")) camera.mirrored = v->boolean();
   }
 
   // A file beside the scene's; it must be there.

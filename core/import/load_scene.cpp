@@ -122,6 +122,7 @@ ImportedScene read_any(const std::filesystem::path& path, const LoadOptions& opt
 Result<LoadedScene> load_scene(const std::filesystem::path& path, const LoadOptions& options) {
   try {
     ImportedScene read = read_any(path, options);
+    read.add_counts_to_warnings();
     if (options.strict && !read.warnings.empty())
       return Error{ErrorCode::kUnsupported, read.warnings.front(), ""};
     const std::string file = path.filename();

@@ -15,32 +15,6 @@ namespace {
 constexpr uint64_t kMaxSpectrumBytes = 1 << 20;
 constexpr size_t kMaxPoints = 65'536;
 
-Rgb to_rgb(const MitsubaNode& node, const std::vector<double>& v) {
-  if (v.size() != 1 && v.size() != 3)
-    node.fail("expected 1 or 3 numbers, got " + std::to_string(v.size()));
-  Rgb out;
-  for (int i = 0; i < 3; ++i) {
-    const double number = v[v.size() == 3 ? static_cast<size_t>(i) : 0];
-    if (number < 0) node.fail("expected numbers from 0, got " + std::to_string(number));
-    out[i] = static_cast<float>(number);
-  }
-  return out;
-}
-
-// "0.2 0.4 0.8", "0.5" or "#3366cc".
-Rgb read_triple(const MitsubaNode& node, const std::string& text) {
-  const size_t first = text.find_first_not_of(' ');
-  if (first == std::string::npos || text[first] != '#')
-    return to_rgb(node, parse_numbers(node, text));
-  unsigned bits = 0;
-  const char* const end = text.data() + text.size();
-  const auto [stop, error] = std::from_chars(text.data() + first + 1, end, bits, 16);
-  if (error != std::errc{} || stop != end || text.size() - first != 7)
-    node.fail("expected six digits as in #3366cc, got \"" + text.substr(first, 20) + "\"");
-  const auto channel = [bits](int shift) { return static_cast<float>(bits >> shift & 255) / 255; };
-  return {channel(16), channel(8), channel(0)};
-}
-
 void add_point(const MitsubaNode& node, std::vector<SpectrumPoint>& points, SpectrumPoint p) {
   if (!points.empty() && !(p.nm > points.back().nm))
     node.fail("expected wavelengths that rise, got " + std::to_string(p.nm));
@@ -91,22 +65,50 @@ class ColorReader {
       : node_(node), use_(use), import_(import) {}
 
   Rgb read() const {
-    if (node_.tag == "srgb") return srgb_to_linear(read_triple(node_, node_.need("value")));
+    if (node_.tag == "srgb") return srgb_to_linear(read_triple(node_.need("value")));
     if (node_.tag == "blackbody") {
       const std::string* scale = node_.attribute("scale");
       return blackbody(read_kelvin(node_, node_.need("temperature")),
                        scale ? parse_number(node_, *scale) : 1);
     }
-    if (node_.tag != "spectrum") return read_triple(node_, node_.need("value"));
+    if (node_.tag != "spectrum") return read_triple(node_.need("value"));
     if (!node_.type.empty()) return read_plugin();
     if (const std::string* file = node_.attribute("filename"))
       return integrate(read_spd(node_, *file, import_.document));
     const std::string& value = node_.need("value");
-    return value.find(':') == std::string::npos ? read_triple(node_, value)
+    return value.find(':') == std::string::npos ? read_triple(value)
                                                 : integrate(parse_pairs(node_, value));
   }
 
  private:
+  Rgb to_rgb(const std::vector<double>& v) const {
+    if (v.size() != 1 && v.size() != 3)
+      node_.fail("expected 1 or 3 numbers, got " + std::to_string(v.size()));
+    Rgb out;
+    for (int i = 0; i < 3; ++i) {
+      const double number = v[v.size() == 3 ? static_cast<size_t>(i) : 0];
+      if (number < 0 && use_ != ColorUse::kIndex)
+        node_.fail("expected numbers from 0, got " + std::to_string(number));
+      out[i] = static_cast<float>(number);
+    }
+    return out;
+  }
+
+  // "0.2 0.4 0.8", "0.5" or "#3366cc".
+  Rgb read_triple(const std::string& text) const {
+    const size_t first = text.find_first_not_of(' ');
+    if (first == std::string::npos || text[first] != '#') return to_rgb(parse_numbers(node_, text));
+    unsigned bits = 0;
+    const char* const end = text.data() + text.size();
+    const auto [stop, error] = std::from_chars(text.data() + first + 1, end, bits, 16);
+    if (error != std::errc{} || stop != end || text.size() - first != 7)
+      node_.fail("expected six digits as in #3366cc, got \"" + text.substr(first, 20) + "\"");
+    const auto channel = [bits](int shift) {
+      return static_cast<float>(bits >> shift & 255) / 255;
+    };
+    return {channel(16), channel(8), channel(0)};
+  }
+
   Rgb integrate(const std::vector<SpectrumPoint>& points) const {
     const bool d65 = use_ == ColorUse::kReflectance && import_.document.version >= 2;
     return spectrum_to_rgb(points, d65 ? SpectrumWeight::kD65 : SpectrumWeight::kEqualEnergy);
@@ -126,7 +128,7 @@ class ColorReader {
     }
     if (node_.type == "uniform" || node_.type == "d65") {
       const double v = find_number(node_, node_.type == "d65" ? "scale" : "value").value_or(1);
-      return to_rgb(node_, {v});
+      return to_rgb({v});
     }
     if (node_.type == "irregular" || node_.type == "regular") return integrate(listed());
     import_.warn(node_, "spectra of type \"" + node_.type + "\" are drawn as 0.5");
@@ -168,7 +170,11 @@ bool is_color(const MitsubaNode& node) {
 }
 
 Rgb read_mitsuba_color(const MitsubaNode& node, ColorUse use, MitsubaImport& import) {
-  const Rgb color = ColorReader(node, use, import).read();
+  Rgb color = ColorReader(node, use, import).read();
+  if (use == ColorUse::kIndex && !(std::min({color.r, color.g, color.b}) >= 0)) {
+    import.warn(node, "a negative index is drawn as 0");
+    for (int i = 0; i < 3; ++i) color[i] = std::max(color[i], 0.0f);
+  }
   if (!(max_component(color) <= kMaxRadiance)) node.fail("expected values up to 1e12");
   return color;
 }

@@ -5,7 +5,8 @@
 
 namespace qray {
 
-enum class ColorUse { kReflectance, kEmission };
+// Of an index, what is negative is drawn as 0, with a warning; of others it is an error.
+enum class ColorUse { kReflectance, kEmission, kIndex };
 
 // Is it a colour rather than a texture? <rgb>, <srgb>, <spectrum>, <blackbody>, <float>.
 bool is_color(const MitsubaNode& node);

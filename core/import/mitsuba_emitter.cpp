@@ -137,29 +137,39 @@ void add_sun_sky(const MitsubaNode& emitter, MitsubaImport& import) {
   if (!claim_sky(emitter, import)) return;
   constexpr int kWidth = 1024;  // a third of a degree
   import.expect_only(emitter,
-                     {"turbidity", "albedo", "year", "month", "day", "hour", "minute", "second",
-                      "timezone", "latitude", "longitude", "sun_direction", "resolution", "scale",
-                      "sky_scale", "sun_scale", "sun_radius_scale", "extend", "to_world"});
-  const auto scale = [&](const char* name) {
-    const double v = find_number(emitter, name).value_or(1);
-    if (!(v >= 0)) find_parameter(emitter, name)->fail("expected a scale from 0");
+                     {"turbidity", "albedo",           "year",         "month",    "day",
+                      "hour",      "minute",           "second",       "timezone", "latitude",
+                      "longitude", "sun_direction",    "resolution",   "scale",    "sky_scale",
+                      "sun_scale", "sun_radius_scale", "sun_aperture", "extend",   "to_world"});
+  const bool mitsuba3 = import.document.version >= 3;
+  const auto scale = [&](const char* name, double fallback) {
+    const double v = find_number(emitter, name).value_or(fallback);
+    if (!(v >= 0)) find_parameter(emitter, name)->fail("expected a number from 0");
     return v;
   };
   SunSky p;
   p.turbidity = find_number(emitter, "turbidity").value_or(3);
   if (!(p.turbidity >= 1 && p.turbidity <= 10))
     find_parameter(emitter, "turbidity")->fail("expected 1..10");
-  p.sky_scale = emitter.type == "sun" ? 0 : scale("sky_scale") * scale("scale");
-  p.sun_scale = emitter.type == "sky" ? 0 : scale("sun_scale") * scale("scale");
-  p.sun_radius_scale = scale("sun_radius_scale");
+  p.albedo =
+      find_color(emitter, "albedo", Rgb{mitsuba3 ? 0.3f : 0.2f}, ColorUse::kReflectance, import);
+  if (!(max_component(p.albedo) <= 1)) find_parameter(emitter, "albedo")->fail("expected 0..1");
+  p.sun_model = mitsuba3 ? SunModel::kHosekWilkie : SunModel::kPreetham;
+  const double both = scale("scale", 1);
+  p.sky_scale = emitter.type == "sun" ? 0 : scale("sky_scale", both);
+  p.sun_scale = emitter.type == "sky" ? 0 : scale("sun_scale", both);
+  p.sun_radius_scale = scale("sun_radius_scale", scale("sun_aperture", kSunDegrees) / kSunDegrees);
+  p.extend = find_flag(emitter, "extend").value_or(false);
   Environment& environment = import.out.scene.environment;
-  environment.to_world = sun_sky_to_world(emitter, import.document.version >= 3);
+  environment.to_world = sun_sky_to_world(emitter, mitsuba3);
   if (const std::optional<Vec3> to_sun = find_point(emitter, "sun_direction")) {
     if (!(length(*to_sun) > 0)) emitter.fail("expected a sunDirection with a length");
     p.to_sun = environment.to_world.transposed() * normalize(*to_sun);
   } else {
     p.to_sun = sun_direction(read_time(emitter));
   }
+  if (!(p.to_sun.y > 0))
+    import.warn(emitter, "the sun is below the horizon: neither it nor the sky shines");
   environment.radiance = Rgb{1.0f};
   environment.image = draw_sun_sky(p, kWidth, kWidth / 2);
 }

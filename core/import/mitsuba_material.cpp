@@ -61,11 +61,13 @@ MitsubaMaterials::Converted MitsubaMaterials::convert_new(const MitsubaNode& bsd
         textures_.find_color(bsdf, old_name ? "diffuse_reflectance" : "reflectance", Rgb{0.5f});
     if (type == "diffuse") import_.expect_only(bsdf, {"reflectance", "diffuse_reflectance"});
   } else if (type == "thindielectric") {
-    import_.expect_only(bsdf, {"int_ior", "ext_ior", "specular_reflectance"});
+    import_.expect_only(bsdf,
+                        {"int_ior", "ext_ior", "specular_reflectance", "specular_transmittance"});
     const double ior = relative_ior(bsdf, "bk7");
     m.kind = MaterialKind::kThinDielectric;
     m.ior = static_cast<float>(std::clamp(std::max(ior, 1 / ior), 1.0, 4.0));
     m.specular = textures_.find_color(bsdf, "specular_reflectance", Rgb{1.0f});
+    m.transmittance = textures_.find_color(bsdf, "specular_transmittance", Rgb{1.0f});
   } else if (type == "conductor" || type == "roughconductor") {
     m = conductor(bsdf, type == "roughconductor");
   } else if (type == "plastic" || type == "roughplastic") {
@@ -153,8 +155,8 @@ Material MitsubaMaterials::conductor(const MitsubaNode& bsdf, bool rough) {
     ior = find_complex_ior("Cu");
   }
   const bool given = find_parameter(bsdf, "eta") || find_parameter(bsdf, "k");
-  m.eta = find_color(bsdf, "eta", ior->eta, ColorUse::kEmission, import_);
-  m.k = find_color(bsdf, "k", ior->k, ColorUse::kEmission, import_);
+  m.eta = find_color(bsdf, "eta", ior->eta, ColorUse::kIndex, import_);
+  m.k = find_color(bsdf, "k", ior->k, ColorUse::kIndex, import_);
   const bool mirror = !given && (name ? *name : fallback) == "none";
   if (!mirror && import_.document.version < 2) {
     const float outside = static_cast<float>(1 / find_ior_of(bsdf, "ext_eta", "air"));
@@ -178,8 +180,7 @@ MitsubaMaterials::Converted MitsubaMaterials::dielectric(const MitsubaNode& bsdf
   out.inside_out = ior < 1;
   m.ior = static_cast<float>(std::clamp(std::max(ior, 1 / ior), 1.0, 4.0));
   m.specular = textures_.find_color(bsdf, "specular_reflectance", Rgb{1.0f});
-  if (!(m.specular == textures_.find_color(bsdf, "specular_transmittance", Rgb{1.0f})))
-    import_.warn(bsdf, "what passes is coloured as what is reflected, by specularReflectance");
+  m.transmittance = textures_.find_color(bsdf, "specular_transmittance", Rgb{1.0f});
   if (rough) read_roughness(bsdf, m);
   return out;
 }

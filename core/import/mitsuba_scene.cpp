@@ -32,6 +32,8 @@ class MitsubaReader {
       : import_(import), shapes_(import), materials_(import) {}
 
   void read() {
+    for (const auto& [where, tag] : import_.document.skipped)
+      import_.out.warn(where, "<" + tag + "> is no element of Mitsuba and is left out");
     const MitsubaNode* sensor = nullptr;
     import_.out.scene.max_depth = 128;  // as long as it takes
     const std::vector<MitsubaNode>& parts = import_.document.root.children;
@@ -193,13 +195,46 @@ void MitsubaImport::warn(const MitsubaNode& node, const std::string& text) {
   out.warn(node.where, text);
 }
 
+namespace {
+
+// Parameters that are left out, and the values with which they would change nothing.
+struct Neutral {
+  std::string_view name;
+  double value;
+  std::string_view tints = {};  // it says nothing either where this one does not
+};
+constexpr Neutral kNeutral[] = {
+    {"anisotropic", 0}, {"flatness", 0},  {"diff_trans", 0},          {"sheen", 0},
+    {"shift", 0},       {"spec_tint", 0}, {"specular_tint", 0},       {"stretch", 1},
+    {"subsurface", 0},  {"emission", 0},  {"sheen_tint", 0, "sheen"},
+};
+
+bool says_nothing(const MitsubaNode& plugin, std::string_view name) {
+  const auto* const known =
+      std::find_if(std::begin(kNeutral), std::end(kNeutral),
+                   [name](const Neutral& neutral) { return neutral.name == name; });
+  if (known == std::end(kNeutral)) return false;
+  if (!known->tints.empty() &&
+      (!find_parameter(plugin, known->tints) || says_nothing(plugin, known->tints)))
+    return true;
+  const MitsubaNode* parameter = find_parameter(plugin, name);
+  const std::string* text = parameter ? parameter->attribute("value") : nullptr;
+  if (!text) return false;
+  const std::vector<double> numbers = parse_numbers(*parameter, *text);
+  return !numbers.empty() && std::all_of(numbers.begin(), numbers.end(),
+                                         [known](double v) { return v == known->value; });
+}
+
+}  // namespace
+
 void MitsubaImport::expect_only(const MitsubaNode& plugin,
                                 std::initializer_list<std::string_view> known) {
   for (const MitsubaNode& child : plugin.children) {
     const bool is_value = child.tag == "float" || child.tag == "integer" ||
                           child.tag == "boolean" || child.tag == "string" ||
                           child.tag == "texture" || is_color(child);
-    if (is_value && std::find(known.begin(), known.end(), child.name) == known.end())
+    if (is_value && std::find(known.begin(), known.end(), child.name) == known.end() &&
+        !says_nothing(plugin, child.name))
       warn(child, "\"" + child.name + "\" of " + plugin.type + " is left out");
   }
 }

@@ -17,6 +17,16 @@ constexpr size_t kMaxIncludeDepth = 16;  // of files
 constexpr size_t kMaxFiles = 256;
 constexpr size_t kMaxAttributeBytes = 16 << 20;  // what $parameters may grow to, in all
 
+// Every element of Mitsuba 0.4 to 3.
+constexpr std::string_view kTags[] = {
+    "alias",   "animation", "blackbody", "boolean", "bsdf",    "color",      "default",
+    "emitter", "film",      "float",     "include", "integer", "integrator", "look_at",
+    "lookAt",  "lookat",    "luminaire", "matrix",  "medium",  "path",       "phase",
+    "point",   "ref",       "rfilter",   "rgb",     "rotate",  "sampler",    "scale",
+    "sensor",  "shape",     "spectrum",  "srgb",    "string",  "subsurface", "tensor",
+    "texture", "transform", "translate", "vector",  "volume",
+};
+
 // Where the newlines of a text are.
 class Lines {
  public:
@@ -116,7 +126,28 @@ class TreeReader {
       return;
     }
     for (const pugi::xml_node child : xml.children()) add_child(child, file, node, depth + 1);
+    skip_foreign(node);
     parent.children.push_back(std::move(node));
+  }
+
+  // Other programs' elements, but for those that stand alone for a value: what needs that value
+  // then names the place.
+  void skip_foreign(MitsubaNode& node) {
+    const auto is_known = [](const MitsubaNode& child) {
+      return std::find(std::begin(kTags), std::end(kTags), child.tag) != std::end(kTags);
+    };
+    const auto is_replaced = [&](const MitsubaNode& foreign) {
+      if (foreign.name.empty() && node.tag != "transform") return true;
+      return std::any_of(node.children.begin(), node.children.end(), [&](const MitsubaNode& other) {
+        return is_known(other) && other.name == foreign.name;
+      });
+    };
+    for (MitsubaNode& child : node.children) {
+      if (is_known(child) || !is_replaced(child)) continue;
+      document_.skipped.emplace_back(child.where, child.tag);
+      child.tag.clear();
+    }
+    std::erase_if(node.children, [](const MitsubaNode& child) { return child.tag.empty(); });
   }
 
   // What was set first counts: the including file's over the included one's.

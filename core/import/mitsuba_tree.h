@@ -32,6 +32,8 @@ struct MitsubaDocument {
   std::filesystem::path folder;                // of the scene file, canonical
   std::vector<std::filesystem::path> folders;  // where files are looked for, within `folder`
   std::map<std::string, const MitsubaNode*, std::less<>> ids;
+  // Elements that Mitsuba does not have, which are left out: their place and tag.
+  std::vector<std::pair<std::string, std::string>> skipped;
 
   MitsubaDocument() = default;
   MitsubaDocument(MitsubaDocument&&) = default;  // `ids` points to descendants, which stay

@@ -3,68 +3,87 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/import/daylight_data.h"
 #include "core/import/spectrum.h"
 
 namespace qray {
 namespace {
 
 constexpr double kPiD = std::numbers::pi;
-constexpr double kSunRadius = 0.5358 / 2 * kPiD / 180;  // as seen, radians
-// Candela per square metre of a spectrum of constant 1 W / (m^2 sr nm): 683 lm/W times the
-// integral of the eye's sensitivity, 106.857 nm.
-constexpr double kCandela = 683 * 106.856895;
+constexpr double kSunRadius = kSunDegrees / 2 * kPiD / 180;  // as seen, radians
+constexpr double kLeastRadius = 0.1 * kPiD / 180;            // meets samples of any pixel
+// The model's radiances are of colours of luminance 1 where the eye's sensitivity, summed, is this.
+constexpr double kEyeSum = 106.7502593994140625;
 
-// Perez' distribution, relative: theta from the zenith, gamma from the sun.
-struct Perez {
-  double a, b, c, d, e;
-  double operator()(double theta, double gamma) const {
-    return (1 + a * std::exp(b / std::max(std::cos(theta), 1e-3))) *
-           (1 + c * std::exp(d * gamma) + e * std::cos(gamma) * std::cos(gamma));
-  }
+// Between neighbours of a list of `count`: the lower's index, and the share of the upper.
+struct Between {
+  int low;
+  double high_share;
 };
+Between between(double position, int count) {
+  const double at = std::clamp(position, 0.0, count - 1.0);
+  const int low = std::min(static_cast<int>(at), count - 2);
+  return {low, at - low};
+}
 
-// Preetham et al., appendix A.2: luminance (cd / m^2) and chromaticity.
+// Hosek and Wilkie 2012, eq. 8 and 11. The figures are linear in turbidity and in the ground's
+// albedo, and Bezier curves over the cube root of the sun's height.
 class Sky {
  public:
-  Sky(double turbidity, double sun_theta) : sun_theta_(sun_theta) {
-    const double t = turbidity, s = sun_theta, s2 = s * s, s3 = s2 * s;
-    perez_[0] = {0.1787 * t - 1.4630, -0.3554 * t + 0.4275, -0.0227 * t + 5.3251,
-                 0.1206 * t - 2.5771, -0.0670 * t + 0.3703};
-    perez_[1] = {-0.0193 * t - 0.2592, -0.0665 * t + 0.0008, -0.0004 * t + 0.2125,
-                 -0.0641 * t - 0.8989, -0.0033 * t + 0.0452};
-    perez_[2] = {-0.0167 * t - 0.2608, -0.0950 * t + 0.0092, -0.0079 * t + 0.2102,
-                 -0.0441 * t - 1.6537, -0.0109 * t + 0.0529};
-    const double chi = (4.0 / 9 - t / 120) * (kPiD - 2 * s);
-    zenith_[0] = 1000 * ((4.0453 * t - 4.9710) * std::tan(chi) - 0.2155 * t + 2.4192);
-    zenith_[1] = t * t * (0.00166 * s3 - 0.00375 * s2 + 0.00209 * s) +
-                 t * (-0.02903 * s3 + 0.06377 * s2 - 0.03202 * s + 0.00394) +
-                 (0.11693 * s3 - 0.21196 * s2 + 0.06052 * s + 0.25886);
-    zenith_[2] = t * t * (0.00275 * s3 - 0.00610 * s2 + 0.00317 * s) +
-                 t * (-0.04214 * s3 + 0.08970 * s2 - 0.04153 * s + 0.00516) +
-                 (0.15346 * s3 - 0.26756 * s2 + 0.06670 * s + 0.26688);
+  Sky(double turbidity, Rgb albedo, double sun_height_rad) {
+    const Between t = between(turbidity - 1, 10);
+    const double x = std::cbrt(std::clamp(2 * sun_height_rad / kPiD, 0.0, 1.0)), y = 1 - x;
+    const double weights[] = {std::pow(y, 5),         5 * std::pow(y, 4) * x,
+                              10 * y * y * y * x * x, 10 * y * y * x * x * x,
+                              5 * y * std::pow(x, 4), std::pow(x, 5)};
+    for (int i = 0; i < 4; ++i) {
+      const int of_turbidity = t.low + i / 2, of_albedo = i % 2;
+      const double turbidity_share = i / 2 ? t.high_share : 1 - t.high_share;
+      for (int p = 0; p < 6; ++p) {
+        for (int c = 0; c < 3; ++c) {
+          const double a = static_cast<double>(albedo[c]);
+          const double w = weights[p] * turbidity_share * (of_albedo ? a : 1 - a);
+          for (int k = 0; k < 9; ++k)
+            shape_[c][k] += w * kSkyShape[of_turbidity][of_albedo][p][c][k];
+          radiance_[c] += w * kSkyRadiance[of_turbidity][of_albedo][p][c] / kEyeSum;
+        }
+      }
+    }
   }
 
+  // theta from the zenith, gamma from the sun.
   Rgb radiance(double theta, double gamma) const {
-    double yxy[3];
-    for (int i = 0; i < 3; ++i)
-      yxy[i] = zenith_[i] * perez_[i](theta, gamma) / perez_[i](0, sun_theta_);
-    const double luminance = std::max(0.0, yxy[0]) / kCandela;
-    return chromatic(luminance, yxy[1], yxy[2]);
+    const double cos_theta = std::max(std::cos(theta), 0.0), cos_gamma = std::cos(gamma);
+    Rgb out;
+    for (int c = 0; c < 3; ++c) {
+      const double(&k)[9] = shape_[c];
+      const double horizon = 1 + k[0] * std::exp(k[1] / (cos_theta + 0.01));
+      const double halo =
+          (1 + cos_gamma * cos_gamma) / std::pow(1 + k[8] * k[8] - 2 * k[8] * cos_gamma, 1.5);
+      const double shape = k[2] + k[3] * std::exp(k[4] * gamma) + k[5] * cos_gamma * cos_gamma +
+                           k[6] * halo + k[7] * std::sqrt(cos_theta);
+      out[c] = static_cast<float>(std::max(0.0, horizon * shape * radiance_[c]));
+    }
+    return out;
   }
 
  private:
-  static Rgb chromatic(double y, double cx, double cy) {
-    const double x = cx / cy * y, z = (1 - cx - cy) / cy * y;
-    const auto positive = [](double v) { return static_cast<float>(std::max(0.0, v)); };
-    return {positive(3.240479 * x - 1.537150 * y - 0.498535 * z),
-            positive(-0.969256 * x + 1.875991 * y + 0.041556 * z),
-            positive(0.055648 * x - 0.204043 * y + 1.057311 * z)};
-  }
-
-  double sun_theta_;
-  Perez perez_[3];
-  double zenith_[3];
+  double shape_[3][9] = {}, radiance_[3] = {};
 };
+
+// Hosek and Wilkie 2013.
+Rgb hosek_sun_radiance(double theta, double turbidity) {
+  const Between t = between(turbidity - 1, 10);
+  const Between h = between((90 - theta * 180 / kPiD - 2) * 29 / 86, 30);
+  Rgb out;
+  for (int c = 0; c < 3; ++c) {
+    const auto at = [&](int i) {
+      return std::lerp(kSunRadiance[i][h.low][c], kSunRadiance[i][h.low + 1][c], h.high_share);
+    };
+    out[c] = static_cast<float>(std::lerp(at(t.low), at(t.low + 1), t.high_share));
+  }
+  return out;
+}
 
 // Ozone's absorption, 1/cm, from 440 nm at every 10; none below.
 constexpr double kOzone[] = {.0,   .003, .006, .009, .014, .021, .03,  .04,  .048, .063, .075,
@@ -77,9 +96,8 @@ constexpr double kSun[] = {16559.0, 16233.7, 21127.5, 25888.2, 25829.1, 24232.3,
                            23685.3, 23212.1, 22827.7, 22339.8, 21970.2, 21526.7, 21097.9, 20728.3,
                            20240.4, 19870.8, 19427.2, 19072.4, 18628.9, 18259.2};
 
-// Appendix A.1, without water and other gases, which absorb beyond 690 nm.
-Rgb sun_radiance(double theta, double turbidity) {
-  if (theta >= kPiD / 2) return {};
+// Preetham et al., appendix A.1, without water and other gases, which absorb beyond 690 nm.
+Rgb preetham_sun_radiance(double theta, double turbidity) {
   const double degrees = theta * 180 / kPiD;
   const double mass = 1 / (std::cos(theta) + 0.15 * std::pow(93.885 - degrees, -1.253));
   const double beta = 0.04608365822050 * turbidity - 0.04586025928522;
@@ -101,11 +119,11 @@ Vec3 pixel_direction(double x, double y, int width, int height) {
 }
 
 // Spreads the disk over the pixels it covers, so that its irradiance is exact however coarse they
-// are.
+// are. What the horizon hides of it is left out.
 void add_sun(const SunSky& p, Image& image) {
   const int w = image.width(), h = image.height();
   const double sun_theta = std::acos(std::clamp(static_cast<double>(p.to_sun.y), -1.0, 1.0));
-  const double radius = std::min(kSunRadius * p.sun_radius_scale, kPiD / 4);
+  const double radius = std::clamp(kSunRadius * p.sun_radius_scale, kLeastRadius, kPiD / 4);
   const auto cos_radius = static_cast<float>(std::cos(radius));
   constexpr int kFine = 8;                         // squared: samples of a pixel
   std::vector<std::pair<size_t, double>> covered;  // solid angles
@@ -130,9 +148,12 @@ void add_sun(const SunSky& p, Image& image) {
   }
   if (covered.empty()) return;
   const double exact = 2 * kPiD * (1 - std::cos(kSunRadius));
-  const Rgb radiance =
-      sun_radiance(sun_theta, p.turbidity) * static_cast<float>(p.sun_scale * exact / sum);
+  const Rgb disk = p.sun_model == SunModel::kPreetham
+                       ? preetham_sun_radiance(sun_theta, p.turbidity)
+                       : hosek_sun_radiance(sun_theta, p.turbidity);
+  const Rgb radiance = disk * static_cast<float>(p.sun_scale * exact / sum);
   for (const auto& [index, share] : covered) {
+    if (index >= static_cast<size_t>(w) * static_cast<size_t>(h) / 2) continue;
     const int x = static_cast<int>(index % static_cast<size_t>(w));
     const int y = static_cast<int>(index / static_cast<size_t>(w));
     image.set_rgb(x, y, image.rgb(x, y) + radiance * static_cast<float>(share));
@@ -142,11 +163,11 @@ void add_sun(const SunSky& p, Image& image) {
 }  // namespace
 
 Image draw_sun_sky(const SunSky& p, int width, int height) {
-  const double sun_theta = std::acos(std::clamp(static_cast<double>(p.to_sun.y), -1.0, 1.0));
-  // The model has no night: the sun is at the horizon at least.
-  const Sky sky(p.turbidity, std::min(sun_theta, kPiD / 2 - 0.01));
   Image image(width, height, 3);
-  for (int y = 0; y < height; ++y) {
+  if (!(p.to_sun.y > 0)) return image;
+  const double sun_height = std::asin(std::min(static_cast<double>(p.to_sun.y), 1.0));
+  const Sky sky(p.turbidity, p.albedo, sun_height);
+  for (int y = 0; y < (p.extend ? height : height / 2); ++y) {
     const double theta = (y + 0.5) / height * kPiD;
     // Below the horizon, what is at it, dimmed smoothly to nothing.
     const double depth = std::clamp(2 - 2 * theta / kPiD, 0.0, 1.0);

@@ -1,11 +1,29 @@
 #include "core/job/recover_picture.h"
 
 #include "core/base/check.h"
+#include "core/recover/included_networks.h"
 #include "core/render/features.h"
 
 namespace qray {
 
 static_assert(kFeatureChannels == kFeatures);
+
+Result<Recovery> included_recovery(const std::string& name) {
+  if (name == "oidn") {
+    Result<std::shared_ptr<const OpenImageDenoise>> peer = OpenImageDenoise::open();
+    if (!peer.ok()) return peer.error();
+    return Recovery{name, no_network(), std::move(peer).value()};
+  }
+  Result<Network> network = included_network(name);
+  if (!network.ok()) return network.error();
+  return Recovery{name, std::move(network).value()};
+}
+
+Status check_recovery(const Recovery& recovery, const RenderSettings& settings) {
+  if (!recovery.peer || settings.pixels == Pixels::kAll) return {};
+  return Error{ErrorCode::kInvalid, "expected 'all', of which alone oidn makes a picture",
+               "/pixels"};
+}
 
 Result<RecoveryInput> recovery_input(const PreparedScene& scene, const RenderSettings& settings,
                                      const Film& film, TaskPool& pool, std::stop_token stop) {
@@ -23,13 +41,19 @@ Result<RecoveryInput> recovery_input(const PreparedScene& scene, const RenderSet
                        std::move(own)};
 }
 
-Result<Image> recover_picture(const PreparedScene& scene, const RenderSettings& settings,
-                              const Network& network, const Film& film, TaskPool& pool,
-                              std::stop_token stop) {
+Result<Recovered> recover_picture(const PreparedScene& scene, const RenderSettings& settings,
+                                  const Recovery& recovery, const Film& film, TaskPool& pool,
+                                  std::stop_token stop) {
   const Result<RecoveryInput> input = recovery_input(scene, settings, film, pool, std::move(stop));
   if (!input.ok()) return input.error();
-  return settings.pixels == Pixels::kAll ? recover_all(network, input.value(), pool)
-                                         : recover_quarter(network, input.value(), pool);
+  if (recovery.peer) {
+    Result<Image> picture =
+        recovery.peer->denoise(input.value().features, input.value().colour, pool.threads());
+    if (!picture.ok()) return picture.error();
+    return Recovered{std::move(picture).value()};
+  }
+  return settings.pixels == Pixels::kAll ? recover_all(recovery.network, input.value(), pool)
+                                         : recover_quarter(recovery.network, input.value(), pool);
 }
 
 }  // namespace qray

@@ -1,7 +1,5 @@
 #include "core/job/run_job.h"
 
-#include "core/job/recover_picture.h"
-
 namespace qray {
 namespace {
 
@@ -94,6 +92,8 @@ Result<JobResult> run_guided_job(const PreparedScene& scene, RenderSettings sett
                                  RenderObserver& observer, std::stop_token stop, const Clock& clock,
                                  const Recovery* recovery, const Checkpoints& checkpoints) {
   Guide* guide = start.guide.get();
+  if (recovery)
+    if (Status s = check_recovery(*recovery, settings); !s) return s.error();
   settings.estimates_noise |= recovery != nullptr;
   Result<RenderStats> stats =
       render(scene, settings, guide, film, pool, observer, stop, clock, checkpoints);
@@ -102,11 +102,12 @@ Result<JobResult> run_guided_job(const PreparedScene& scene, RenderSettings sett
   result.stats = std::move(stats).value();
   if (recovery) {
     const double begin = clock.seconds();
-    Result<Image> picture =
-        recover_picture(scene, settings, recovery->network, film, pool, std::move(stop));
-    if (!picture.ok()) return picture.error();
-    result.recovered = std::move(picture).value();
+    Result<Recovered> recovered =
+        recover_picture(scene, settings, *recovery, film, pool, std::move(stop));
+    if (!recovered.ok()) return recovered.error();
+    result.recovered = std::move(recovered.value().picture);
     result.stats.recovery = recovery->name;
+    result.stats.recovery_held_pixels = recovered.value().held;
     result.stats.recovery_seconds = clock.seconds() - begin;
   }
   if (guide) result.table = table_of(*guide, scene.hash, start.table);

@@ -4,7 +4,7 @@
 
 #include "core/guide/table_file.h"
 #include "core/image/image_io.h"
-#include "core/recover/network.h"
+#include "core/job/recover_picture.h"
 #include "core/render/render_loop.h"
 
 namespace qray {
@@ -26,12 +26,6 @@ Result<std::unique_ptr<Guide>> load_guide(const PreparedScene& scene,
 // What a guide knows, as a file. `parent`: the table that it began with.
 TableFile table_of(const GuideTable& guide, const SceneHash& scene,
                    const std::optional<TableHeader>& parent);
-
-// How the picture is made whole.
-struct Recovery {
-  std::string name;  // for the metadata: an included network's, or an id
-  Network network;
-};
 
 // What a job begins with: its guide, and the table that this was loaded from.
 struct StartingGuide {

@@ -39,6 +39,7 @@ std::string stats_json(const RenderStats& stats, bool indent) {
       {"pixels", stats.pixels},
       {"recovery", stats.recovery},
       {"recovery_seconds", stats.recovery_seconds},
+      {"recovery_held_pixels", stats.recovery_held_pixels},
       {"seconds", stats.seconds},
       {"prepare_seconds", stats.prepare_seconds},
       {"samples", stats.samples_per_pixel},

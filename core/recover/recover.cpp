@@ -22,19 +22,26 @@ Image moved(const Image& image, int dx, int dy) {
   return out;
 }
 
-}  // namespace
-
-Image recover_quarter(const Network& net, const RecoveryInput& input, TaskPool& pool) {
+// What the network makes of the first pixels of the blocks, whatever its energy.
+Image guess(const Network& net, const RecoveryInput& input, TaskPool& pool) {
   if (net.hidden == 0) return bilinear_recovery(input.colour);
   FastRecovery recovery(net, input.colour.width(), input.colour.height());
   return recovery.run(input.features, input.colour, input.noise, pool);
 }
 
-Image recover_all(const Network& net, const RecoveryInput& input, TaskPool& pool) {
+}  // namespace
+
+Recovered recover_quarter(const Network& net, const RecoveryInput& input, TaskPool& pool) {
+  Image picture = guess(net, input, pool);
+  if (net.hidden == 0) return {std::move(picture)};
+  return balanced(std::move(picture), input.colour, 2, pool);
+}
+
+Recovered recover_all(const Network& net, const RecoveryInput& input, TaskPool& pool) {
   Image mean(input.colour.width(), input.colour.height(), 3);
   for (int dy : {0, 1})
     for (int dx : {0, 1}) {
-      const Image part = recover_quarter(
+      const Image part = guess(
           net,
           {moved(input.features, dx, dy), moved(input.colour, dx, dy), moved(input.noise, dx, dy)},
           pool);
@@ -42,7 +49,7 @@ Image recover_all(const Network& net, const RecoveryInput& input, TaskPool& pool
         for (int x = 0; x < mean.width(); ++x)
           mean.set_rgb(x, y, mean.rgb(x, y) + part.rgb(x + dx, y + dy) * 0.25f);
     }
-  return shrink_towards(mean, input.colour, input.own_error, pool);
+  return balanced(shrink_towards(mean, input.colour, input.own_error, pool), input.colour, 1, pool);
 }
 
 }  // namespace qray

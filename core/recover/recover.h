@@ -3,7 +3,7 @@
 #pragma once
 
 #include "core/base/task_pool.h"
-#include "core/image/image.h"
+#include "core/recover/balance.h"
 #include "core/recover/network.h"
 
 namespace qray {
@@ -16,11 +16,13 @@ struct RecoveryInput {
   Image own_error{};  // one channel: of the luminance, by two halves of a pixel's samples
 };
 
-// From the first pixel of each 2 x 2 block. Even sides.
-Image recover_quarter(const Network& net, const RecoveryInput& input, TaskPool& pool);
+// From the first pixel of each 2 x 2 block. Even sides. Balanced with the samples (balance.h), but
+// where there is no network.
+Recovered recover_quarter(const Network& net, const RecoveryInput& input, TaskPool& pool);
 
 // From all pixels: the mean of what each of the four pixels of the blocks makes of the picture, and
-// the samples by as much as they are surer (shrink.h). Denoises, with a network of the same size.
-Image recover_all(const Network& net, const RecoveryInput& input, TaskPool& pool);
+// the samples by as much as they are surer (shrink.h), balanced with the samples. Denoises, with a
+// network of the same size.
+Recovered recover_all(const Network& net, const RecoveryInput& input, TaskPool& pool);
 
 }  // namespace qray

@@ -1,5 +1,7 @@
 #include "core/render/features.h"
 
+#include <algorithm>
+
 #include "core/math/frame.h"
 
 namespace qray {
@@ -18,6 +20,14 @@ float kind_of(BsdfKind bsdf, bool emits, bool mirrored) {
   return mirrored ? kind + kBehindMirror : kind;
 }
 
+// Toward where the ray comes from.
+Rgb emitted_at(const PreparedScene& scene, const MeshShading& mesh, const SurfacePoint& at,
+               Vec3 ray_d) {
+  if (!mesh.emits || (dot(at.ng, ray_d) > 0 && !mesh.material->emission_two_sided)) return {};
+  return mesh.emission_textured() ? scene.textures->color(mesh.material->emission, at.uv)
+                                  : mesh.material->emission.value;
+}
+
 }  // namespace
 
 Seen see(const PreparedScene& scene, Ray ray, float diagonal, float pixel_angle) {
@@ -32,9 +42,8 @@ Seen see(const PreparedScene& scene, Ray ray, float diagonal, float pixel_angle)
     }
     const SurfacePoint at = scene.surface_at(ray, hit, (length + hit.t) * pixel_angle);
     const MeshShading& mesh = scene.meshes[hit.mesh.value];
-    if (mirrors == 0 && mesh.emits && (dot(at.ng, ray.d) < 0 || mesh.material->emission_two_sided))
-      emitted = mesh.emission_textured() ? scene.textures->color(mesh.material->emission, at.uv)
-                                         : mesh.material->emission.value;
+    const Rgb shines = emitted_at(scene, mesh, at, ray.d);
+    if (mirrors == 0) emitted = shines;
     const MaterialShading& material = scene.resolve(mesh, at.uv, 0.5f);
     const Frame frame(at.ns);
     const Vec3 wo = frame.to_local(-ray.d);
@@ -50,7 +59,9 @@ Seen see(const PreparedScene& scene, Ray ray, float diagonal, float pixel_angle)
       ray = Ray{at.p + at.ng * (side * scene.ray_epsilon), wi};
       continue;
     }
-    const Rgb albedo = tint * material.bsdf->albedo(bsdf_at);
+    Rgb albedo = material.bsdf->albedo(bsdf_at);
+    for (int c = 0; c < 3; ++c)
+      albedo[c] = tint[c] * std::max(albedo[c], std::min(shines[c], 1.0f));
     const Vec3 n = wo.z < 0 ? -at.ns : at.ns;
     return {{albedo.r, albedo.g, albedo.b, n.x, n.y, n.z, length / diagonal,
              kind_of(material.kind, mesh.emits, mirrors > 0)},

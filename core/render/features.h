@@ -13,9 +13,10 @@
 
 namespace qray {
 
-// Channels, in the order of core/recover/network.h: albedo, mirrors' tints included (3); shading
-// normal towards the eye, world space (3); length of the path, in diagonals of the scene; kind of
-// surface, [0, 2]. Where no surface is: albedo 1, normal 0, depth 2, kind 2.
+// Channels, in the order of core/recover/network.h: albedo, mirrors' tints included (3), and of
+// what shines at least its radiance up to 1, so that light over albedo is never more than was seen
+// by much; shading normal towards the eye, world space (3); length of the path, in diagonals of the
+// scene; kind of surface, [0, 2]. Where no surface is: albedo 1, normal 0, depth 2, kind 2.
 constexpr int kFeatureChannels = 8;
 
 struct Seen {

@@ -51,8 +51,8 @@ GuideGate GuideGate::after_pilot() const {
   gate.warm_ = warm_;
   gate.open_ = open_;
   gate.trusted_ = true;
-  gate.part_ = !noisy_;
-  gate.asleep_ = lost_ && !noisy_;
+  gate.part_ = lost_ || !noisy_;
+  if (gate.part_) gate.start_ = lost_ && !noisy_ ? kLatestStart : kLateStart;
   gate.unguided_ = unguided_;
   return gate;
 }

@@ -1,12 +1,12 @@
 // Whether a job's guide pays: the variance of its passes times what they cost, against the same
 // without it (design, section 4). The first passes are unguided, to tell what that costs, unless a
 // pilot (pilot.h) told it, or the table knows it and paid in the job that measured it. A picture
-// with much noise tries its guide on all pixels. One whose pilot had little noise has little to
-// gain: it tries its guide on one pixel in kPart, where a trial costs next to nothing, until the
-// table has seen enough; and where the table lost before, only after kSleeps samples. A guide
-// that loses is left for the rest of the job; the table stops growing when the picture gains little
-// by it, and learning ends when it gains nothing any more. Everything is counted, nothing timed, so
-// that a job decides the same whatever machine it runs on.
+// with much noise tries its guide on all pixels. There is little to gain where the pilot had little
+// noise, or where the table lost before: then the guide is tried late, on one pixel in kPart, where
+// a trial costs next to nothing, until the table has seen enough. A guide that loses is left for
+// the rest of the job; the table stops growing when the picture gains little by it, and learning
+// ends when it gains nothing any more. Everything is counted, nothing timed, so that a job decides
+// the same whatever machine it runs on.
 #pragma once
 
 #include <cstdint>
@@ -35,7 +35,9 @@ class GuideGate {
  public:
   static constexpr uint64_t kPart = 16;
   static constexpr int kMostPilotSamples = 16;  // a pixel
-  static constexpr uint64_t kSleeps = 32;
+  // Samples before a guide is tried that has little to gain: a picture with little noise or a table
+  // that lost before; both of them.
+  static constexpr uint64_t kLateStart = 8, kLatestStart = 32;
   // `lookup_rays`: the cost of asking the guide, in rays of this scene. `warm`: the guide starts
   // from a table. `open`: it rules from the start, whatever it gains. `worth`: of the table, to the
   // job that measured it last.
@@ -54,8 +56,8 @@ class GuideGate {
   // Only one pixel in kPart asks the guide, and is learned from.
   bool on_part() const { return part_; }
   bool learns(uint64_t samples) const { return awake(samples) && learns_; }
-  // It is not left, and is tried after so many samples.
-  bool awake(uint64_t samples) const { return on_ && (!asleep_ || samples >= kSleeps); }
+  // It is not left, and its time has come.
+  bool awake(uint64_t samples) const { return on_ && samples >= start_; }
   bool grows() const { return grows_; }
   bool on() const { return on_; }
   double unguided_rays() const { return unguided_.per_path(0); }  // of a path; 0: not known
@@ -76,7 +78,7 @@ class GuideGate {
                 double variance, double unguided_variance);
   template <class Self, class Archive>
   static void exchange(Self& self, Archive& archive) {
-    archive(self.warm_, self.trusted_, self.lost_, self.asleep_, self.part_, self.unguided_,
+    archive(self.warm_, self.trusted_, self.lost_, self.start_, self.part_, self.unguided_,
             self.checks_, self.brought_little_, self.on_, self.grows_, self.learns_);
   }
 
@@ -100,7 +102,7 @@ class GuideGate {
   bool trusted_ = false;  // it guides from the first sample on: what paths cost without is known
   bool noisy_ = true;     // a pilot's unguided passes were
   bool lost_ = false;     // the table did, in the job that measured it last
-  bool asleep_ = false;   // until kSleeps samples
+  uint64_t start_ = 0;    // samples before it is tried
   bool part_ = false;
   PassCost unguided_;
   std::vector<Check> checks_;

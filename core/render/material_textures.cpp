@@ -24,6 +24,9 @@ ShadingPoint MaterialTextures::point(const Material& m, TexturePoint uv) const {
   sp.reflectance = color(m.reflectance, uv);
   sp.roughness = number(m.roughness, uv);
   sp.specular = color(m.specular, uv);
+  sp.transmittance = color(m.transmittance, uv);
+  sp.sheen = color(m.sheen, uv);
+  sp.sheen_roughness = number(m.sheen_roughness, uv);
   sp.metallic = number(m.metallic, uv);
   sp.transmission = number(m.transmission, uv);
   sp.clearcoat = number(m.clearcoat, uv);

@@ -296,7 +296,8 @@ inline bool PathTracer::survive(PathState& path, const PathVertex& v, float u_ro
   float unguided_chance = 1;
   if (learner_.on()) {
     unguided_chance = this->unguided_chance(
-        path.depth, path.throughput * (path.survival_chance / path.unguided_survival_chance));
+        path.depth,
+        path.throughput * (path.guidance * path.survival_chance / path.unguided_survival_chance));
     path.unguided_survival_chance *= unguided_chance;
   }
   if (survival.chance < 1) {
@@ -342,7 +343,8 @@ inline PathTracer::Survival PathTracer::survival(PathState& path, const PathVert
       }
     }
   }
-  return {unguided_chance(path.depth, path.throughput), {}};
+  // A path that was guided to light has little throughput: that is no reason to end it.
+  return {unguided_chance(path.depth, path.throughput * std::max(1.0f, path.guidance)), {}};
 }
 
 inline float PathTracer::unguided_chance(int depth, Rgb throughput) const {
@@ -369,6 +371,7 @@ inline bool PathTracer::go_on(PathState& path, const PathVertex& v, float u_lobe
   path.ray = {v.ray_origin(next->wi), next->wi};
   path.pdf_w = next->pdf_w;
   path.delta = next->delta;
+  if (!next->delta && next->bsdf_pdf_w > 0) path.guidance *= next->pdf_w / next->bsdf_pdf_w;
   ++path.depth;
   return true;
 }

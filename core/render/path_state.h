@@ -41,6 +41,7 @@ struct PathState {
   // camera's.
   float pdf_w = 0;
   bool delta = true;
+  float guidance = 1;  // the densities of its directions over what the BSDFs' own were, multiplied
   // Of a sample of the pixel. Not known (0), it is guessed to be what the first place with
   // expectations may bring.
   float pixel_deviation = 0;

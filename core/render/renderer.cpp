@@ -172,7 +172,7 @@ void Renderer::measure_pass() {
     const PathCounters sum = counters();
     decision_->judge(samples_, pass_cost(sum), guided_cost(sum), measured ? &*noise_ : nullptr);
   }
-  noise_level_ = measures_ ? noise_->level() : 0;
+  noise_level_ = shows_noise() ? noise_->level() : 0;
 }
 
 RenderProgress Renderer::progress(double samples_in_pass) const {

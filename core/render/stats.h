@@ -37,6 +37,8 @@ struct RenderStats {
   std::string pixels = "all";     // which were sampled: all, quarter, by-noise
   std::string recovery = "none";  // by what the picture was made whole, if it was
   double recovery_seconds = 0;    // features counted
+  // Pixels that the network guessed brighter or darker than all samples around, and held to these.
+  uint64_t recovery_held_pixels = 0;
 
   double seconds = 0;          // of rendering; loading and recovery apart
   double prepare_seconds = 0;  // load, validate, build the tree

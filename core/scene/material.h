@@ -45,9 +45,10 @@ struct Material {
   Rgb eta{0.2f, 0.92f, 1.1f};  // conductor: complex index of refraction eta + i k
   Rgb k{3.9f, 2.45f, 2.14f};
   float ior = 1.5f;  // dielectrics, plastic, principled: inside over outside
-  // Conductor, dielectrics, plastic: scales what is mirror-like. Principled: colour of what a
-  // dielectric reflects at normal incidence, over 1 too (KHR_materials_specular's colour).
+  // Conductor, dielectrics, plastic: scales what is reflected as in a mirror. Principled: colour of
+  // what a dielectric reflects at normal incidence, over 1 too (KHR_materials_specular's colour).
   ColorParam specular{Rgb{1.0f}};
+  ColorParam transmittance{Rgb{1.0f}};  // dielectrics: scales what passes the surface
 
   // Dielectric, principled: 1/m, of light inside; the surface must be closed.
   Rgb absorption{};
@@ -56,6 +57,9 @@ struct Material {
   // Principled alone. The shares of metal, of what passes where the rest would scatter diffusely,
   // of the coat above all; `specular_weight` scales what the dielectric reflects at all angles.
   FloatParam metallic{}, transmission{}, clearcoat{}, clearcoat_roughness{}, specular_weight{1.0f};
+  // Principled: of cloth, on all but the coat.
+  ColorParam sheen{};
+  FloatParam sheen_roughness{0.5f};
   bool thin = false;  // principled: what passes is not bent, the surface is a sheet
 
   // Blend: `second` by this share, `first` by the rest; both before it in Scene::materials. What

@@ -139,7 +139,7 @@ class MaterialHash {
 };
 
 Digest hash_materials(const Scene& scene, const std::vector<Digest>& textures) {
-  HashWriter out("qray materials 2");
+  HashWriter out("qray materials 3");
   MaterialHash add(out, textures);
   out.u64(scene.materials.size());
   for (const Material& m : scene.materials) {
@@ -151,9 +151,12 @@ Digest hash_materials(const Scene& scene, const std::vector<Digest>& textures) {
     out.rgb(m.k);
     out.f32(m.ior);
     add.color(m.specular);
+    add.color(m.transmittance);
+    add.color(m.sheen);
     out.rgb(m.absorption);
-    for (const FloatParam& param : {m.metallic, m.transmission, m.clearcoat, m.clearcoat_roughness,
-                                    m.specular_weight, m.blend_weight, m.opacity, m.bump_map})
+    for (const FloatParam& param :
+         {m.metallic, m.transmission, m.clearcoat, m.clearcoat_roughness, m.sheen_roughness,
+          m.specular_weight, m.blend_weight, m.opacity, m.bump_map})
       add.number(param);
     out.u32(m.first.value);
     out.u32(m.second.value);

@@ -42,13 +42,15 @@ Field recover_field() {
        .help =
            "What makes the picture whole from the sampled pixels: nothing (none), bilinear "
            "interpolation, an included network (default, untrained), the scene's own network or "
-           "else the default one (auto), or weights: an id on a server, a file for qray render.",
+           "else the default one (auto), or weights: an id on a server, a file for qray render. "
+           "qray render and qray chart know oidn too, Open Image Denoise where its library is.",
        .label = "Recover",
        .choices = {{"none", "no", kEverywhere & ~kLive},
                    {"auto", "automatic", kEverywhere & ~kVariant},
                    {"bilinear", "", kEverywhere & ~kLive},
                    {"untrained"},
-                   {"default", "default network"}},
+                   {"default", "default network"},
+                   {"oidn", "", kRender | kVariant}},
        .other = "the id of weights (32 hex digits)",
        .callers = kEverywhere,
        .setting = setting([](RenderSettings & s) -> auto& { return s.recover; })});

@@ -14,6 +14,7 @@ namespace {
 
 constexpr int kMaxWaiters = 64, kMaxWaitSeconds = 60;
 constexpr size_t kMaxKeyBytes = 255;
+constexpr size_t kMostFilters = 16;  // of a kind
 
 }  // namespace
 
@@ -109,24 +110,25 @@ void JobHandlers::list(const Request& req, Response& res) {
     filter.before = JobId::parse(req.get_param_value("before"));
     if (!filter.before) return wrong("expected a job's id", "/before");
   }
-  if (req.has_param("state")) {
-    filter.state = parse_job_state(req.get_param_value("state"));
-    if (!filter.state) return wrong("expected a job's state", "/state");
+  for (const std::string& name : query_values(req, "state")) {
+    const std::optional<JobState> state = parse_job_state(name);
+    if (!state) return wrong("expected a job's state", "/state");
+    filter.states.push_back(*state);
   }
   if (req.has_param("table")) {
     filter.table = req.get_param_value("table");
-    const bool is_id = filter.table->size() == 32 &&
-                       filter.table->find_first_not_of("0123456789abcdef") == std::string::npos;
-    if (!is_id) return wrong("expected a table's id", "/table");
+    if (!proto::is_id(*filter.table)) return wrong("expected a table's id", "/table");
   }
-  if (req.has_param("label")) {
-    const std::string label = req.get_param_value("label");
+  for (const std::string& label : query_values(req, "label")) {
     const size_t colon = label.find(':');
     const std::string name = label.substr(0, colon);
     if (colon == std::string::npos || !proto::is_name(name))
       return wrong("expected name:value", "/label");
-    filter.label = {name, label.substr(colon + 1)};
+    filter.labels.emplace_back(name, label.substr(colon + 1));
   }
+  if (filter.states.size() > kMostFilters || filter.labels.size() > kMostFilters)
+    return wrong("expected at most 16 states and 16 labels",
+                 filter.labels.size() > kMostFilters ? "/label" : "/state");
   const size_t wanted = static_cast<size_t>(limit.value());
   Result<std::vector<JobRecord>> jobs = stores_.jobs.list(wanted + 1, filter);
   if (!jobs.ok()) return reply_error(res, jobs.error());

@@ -1,9 +1,8 @@
 #include "server/api/handlers_pictures.h"
 
-#include <cmath>
-
 #include "core/base/file.h"
 #include "core/base/turn.h"
+#include "core/image/exposure.h"
 #include "server/http/query.h"
 #include "server/http/reply.h"
 #include "server/jobs/tile_stream.h"
@@ -12,7 +11,6 @@ namespace qray::server {
 namespace {
 
 constexpr int kTilesAtOnce = 256;  // 4 MB
-constexpr uint64_t kMaxImageBytes = uint64_t{1} << 30;
 
 }  // namespace
 
@@ -57,6 +55,8 @@ void PictureHandlers::tiles(const Request& req, Response& res, const std::string
     } else {
       changes = picture.value()->tiles_since(since.value(), kTilesAtOnce);
     }
+  } else if (picture.error().code != ErrorCode::kNotFound) {
+    return reply_error(res, picture.error());
   } else {
     changes.cursor = since.value();
   }
@@ -74,11 +74,11 @@ void PictureHandlers::exr(const Request& req, Response& res, const std::string& 
   const bool recovered = which.value().kind == Which::Kind::kRecovered;
   const bool moment = which.value().kind == Which::Kind::kMoment;
   if (recovered || (!moment && !runner_.running(record.id))) {
-    const Result<Bytes> file = read_file(recovered ? stores_.results.recovered_file(record.id)
-                                                   : stores_.results.image_file(record.id),
-                                         kMaxImageBytes);
+    const Result<Bytes> file =
+        stores_.results.load_file(record.id, recovered, record.request.get(field::kHeight));
     if (file.ok()) return reply_tagged(req, res, file.value(), "image/x-exr");
-    if (recovered) return reply_error(res, file.error());
+    if (recovered || file.error().code != ErrorCode::kNotFound)
+      return reply_error(res, file.error());
   }
   const Result<Image> image = pictures_.image(record, which.value());
   if (!image.ok()) return reply_error(res, image.error());
@@ -95,7 +95,10 @@ void PictureHandlers::exr(const Request& req, Response& res, const std::string& 
 void PictureHandlers::png(const Request& req, Response& res, const std::string& id) {
   const Result<JobRecord> job = stores_.jobs.find(id);
   if (!job.ok()) return reply_error(res, job.error());
-  const Result<float> exposure = query_number(req, "exposure", -32.0f, 32.0f, 0.0f);
+  const bool automatic = req.get_param_value("exposure") == "auto";
+  const Result<float> exposure =
+      automatic ? Result<float>(0.0f)
+                : query_number(req, "exposure", -kMaxExposure, kMaxExposure, 0.0f);
   if (!exposure.ok()) return reply_error(res, exposure.error());
   const Turn turn(encoders_);
   if (!turn.mine()) return reply_problem(res, {503, "Busy", "too many pictures at once", {}});
@@ -103,10 +106,9 @@ void PictureHandlers::png(const Request& req, Response& res, const std::string& 
   if (!which.ok()) return reply_error(res, which.error());
   Result<Image> image = pictures_.image(job.value(), which.value());
   if (!image.ok()) return reply_error(res, image.error());
-  const float scale = std::exp2(exposure.value());
-  if (scale != 1) {
-    for (float& v : image.value().data()) v *= scale;
-  }
+  const float stops = automatic ? auto_exposure(image.value()) : exposure.value();
+  expose(image.value(), stops);
+  res.set_header("Qray-Exposure", std::to_string(stops));
   const Result<Bytes> bytes = encode_image(ImageFormat::kPng, image.value());
   if (!bytes.ok()) return reply_error(res, bytes.error());
   reply_tagged(req, res, bytes.value(), "image/png");

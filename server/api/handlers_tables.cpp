@@ -7,9 +7,15 @@
 #include "server/http/reply.h"
 
 namespace qray::server {
+namespace {
+
+constexpr int kMostListed = 1000;
+constexpr size_t kAtOnceBytes = 1 << 18;  // of a file, that is sent
+
+}  // namespace
 
 void TableHandlers::add_to(Router& router) {
-  router.add("GET", "/v1/tables", [this](auto&, auto& res, auto&) { list(res); });
+  router.add("GET", "/v1/tables", [this](auto& req, auto& res, auto&) { list(req, res); });
   router.add(
       "POST", "/v1/tables/merge", [this](auto& req, auto& res, auto&) { merge(req, res); },
       Scope::kAdmin);
@@ -18,6 +24,7 @@ void TableHandlers::add_to(Router& router) {
     if (!info.ok()) return reply_error(res, info.error());
     reply_json(res, 200, proto::table_to_json(info.value()));
   });
+  router.add("GET", "/v1/tables/{id}/file", [this](auto&, auto& res, auto& id) { file(res, id); });
   router.add("DELETE", "/v1/tables/{id}", [this](auto&, auto& res, auto& id) {
     if (Status removed = tables_.remove(id); !removed.ok())
       return reply_error(res, removed.error());
@@ -25,10 +32,32 @@ void TableHandlers::add_to(Router& router) {
   });
 }
 
-void TableHandlers::list(httplib::Response& res) const {
-  const Result<std::vector<proto::TableInfo>> list = tables_.list();
-  if (!list.ok()) return reply_error(res, list.error());
-  reply_json(res, 200, proto::table_list_to_json(list.value()));
+void TableHandlers::list(const httplib::Request& req, httplib::Response& res) const {
+  const Result<int> limit = query_number(req, "limit", 1, kMostListed, kMostListed);
+  if (!limit.ok()) return reply_error(res, limit.error());
+  const std::string before = req.get_param_value("before");
+  if (req.has_param("before") && !proto::is_id(before))
+    return reply_error(res, {ErrorCode::kInvalid, "expected a table's id", "/before"});
+  const size_t wanted = static_cast<size_t>(limit.value());
+  Result<std::vector<proto::TableInfo>> tables = tables_.list(wanted + 1, before);
+  if (!tables.ok()) return reply_error(res, tables.error());
+  const bool more = tables.value().size() > wanted;
+  if (more) tables.value().pop_back();
+  reply_json(res, 200,
+             proto::table_list_to_json(tables.value(), more ? tables.value().back().id : ""));
+}
+
+void TableHandlers::file(httplib::Response& res, const std::string& id) const {
+  Result<MappedFile> file = tables_.open_file(id);
+  if (!file.ok()) return reply_error(res, file.error());
+  const auto shared = std::make_shared<const MappedFile>(std::move(file).value());
+  res.set_header("Content-Disposition", "attachment; filename=\"" + id + ".qrt\"");
+  res.set_content_provider(shared->bytes().size(), "application/octet-stream",
+                           [shared](size_t offset, size_t size, httplib::DataSink& sink) {
+                             const auto* bytes =
+                                 reinterpret_cast<const char*>(shared->bytes().data());
+                             return sink.write(bytes + offset, std::min(size, kAtOnceBytes));
+                           });
 }
 
 void TableHandlers::merge(const httplib::Request& req, httplib::Response& res) {

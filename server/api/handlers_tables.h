@@ -1,5 +1,5 @@
-// Tables: what was learned. List, look, merge, delete. A merge is a request's own work: some
-// seconds at most, one at a time. Any thread.
+// Tables: what was learned. List, look, download, merge, delete. A merge is a request's own work:
+// some seconds at most, one at a time. Any thread.
 #pragma once
 
 #include <functional>
@@ -19,7 +19,8 @@ class TableHandlers {
   void add_to(Router& router);
 
  private:
-  void list(httplib::Response& res) const;
+  void list(const httplib::Request& req, httplib::Response& res) const;
+  void file(httplib::Response& res, const std::string& id) const;
   void merge(const httplib::Request& req, httplib::Response& res);
   Result<proto::TableInfo> merged(const std::vector<proto::TableInfo>& infos);
 

@@ -26,8 +26,7 @@ Result<PictureSource::Which> PictureSource::which(const httplib::Request& req, c
       return Error{ErrorCode::kInvalid, "moments are not recovered", "/picture"};
     return Which{kMoment, number.value()};
   }
-  std::error_code ec;
-  const bool there = std::filesystem::exists(stores_.results.recovered_file(job.id), ec);
+  const bool there = stores_.results.has_recovered(job.id);
   if (wanted.empty()) return Which{best && there ? kRecovered : kSampled, 0};
   if (wanted == "sampled") return Which{};
   if (there) return Which{kRecovered, 0};

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "server/http/host.h"
 #include "server/http/query.h"
 #include "server/http/reply.h"
 
@@ -9,7 +10,7 @@ namespace qray::server {
 namespace {
 
 constexpr int64_t kSessionSeconds = 12 * 3600;
-constexpr size_t kMaxSessions = 1000;
+constexpr size_t kMaxSessionsOfOne = 100;  // user
 constexpr std::string_view kCookie = "qray_session=";
 
 proto::Problem unknown() {
@@ -34,14 +35,6 @@ std::string session_secret(const httplib::Request& req) {
   if (at == std::string::npos) return "";
   const size_t begin = at + 2 + kCookie.size();
   return all.substr(begin, all.find(';', begin) - begin);
-}
-
-// Of "Name:80", "name"; of "[::1]:80", "[::1]".
-std::string host_name(std::string host) {
-  const size_t colon = host.rfind(':');
-  if (colon != std::string::npos && host.find(']', colon) == std::string::npos) host.resize(colon);
-  for (char& c : host) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return host;
 }
 
 void set_cookie(httplib::Response& res, const std::string& secret, int64_t seconds) {
@@ -70,41 +63,53 @@ std::optional<proto::Problem> Access::judge(const httplib::Request& req, Scope n
         "this server is not called " + req.get_header_value("Host") + " (qrayd --names)",
         {}};
   }
-  const std::optional<Scope> scope = scope_of(req);
-  if (!scope) return unknown();
-  if (*scope >= needed) return std::nullopt;
+  const std::optional<Caller> caller = caller_of(req);
+  if (!caller) return unknown();
+  if (caller->scope >= needed) return std::nullopt;
   return proto::Problem{403,
                         "Not allowed",
                         "expected a token of scope " + std::string(name_of(needed)) + ", got " +
-                            std::string(name_of(*scope)),
+                            std::string(name_of(caller->scope)),
                         {}};
 }
 
-bool Access::served(const httplib::Request& req) const {
-  return names_.empty() || std::find(names_.begin(), names_.end(),
-                                     host_name(req.get_header_value("Host"))) != names_.end();
+std::string Access::user(const httplib::Request& req) const {
+  const std::optional<Caller> caller = caller_of(req);
+  return caller ? caller->user : "";
 }
 
-std::optional<Scope> Access::scope_of(const httplib::Request& req) const {
-  if (const auto token = bearer_token(req)) return tokens_.find(*token);
+bool Access::served(const httplib::Request& req) const {
+  if (!names_) return true;
+  const std::string name = host_name(req);
+  return is_loopback(name) || std::find(names_->begin(), names_->end(), name) != names_->end();
+}
+
+std::optional<Access::Caller> Access::caller_of(const httplib::Request& req) const {
+  if (const auto token = bearer_token(req)) {
+    const Tokens::Entry* entry = tokens_.find(*token);
+    return entry ? std::optional(Caller{entry->scope, entry->name}) : std::nullopt;
+  }
   const std::string secret = session_secret(req);
   if (secret.empty()) return std::nullopt;
   std::lock_guard lock(mutex_);
   const auto session = sessions_.find(sha256(secret));
   if (session == sessions_.end() || session->second.ends_ms <= now_ms_()) return std::nullopt;
-  return session->second.scope;
+  return session->second.caller;
 }
 
-std::string Access::start_session(Scope scope) {
+std::string Access::start_session(const Caller& caller) {
   const std::string secret = random_secret();
   std::lock_guard lock(mutex_);
   std::erase_if(sessions_, [now = now_ms_()](const auto& s) { return s.second.ends_ms <= now; });
-  if (sessions_.size() >= kMaxSessions) {
-    sessions_.erase(std::min_element(
-        sessions_.begin(), sessions_.end(),
-        [](const auto& a, const auto& b) { return a.second.ends_ms < b.second.ends_ms; }));
+  auto oldest = sessions_.end();
+  size_t of_user = 0;
+  for (auto s = sessions_.begin(); s != sessions_.end(); ++s) {
+    if (s->second.caller.user != caller.user) continue;
+    ++of_user;
+    if (oldest == sessions_.end() || s->second.ends_ms < oldest->second.ends_ms) oldest = s;
   }
-  sessions_[sha256(secret)] = {scope, now_ms_() + kSessionSeconds * 1000};
+  if (of_user >= kMaxSessionsOfOne) sessions_.erase(oldest);
+  sessions_[sha256(secret)] = {caller, now_ms_() + kSessionSeconds * 1000};
   return secret;
 }
 
@@ -119,9 +124,9 @@ void Access::open(const httplib::Request& req, httplib::Response& res) {
       return reply_problem(res, *problem);
     token = std::get<std::string>(std::move(parsed));
   }
-  const std::optional<Scope> scope = tokens_.find(*token);
-  if (!scope) return reply_problem(res, unknown());
-  set_cookie(res, start_session(*scope), kSessionSeconds);
+  const Tokens::Entry* entry = tokens_.find(*token);
+  if (!entry) return reply_problem(res, unknown());
+  set_cookie(res, start_session({entry->scope, entry->name}), kSessionSeconds);
   res.status = 204;
 }
 

@@ -5,6 +5,7 @@
 #include <functional>
 #include <map>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -16,33 +17,41 @@ namespace qray::server {
 
 class Access {
  public:
-  // Without tokens everybody may do everything who calls the server by one of these names: a page
-  // of another site may rebind its own name to the server's address. No names: by any.
-  Access(Tokens tokens, std::vector<std::string> names, std::function<int64_t()> now_ms)
+  using Names = std::optional<std::vector<std::string>>;
+  // Without tokens everybody may do everything who calls the server by one of these names, or by a
+  // loopback address: a page of another site may rebind its own name to the server's address. None:
+  // by any.
+  Access(Tokens tokens, Names names, std::function<int64_t()> now_ms)
       : tokens_(std::move(tokens)), names_(std::move(names)), now_ms_(std::move(now_ms)) {}
   void add_to(Router& router);
 
   // 421: called by a name that is not served. 401: no token, or an unknown one; 403: its scope does
   // not suffice; none: go on.
   std::optional<proto::Problem> judge(const httplib::Request& req, Scope needed) const;
+  // Whose token it has, itself or by a session; empty: none.
+  std::string user(const httplib::Request& req) const;
 
  private:
-  struct Session {
+  struct Caller {
     Scope scope;
+    std::string user;  // the token's name
+  };
+  struct Session {
+    Caller caller;
     int64_t ends_ms;
   };
   void open(const httplib::Request& req, httplib::Response& res);
   void close(const httplib::Request& req, httplib::Response& res);
-  std::optional<Scope> scope_of(const httplib::Request& req) const;
-  std::string start_session(Scope scope);  // its secret
+  std::optional<Caller> caller_of(const httplib::Request& req) const;
+  std::string start_session(const Caller& caller);  // its secret
 
   bool served(const httplib::Request& req) const;
 
   const Tokens tokens_;
-  const std::vector<std::string> names_;
+  const Names names_;
   const std::function<int64_t()> now_ms_;
   mutable std::mutex mutex_;
-  std::map<Digest, Session> sessions_;  // by the digest of their secret; bounded
+  std::map<Digest, Session> sessions_;  // by the digest of their secret; bounded for each user
 };
 
 }  // namespace qray::server

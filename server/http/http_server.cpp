@@ -13,6 +13,7 @@
 #include <cstring>
 
 #include "server/http/connections.h"
+#include "server/http/host.h"
 #include "server/http/reply.h"
 #include "server/http/tokens.h"
 
@@ -55,12 +56,37 @@ Result<Listener> listen_on(const std::string& host, int port) {
   return Listener{fd, ntohs(net_port)};
 }
 
-// A page of another site may make a browser send requests here; browsers name that site.
-bool foreign_origin(const httplib::Request& req) {
-  const std::string origin = req.get_header_value("Origin");
-  if (origin.empty()) return false;
-  const size_t slashes = origin.find("://");
-  return slashes == std::string::npos || origin.substr(slashes + 3) != req.get_header_value("Host");
+// The number of the other side's address; empty: it has gone.
+std::string peer_address(int fd) {
+  sockaddr_storage address{};
+  socklen_t size = sizeof address;
+  char text[NI_MAXHOST];
+  auto* peer = reinterpret_cast<sockaddr*>(&address);
+  if (::getpeername(fd, peer, &size) != 0 ||
+      ::getnameinfo(peer, size, text, sizeof text, nullptr, 0, NI_NUMERICHOST) != 0)
+    return "";
+  return text;
+}
+
+// Whether the route knows all that the query names.
+bool knows_query(const Router::Match& match, const httplib::Request& req) {
+  return !match.parameters || std::all_of(req.params.begin(), req.params.end(), [&](const auto& p) {
+    return match.parameters->contains(p.first);
+  });
+}
+
+proto::Problem unknown_parameter(const Router::Match& match) {
+  std::string known;
+  for (const std::string& name : *match.parameters) known += (known.empty() ? "" : ", ") + name;
+  return {
+      422, "Unknown parameter", "expected of a query: " + (known.empty() ? "nothing" : known), {}};
+}
+
+// As Exchange::target.
+std::string logged_target(const httplib::Request& req, const Router::Match& match) {
+  const size_t query = req.target.find('?');
+  const bool known = match.parameters && knows_query(match, req);
+  return known || query == std::string::npos ? req.target : req.target.substr(0, query) + "?...";
 }
 
 // A client's own name for its request, when it is short and clean.
@@ -165,10 +191,11 @@ class HttpServer::Impl final : public httplib::Server {
   // True: it was answered, by a file of the page or by why it may not go on.
   bool refused(const httplib::Request& req, httplib::Response& res, const Router::Match& match) {
     std::optional<proto::Problem> problem;
-    if (foreign_origin(req)) {
+    if (has_foreign_origin(req)) {
       problem = proto::Problem{403, "Foreign origin", "a page of another site asked", {}};
     } else if (match.found()) {
       if (hooks_.gate) problem = hooks_.gate(req, match.needed);
+      if (!problem && !knows_query(match, req)) problem = unknown_parameter(match);
     } else if (!match.allow.empty()) {
       res.set_header("Allow", match.allow);
       problem = proto::Problem{405, "Method not allowed", "expected " + match.allow, {}};
@@ -215,9 +242,10 @@ class HttpServer::Impl final : public httplib::Server {
     try {
       SocketStream stream(fd, limits_.stream,
                           [this, id](bool stalled) { connections_.set_stalled(id, stalled); });
+      const std::string client = peer_address(fd);
       for (size_t n = 1; n <= limits_.max_requests_per_connection; ++n) {
         connections_.set_idle(id, true);
-        if (!serve_one(stream, id, n == limits_.max_requests_per_connection)) break;
+        if (!serve_one(stream, client, id, n == limits_.max_requests_per_connection)) break;
       }
       if (!connections_.stopping()) stream.linger(std::chrono::milliseconds(300));
     } catch (const std::exception& e) {
@@ -226,7 +254,7 @@ class HttpServer::Impl final : public httplib::Server {
   }
 
   // False: the connection is over.
-  bool serve_one(SocketStream& stream, uint64_t id, bool last) {
+  bool serve_one(SocketStream& stream, const std::string& client, uint64_t id, bool last) {
     std::string head;
     const SocketStream::HeadRead read = stream.read_head(limits_.head.max_head_bytes, head);
     if (read == SocketStream::HeadRead::kClosed) return false;
@@ -234,6 +262,7 @@ class HttpServer::Impl final : public httplib::Server {
     const auto begin = std::chrono::steady_clock::now();
     Exchange exchange;
     exchange.id = random_secret().substr(0, 16);
+    exchange.client = client;
     bool goes_on = false;
     auto judged = judge_head(read, head);
     if (const proto::Problem* problem = std::get_if<proto::Problem>(&judged)) {
@@ -273,8 +302,10 @@ class HttpServer::Impl final : public httplib::Server {
       req.headers.erase(kRequestId);
       req.set_header(kRequestId, exchange.id);
       exchange.method = req.method;
-      exchange.target = req.target;
-      exchange.route = router_.find(req.method, req.path).pattern;
+      const Router::Match match = router_.find(req.method, req.path);
+      exchange.target = logged_target(req, match);
+      exchange.route = match.pattern;
+      if (hooks_.user) exchange.user = hooks_.user(req);
     });
     return ok && !close && !closed && stream.skip_rest();
   }

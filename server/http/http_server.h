@@ -26,17 +26,22 @@ using Gate = std::function<std::optional<proto::Problem>(const httplib::Request&
 
 // A request and its answer, once both are over.
 struct Exchange {
-  std::string id;              // of the answer's X-Request-Id
-  std::string method, target;  // as sent; empty: the head was refused
-  std::string route;           // "/v1/jobs/{id}"; empty: none
-  int status = 0;              // 0: the client left before an answer
-  double seconds = 0;          // from its head to the answer's last byte
+  std::string id;  // of the answer's X-Request-Id
+  // As sent; empty: the head was refused. A query that names what the route does not know is left
+  // out: clients put secrets there by mistake.
+  std::string method, target;
+  std::string client;  // its address
+  std::string user;    // whose token it was; empty: none
+  std::string route;   // "/v1/jobs/{id}"; empty: none
+  int status = 0;      // 0: the client left before an answer
+  double seconds = 0;  // from its head to the answer's last byte
   uint64_t bytes_in = 0, bytes_out = 0;
 };
 
-struct HttpHooks {
-  Gate gate;                                      // may be empty, as the other
-  std::function<void(const Exchange&)> exchange;  // called by the connection's thread
+struct HttpHooks {  // any may be empty
+  Gate gate;
+  std::function<std::string(const httplib::Request&)> user;  // for Exchange::user
+  std::function<void(const Exchange&)> exchange;             // called by the connection's thread
 };
 
 class HttpServer {

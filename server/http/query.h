@@ -5,6 +5,7 @@
 
 #include <charconv>
 #include <optional>
+#include <vector>
 
 #include "core/base/result.h"
 
@@ -15,6 +16,14 @@ inline bool is_json(const httplib::Request& req) {
   type = type.substr(0, type.find(';'));
   while (type.ends_with(' ')) type.pop_back();
   return type == "application/json";
+}
+
+// Of a parameter that may be given several times.
+inline std::vector<std::string> query_values(const httplib::Request& req, const char* name) {
+  std::vector<std::string> values;
+  for (size_t i = 0; i < req.get_param_value_count(name); ++i)
+    values.push_back(req.get_param_value(name, i));
+  return values;
 }
 
 // kInvalid names the parameter as "/name". Absent: `otherwise`.

@@ -19,8 +19,14 @@ std::vector<std::string> split(std::string_view path) {
 void Router::add(std::string method, std::string_view pattern, RouteHandler handler,
                  std::optional<Scope> needed) {
   const Scope scope = needed.value_or(usual_scope(method));
-  routes_.push_back(
-      {std::move(method), std::string(pattern), split(pattern), scope, std::move(handler), {}, 0});
+  routes_.push_back({std::move(method),
+                     std::string(pattern),
+                     split(pattern),
+                     scope,
+                     std::move(handler),
+                     {},
+                     0,
+                     {}});
 }
 
 void Router::add_stream(std::string method, std::string_view pattern, size_t max_body_bytes,
@@ -32,7 +38,15 @@ void Router::add_stream(std::string method, std::string_view pattern, size_t max
                      scope,
                      {},
                      std::move(handler),
-                     max_body_bytes});
+                     max_body_bytes,
+                     {}});
+}
+
+void Router::set_parameters(const std::map<std::string, std::set<std::string>>& names) {
+  for (Route& route : routes_) {
+    const auto found = names.find(route.method + " " + route.pattern);
+    route.parameters = found == names.end() ? std::set<std::string>() : found->second;
+  }
 }
 
 std::vector<Router::RouteInfo> Router::routes() const {
@@ -54,6 +68,7 @@ Router::Match Router::find(std::string_view method, std::string_view path) const
     }
     match.needed = route->needed;
     match.pattern = route->pattern;
+    if (route->parameters) match.parameters = &*route->parameters;
   }
   return match;
 }

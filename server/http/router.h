@@ -5,7 +5,9 @@
 #include <httplib.h>
 
 #include <functional>
+#include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -29,6 +31,9 @@ class Router {
   // For bodies too large for memory: up to `max_body_bytes` instead of the server's own limit.
   void add_stream(std::string method, std::string_view pattern, size_t max_body_bytes,
                   StreamHandler handler);
+  // What queries may name, by method and pattern ("GET /v1/jobs"): all routes that were added get
+  // theirs, those that are not named get none. Without this call queries may name anything.
+  void set_parameters(const std::map<std::string, std::set<std::string>>& names);
   // For GET paths that no route matches; true when it answered.
   void set_fallback(std::function<bool(const httplib::Request&, httplib::Response&)> fallback) {
     fallback_ = std::move(fallback);
@@ -38,7 +43,8 @@ class Router {
     const RouteHandler* handler = nullptr;  // at most one of the two
     const StreamHandler* stream = nullptr;
     Scope needed = Scope::kOpen;
-    std::string_view pattern;  // "/v1/jobs/{id}"; empty: no route
+    std::string_view pattern;                           // "/v1/jobs/{id}"; empty: no route
+    const std::set<std::string>* parameters = nullptr;  // of its query; null: any
     std::string id;
     std::string allow;  // methods of this path, when there are others than the one asked
     bool found() const { return handler || stream; }
@@ -65,6 +71,7 @@ class Router {
     RouteHandler handler;
     StreamHandler stream;
     size_t max_body_bytes = 0;
+    std::optional<std::set<std::string>> parameters;
   };
   struct Found {
     const Route* route = nullptr;

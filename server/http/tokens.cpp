@@ -89,11 +89,11 @@ Result<Tokens> Tokens::read(const std::filesystem::path& file) {
                file.string());
 }
 
-std::optional<Scope> Tokens::find(std::string_view token) const {
+const Tokens::Entry* Tokens::find(std::string_view token) const {
   const Digest digest = sha256(token);
-  std::optional<Scope> found;
+  const Entry* found = nullptr;
   for (const Entry& entry : entries_)
-    if (same(entry.digest, digest)) found = entry.scope;
+    if (same(entry.digest, digest)) found = &entry;
   return found;
 }
 

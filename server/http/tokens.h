@@ -20,16 +20,16 @@ class Tokens {
   static Result<Tokens> parse(std::string_view text, const std::string& file);
   static Result<Tokens> read(const std::filesystem::path& file);
 
-  // Compares with every entry, each in a time that says nothing about it.
-  std::optional<Scope> find(std::string_view token) const;
-  bool empty() const { return entries_.empty(); }
-
- private:
   struct Entry {
     std::string name;
     Scope scope;
     Digest digest;
   };
+  // Compares with every entry, each in a time that says nothing about it. Null: none.
+  const Entry* find(std::string_view token) const;
+  bool empty() const { return entries_.empty(); }
+
+ private:
   std::vector<Entry> entries_;
 };
 

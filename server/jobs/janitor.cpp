@@ -2,6 +2,8 @@
 
 #include <spdlog/spdlog.h>
 
+#include "server/jobs/wait.h"
+
 namespace qray::server {
 namespace {
 
@@ -32,13 +34,9 @@ Janitor::Janitor(JobRunner& runner, const JobStore& jobs, double keep_days,
                  std::function<int64_t()> now_ms) {
   if (keep_days <= 0) return;
   thread_ = std::jthread([&runner, &jobs, keep_days, now_ms](std::stop_token stop) {
-    std::mutex mutex;
-    std::condition_variable_any never;
-    std::unique_lock lock(mutex);
     do {
       sweep(runner, jobs, keep_days, now_ms());
-    } while (!never.wait_for(lock, stop, kBetweenRounds, [] { return false; }) &&
-             !stop.stop_requested());
+    } while (wait_unless(stop, kBetweenRounds));
   });
 }
 

@@ -34,13 +34,13 @@ bool JobKeeper::due() {
 
 bool JobKeeper::save(const std::function<void(SnapshotWriter&)>& write) {
   const double start = clock_.seconds();
-  const Status written = store_.save(id_, header_, write);
+  const Status written = store_.save(id_, header_, write, stop_);
   const double end = clock_.seconds();
   next_.store(end + period(end - start), std::memory_order_relaxed);
   if (written.ok()) {
     if (on_first_save_) std::exchange(on_first_save_, nullptr)();
     failure_.clear();
-  } else {
+  } else if (written.error().code != ErrorCode::kCanceled) {
     if (failure_.empty())
       spdlog::warn("job={} its state cannot be written: {}", id_.text(), written.error().text());
     failure_ = written.error().text();

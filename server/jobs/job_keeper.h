@@ -4,6 +4,7 @@
 #pragma once
 
 #include <atomic>
+#include <stop_token>
 
 #include "core/base/clock.h"
 #include "core/render/checkpoint.h"
@@ -13,8 +14,9 @@ namespace qray::server {
 
 class JobKeeper final : public Checkpointer {
  public:
-  JobKeeper(CheckpointStore& store, JobId id, const Clock& clock)
-      : store_(store), id_(id), clock_(clock) {}
+  // A state that is being written when `stop` is asked for is given up.
+  JobKeeper(CheckpointStore& store, JobId id, const Clock& clock, std::stop_token stop)
+      : store_(store), id_(id), clock_(clock), stop_(std::move(stop)) {}
 
   // What is written with the states from now on; the first is due soon after.
   void start(CheckpointHeader header);
@@ -32,6 +34,7 @@ class JobKeeper final : public Checkpointer {
   CheckpointStore& store_;
   const JobId id_;
   const Clock& clock_;
+  const std::stop_token stop_;
   CheckpointHeader header_;
   std::function<void()> on_first_save_;
   std::atomic<bool> held_ = false;

@@ -12,6 +12,7 @@
 #include "server/jobs/network_choice.h"
 #include "server/jobs/progress_ticker.h"
 #include "server/jobs/table_choice.h"
+#include "server/jobs/wait.h"
 #include "server/operation/metrics.h"
 
 namespace qray::server {
@@ -23,7 +24,7 @@ constexpr const char* kOtherBuild =
 
 }  // namespace
 
-Status JobRun::move(JobState to, const JobStore::Change& change) {
+Status JobRun::try_move(JobState to, const JobStore::Change& change) {
   Result<JobRecord> moved = context_.stores.jobs.move(id_, to, change);
   if (moved.ok()) {
     job_ = std::move(moved).value();
@@ -35,10 +36,26 @@ Status JobRun::move(JobState to, const JobStore::Change& change) {
   return moved.error();
 }
 
-void JobRun::run(const Status& claimed, const std::function<bool()>& stopping) {
-  Status done = claimed;
+Status JobRun::move(JobState to, const JobStore::Change& change) {
+  for (;;) {
+    Status moved = try_move(to, change);
+    if (moved.ok() || moved.error().code != ErrorCode::kIo ||
+        !wait_for_disk(moved.error(), context_.stop))
+      return moved;
+  }
+}
+
+bool JobRun::wait_for_disk(const Error& error, const std::stop_token& stop) {
+  if (!std::exchange(disk_failed_, true))
+    spdlog::error("job={} waits, as its state cannot be recorded: {}", id_.text(), error.text());
+  return wait_unless(stop, kDiskAgain);
+}
+
+void JobRun::run() {
+  Status done;
+  counted_ = job_.stats_json;
   try {
-    if (done.ok()) done = prepare();
+    done = prepare();
     if (done.ok()) {
       Result<Rendered> rendered = resume_or_begin();
       done = rendered.ok() ? finish(std::move(rendered).value()) : Status(rendered.error());
@@ -49,7 +66,7 @@ void JobRun::run(const Status& claimed, const std::function<bool()>& stopping) {
     spdlog::error("job={} exception: {}", id_.text(), e.what());
     done = Error{ErrorCode::kIo, "internal error; the server's log has more", ""};
   }
-  if (!done.ok()) end(done.error(), stopping);
+  if (!done.ok()) end(done.error());
 }
 
 Status JobRun::prepare() {
@@ -108,7 +125,10 @@ std::optional<Checkpoint> JobRun::checkpoint() {
 }
 
 Result<JobRun::Rendered> JobRun::resume_or_begin() {
-  context_.keeper.on_first_save([this] { (void)context_.stores.jobs.reset_attempts(id_); });
+  context_.keeper.on_first_save([this] {
+    (void)context_.stores.jobs.reset_attempts(id_);
+    context_.got_somewhere();
+  });
   if (const std::optional<Checkpoint> found = checkpoint()) {
     std::vector<std::string> warnings = warnings_;
     Result<Rendered> rendered = resume(*found);
@@ -243,9 +263,16 @@ Status JobRun::finish(Rendered rendered) {
   context_.stores.checkpoints.finished(id_);  // before anyone can ask whether it is extendable
   const Status succeeded = move(JobState::kSucceeded, change);
   if (!succeeded.ok()) return succeeded;
-  if (Metrics* metrics = context_.stores.metrics)
-    metrics->add_job(stats, context_.clock.seconds() - begin, !rendered.table_in.empty());
+  last_pass_ = stats;
+  count(context_.clock.seconds() - begin);
   return succeeded;
+}
+
+void JobRun::count(double finalizing_seconds) {
+  Metrics* metrics = context_.stores.metrics;
+  if (!metrics) return;
+  if (last_pass_) metrics->add_job(*last_pass_, counted_, finalizing_seconds, warm_);
+  metrics->add_end(to_string(job_.state));
 }
 
 void JobRun::keep_partial_picture() {
@@ -259,7 +286,7 @@ void JobRun::keep_partial_picture() {
   }
 }
 
-void JobRun::end(const Error& error, const std::function<bool()>& stopping) {
+void JobRun::end(const Error& error) {
   const Result<JobRecord> now = context_.stores.jobs.get(id_);
   const auto is = [&](JobState state) { return now.ok() && now.value().state == state; };
   JobStore::Change change;
@@ -268,11 +295,11 @@ void JobRun::end(const Error& error, const std::function<bool()>& stopping) {
     to = JobState::kCanceled;
   } else if (is(JobState::kPausing) && error.code == ErrorCode::kCanceled) {
     to = JobState::kPaused;
-  } else if (stopping() && error.code == ErrorCode::kCanceled) {
-    to = JobState::kQueued;
+  } else if (context_.stopping.stop_requested() &&
+             (error.code == ErrorCode::kCanceled || error.code == ErrorCode::kIo)) {
+    to = JobState::kQueued;  // kIo: a disk that did not take its end may do so at the next start
   }
   if (to != JobState::kQueued) keep_partial_picture();
-  if (has_ended(to)) context_.stores.checkpoints.remove(id_);
   context_.show(nullptr);
   change.edit = [&](JobRecord& job) {
     if (running_) job.progress = running_->progress();
@@ -281,8 +308,6 @@ void JobRun::end(const Error& error, const std::function<bool()>& stopping) {
     if (to == JobState::kQueued || to == JobState::kPaused)
       job.attempts = std::max(0, job.attempts - 1);  // an orderly stop is not the job's fault
   };
-  constexpr std::chrono::seconds kAgain{1};
-  bool told = false;
   for (;;) {
     Result<JobRecord> moved = context_.stores.jobs.move(id_, to, change);
     // It may have become canceling since the look above, or pausing.
@@ -290,17 +315,16 @@ void JobRun::end(const Error& error, const std::function<bool()>& stopping) {
       if (!moved.ok() && moved.error().code == ErrorCode::kConflict)
         moved = context_.stores.jobs.move(id_, other, change);
     if (moved.ok()) {
-      if (Metrics* metrics = context_.stores.metrics; metrics && has_ended(to) && last_pass_)
-        metrics->add_job(*last_pass_, 0, warm_);
+      job_ = std::move(moved).value();
+      if (!has_ended(job_.state)) return;
+      context_.stores.checkpoints.remove(id_);
+      return count(0);
+    }
+    // A disk that is full may have room again; at the next start the job is taken up anyway.
+    if (moved.error().code != ErrorCode::kIo || !wait_for_disk(moved.error(), context_.stopping)) {
+      spdlog::error("job={} its end is not recorded: {}", id_.text(), moved.error().text());
       return;
     }
-    if (!told) {
-      spdlog::error("job={} its end cannot be recorded: {}", id_.text(), moved.error().text());
-    }
-    told = true;
-    // A disk that is full may have room again; at the next start the job is taken up anyway.
-    if (moved.error().code != ErrorCode::kIo || stopping()) return;
-    std::this_thread::sleep_for(kAgain);
   }
 }
 

@@ -12,20 +12,22 @@ struct RunContext {
   const Clock& clock;
   const std::function<int64_t()>& now_ms;
   std::function<void(std::shared_ptr<RunningJob>)> show;  // to readers; null: no more
+  std::function<void()> got_somewhere;                    // its first state was written
   JobKeeper& keeper;
-  std::stop_token stop;  // cancel or shutdown
+  std::stop_token stop;      // cancel or shutdown
+  std::stop_token stopping;  // shutdown: what is not done is left to the next start
 };
 
 class JobRun {
  public:
   JobRun(const RunContext& context, JobId id) : context_(context), id_(id) {}
 
-  // Makes a queued job this run's. kCanceled: it is not queued any more.
-  Status claim() { return move(JobState::kPreparing); }
-  // After claim(), and what came of it. Runs to the job's end, to its pause, or back to the queue
-  // when `stopping()` says that the server stops. What was interrupted goes on from its last
-  // checkpoint.
-  void run(const Status& claimed, const std::function<bool()>& stopping);
+  // Makes a queued job this run's. kCanceled: it is not queued any more. kIo: it is, and the disk
+  // does not take the move.
+  Status claim() { return try_move(JobState::kPreparing); }
+  // After claim(). Runs to the job's end, to its pause, or back to the queue when the server stops.
+  // What was interrupted goes on from its last checkpoint.
+  void run();
 
  private:
   struct Rendered {
@@ -43,12 +45,17 @@ class JobRun {
   std::optional<Recovery> recovery(const std::string& wanted);
   void show_film();
   Status finish(Rendered rendered);
-  void end(const Error& error, const std::function<bool()>& stopping);
+  void end(const Error& error);
   void keep_partial_picture();
+  void count(double finalizing_seconds);  // what an ended job did
   void warn(std::string text);
   void log(std::string_view text);
   // Moves the state; a job that was canceled meanwhile gives kCanceled.
+  Status try_move(JobState to, const JobStore::Change& change = {});
+  // The same, again and again while the disk does not take it; kIo: stopped meanwhile.
   Status move(JobState to, const JobStore::Change& change = {});
+  // Again, a second later? Says why there is need to, once.
+  bool wait_for_disk(const Error& error, const std::stop_token& stop);
 
   RunContext context_;
   JobId id_;
@@ -57,8 +64,10 @@ class JobRun {
   std::shared_ptr<const PreparedScene> scene_;
   RenderSettings settings_;
   std::optional<RenderStats> last_pass_;
+  std::string counted_;        // the statistics of its last success, before it was extended
   bool warm_ = false;          // started from a table
   bool mixed_builds_ = false;  // another build of qray has rendered a part
+  bool disk_failed_ = false;   // and that was said
   std::shared_ptr<RunningJob> running_;
   std::vector<std::string> warnings_;
 };

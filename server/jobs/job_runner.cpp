@@ -5,11 +5,13 @@
 #include <cmath>
 
 #include "server/jobs/job_run.h"
+#include "server/jobs/wait.h"
+#include "server/operation/metrics.h"
 
 namespace qray::server {
 namespace {
 
-constexpr std::chrono::seconds kWriteStates{3};  // at a stop
+constexpr std::chrono::milliseconds kWriteStates{1200};  // at a stop, which takes 2 s
 constexpr double kMostJobSeconds = 24 * 3600;
 
 Error ended(JobState state) {
@@ -49,50 +51,74 @@ void JobRunner::stop() {
 
 void JobRunner::work(std::stop_token stop) {
   while (const std::optional<JobId> id = queue_.pop(stop)) {
-    const Result<JobRecord> job = stores_.jobs.get(*id);
-    if (job.ok()) {
-      run(job.value(), stop);
-    } else {
-      spdlog::error("job={} cannot be run: {}", id->text(), job.error().text());
+    bool told = false;
+    for (;;) {
+      const Status run = this->run(*id, stop);
+      if (run.ok()) break;
+      if (!std::exchange(told, true))
+        spdlog::error("job={} cannot be run now: {}", id->text(), run.error().text());
+      if (run.error().code != ErrorCode::kIo || !wait_unless(stop, kDiskAgain)) break;
     }
   }
 }
 
-void JobRunner::run(const JobRecord& record, std::stop_token stop) {
-  const JobId id = record.id;
-  TaskPool share(pool_, std::exp2(record.request.get(field::kPriority)));
-  Running running{{}, std::make_shared<JobKeeper>(stores_.checkpoints, id, clock_), {}};
+bool JobRunner::may_run(JobId id, bool alone) const {
+  if (running_.contains(id) || alone_) return false;  // the run before may not have left yet
+  return alone ? running_.empty() : wait_to_be_alone_ == 0;
+}
+
+Status JobRunner::run(JobId id, std::stop_token stop) {
+  const Result<JobRecord> record = stores_.jobs.get(id);
+  if (!record.ok()) return record.error();
+  const bool alone = record.value().attempts >= kMaxAttempts - 1;
+  TaskPool share(pool_, std::exp2(record.value().request.get(field::kPriority)));
+  Running running{{}, nullptr, {}};
   const std::stop_token cancel = running.cancel.get_token();
-  const std::shared_ptr<JobKeeper> keeper = running.keeper;
+  const auto keeper = running.keeper =
+      std::make_shared<JobKeeper>(stores_.checkpoints, id, clock_, cancel);
   const auto show = [this, id](std::shared_ptr<RunningJob> shown) {
     std::lock_guard lock(mutex_);
     running_.at(id).shown = std::move(shown);
   };
-  JobRun job({stores_, share, memory_, clock_, now_ms_, show, *keeper, cancel}, id);
-  Status claimed;
+  const auto let_others_run = [this, id] {
+    std::lock_guard lock(mutex_);
+    if (alone_ == id) alone_.reset();
+    ended_.notify_all();
+  };
+  JobRun job(
+      {stores_, share, memory_, clock_, now_ms_, show, let_others_run, *keeper, cancel, stop}, id);
   {
     std::unique_lock lock(mutex_);
-    // Of a job that was paused and resumed, the run before may not have left yet.
-    ended_.wait(lock, [&] { return !running_.contains(id) || !is_queued(id); });
-    if (stop.stop_requested()) return;  // it stays queued, for the next start
-    claimed = job.claim();
-    // Paused, canceled, or queued twice and claimed by the other.
-    if (!claimed.ok() && claimed.error().code == ErrorCode::kCanceled) return;
-    running_.emplace(id, std::move(running));
+    if (alone) ++wait_to_be_alone_;
+    ended_.wait(lock, stop, [&] { return may_run(id, alone) || !is_queued(id); });
+    if (alone) --wait_to_be_alone_;
+    const bool claims = !stop.stop_requested() && may_run(id, alone);
+    Status claimed = claims ? job.claim() : Status();
+    if (claims && claimed.ok()) {
+      if (alone) alone_ = id;
+      running_.emplace(id, std::move(running));
+    } else {
+      ended_.notify_all();  // who waited for this one
+      // It stays queued for the next start; or it was paused, canceled, or queued twice and claimed
+      // by the other.
+      if (!claims || claimed.error().code == ErrorCode::kCanceled) return {};
+      return claimed;
+    }
   }
   const auto start = clock_.seconds();
-  job.run(claimed, [&] { return stop.stop_requested(); });
+  job.run();
   {
     std::lock_guard lock(mutex_);
     running_.erase(id);
-    ended_.notify_all();
   }
+  let_others_run();
   const Result<JobRecord> ended = stores_.jobs.get(id);
   if (ended.ok()) {
     spdlog::info("job={} {} after {:.1f} s{}", id.text(), to_string(ended.value().state),
                  clock_.seconds() - start,
                  ended.value().error ? ": " + ended.value().error->message : "");
   }
+  return {};
 }
 
 bool JobRunner::is_queued(JobId id) const {
@@ -115,9 +141,9 @@ std::vector<Result<JobRecord>> JobRunner::accept(std::span<const JobStore::Poste
   std::vector<Result<JobRecord>> accepted;
   for (Result<JobStore::Inserted>& one : stores_.jobs.insert(posted, queue_.room())) {
     if (!one.ok()) {
-      accepted.push_back(one.error());
+      accepted.emplace_back(one.error());
     } else if (!one.value().is_new) {
-      accepted.push_back(std::move(one).value().job);
+      accepted.emplace_back(std::move(one).value().job);
     } else {
       accepted.push_back(enqueue(one.value().job));
     }
@@ -151,6 +177,7 @@ Result<JobRecord> JobRunner::move_running(JobId id,
     Result<JobRecord> moved = stores_.jobs.move(id, to);
     if (moved.ok() && state == JobState::kQueued) {
       queue_.remove(id);  // if a worker has it already, it cannot claim it
+      ended_.notify_all();
     } else if (const auto found = running_.find(id); moved.ok() && found != running_.end()) {
       tell(found->second);
     }
@@ -168,7 +195,10 @@ Result<JobRecord> JobRunner::cancel(JobId id) {
   };
   Result<JobRecord> job =
       move_running(id, to_when, [](Running& running) { running.cancel.request_stop(); });
-  if (job.ok() && job.value().state == JobState::kCanceled) stores_.checkpoints.remove(id);
+  if (job.ok() && job.value().state == JobState::kCanceled) {
+    stores_.checkpoints.remove(id);
+    if (stores_.metrics) stores_.metrics->add_end(to_string(JobState::kCanceled));
+  }
   return job;
 }
 

@@ -89,8 +89,12 @@ class JobRunner {
   std::vector<Result<JobRecord>> accept(std::span<const JobStore::Posted> posted);
   Result<JobRecord> enqueue(const JobRecord& job);
   void work(std::stop_token stop);
-  void run(const JobRecord& job, std::stop_token stop);
+  // kIo: it is still queued, as the disk does not say what it is, or does not take it.
+  Status run(JobId id, std::stop_token stop);
   bool is_queued(JobId id) const;
+  // Beside those that run. Of several jobs that ended the server together, one is to blame: each
+  // runs alone from its last attempt but one, until it has got somewhere.
+  bool may_run(JobId id, bool alone) const;
   // Moves it into the queue.
   Result<JobRecord> queue_again(JobId id, const JobStore::Change& change);
   // Moves a job that may be queued or running: `to_when` says to what from its present state.
@@ -110,8 +114,10 @@ class JobRunner {
   // Guards what follows, and that a job is in the queue while its state says so: who moves it into
   // or out of that state holds this.
   mutable std::mutex mutex_;
-  std::condition_variable ended_;
+  std::condition_variable_any ended_;  // or has got somewhere, or left the queue
   std::map<JobId, Running> running_;
+  std::optional<JobId> alone_;  // that runs alone
+  int wait_to_be_alone_ = 0;    // so many jobs, before others
   std::vector<std::jthread> workers_;
 };
 

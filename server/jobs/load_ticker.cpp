@@ -1,7 +1,5 @@
 #include "server/jobs/load_ticker.h"
 
-#include <spdlog/spdlog.h>
-
 #include "proto/events.h"
 
 namespace qray::server {
@@ -21,9 +19,8 @@ bool LoadTicker::tell(LoadStep step, double fraction) {
   }
   const std::string name = id_.text();
   const std::string_view step_name = step == LoadStep::kReading ? "reading" : "building";
-  const Status published = jobs_.publish_hint(
+  jobs_.publish_hint(
       {0, name, "loading", proto::loading_event(name, step_name, fraction, now - start_)});
-  if (!published.ok()) spdlog::error("job={} {}", name, published.error().text());
   return true;
 }
 

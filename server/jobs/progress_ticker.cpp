@@ -2,10 +2,8 @@
 
 #include <spdlog/spdlog.h>
 
-#include <condition_variable>
-#include <mutex>
-
 #include "proto/events.h"
+#include "server/jobs/wait.h"
 
 namespace qray::server {
 namespace {
@@ -27,12 +25,9 @@ ProgressTicker::ProgressTicker(JobStore& jobs, const RunningJob& job, bool learn
 
 void ProgressTicker::watch(std::stop_token stop, JobStore& jobs, const RunningJob& job,
                            bool learning) {
-  std::mutex mutex;
-  std::condition_variable_any never;
-  std::unique_lock lock(mutex);
   auto last = std::chrono::steady_clock::now() - kBetweenEvents;
   uint64_t last_version = 0;
-  while (!never.wait_for(lock, stop, kLook, [] { return false; }) && !stop.stop_requested()) {
+  while (wait_unless(stop, kLook)) {
     if (learning && job.past_learning()) {
       learning = false;
       const Result<JobRecord> moved = jobs.move(job.id(), JobState::kRendering);
@@ -46,9 +41,7 @@ void ProgressTicker::watch(std::stop_token stop, JobStore& jobs, const RunningJo
     last = now;
     last_version = version;
     const std::string name = job.id().text();
-    const Status published = jobs.publish_hint(
-        {0, name, "progress", proto::progress_event(name, job.progress(), version)});
-    if (!published.ok()) spdlog::error("job={} {}", name, published.error().text());
+    jobs.publish_hint({0, name, "progress", proto::progress_event(name, job.progress(), version)});
   }
 }
 

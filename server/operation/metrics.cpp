@@ -6,9 +6,12 @@
 #include <prometheus/text_serializer.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <ctime>
 #include <filesystem>
 #include <fstream>
+
+#include "proto/json_text.h"
 
 namespace qray::server {
 namespace {
@@ -52,6 +55,7 @@ struct Metrics::Impl {
   Counter& failures = counters("qray_http_errors_total", "Answers of status 500 and up").Add({});
   Family<Counter>& rays = counters("qray_rays_total", "Rays of ended jobs, by phase");
   Family<Counter>& phases = counters("qray_job_seconds_total", "Time of ended jobs, by phase");
+  Family<Counter>& ends = counters("qray_jobs_ended_total", "Jobs that ended, by how");
   Family<Counter>& starts = counters("qray_table_starts_total",
                                      "Learning jobs that found a table (warm), or none (cold)");
   Counter& frames = counters("qray_live_frames_total", "Frames of live sessions").Add({});
@@ -89,22 +93,32 @@ void Metrics::add_exchange(const Exchange& exchange) {
 
 // Rays and time are measured as a whole, and learning is a share of the samples, so that it gets
 // the same share of both.
-void Metrics::add_job(const RenderStats& stats, double finalizing_seconds, bool warm) {
-  const double learning = stats.samples_per_pixel > 0
-                              ? static_cast<double>(stats.learning_samples_per_pixel) /
-                                    static_cast<double>(stats.samples_per_pixel)
-                              : 0;
+void Metrics::add_job(const RenderStats& stats, const std::string& before,
+                      double finalizing_seconds, bool warm) {
+  const auto since = [&](const char* name, auto now) {
+    return std::max(0.0, static_cast<double>(now) - proto::json_number(before, name));
+  };
+  const double samples = since("samples", stats.samples_per_pixel);
+  const double learning =
+      samples > 0
+          ? std::min(1.0, since("learning_samples", stats.learning_samples_per_pixel) / samples)
+          : 0;
   const auto add = [&](const char* phase, double seconds, double rays) {
     impl_->phases.Add({{"phase", phase}}).Increment(seconds);
     if (rays > 0) impl_->rays.Add({{"phase", phase}}).Increment(rays);
   };
-  const double rays = static_cast<double>(stats.rays);
+  const double rays = since("rays", stats.rays), seconds = since("seconds", stats.seconds);
   add("prepare", stats.prepare_seconds, 0);
-  add("learning", stats.seconds * learning, rays * learning);
-  add("rendering", stats.seconds * (1 - learning), rays * (1 - learning));
+  add("learning", seconds * learning, rays * learning);
+  add("rendering", seconds * (1 - learning), rays * (1 - learning));
   add("recovery", stats.recovery_seconds, 0);
   add("finalizing", finalizing_seconds, 0);
-  if (stats.method != "none") impl_->starts.Add({{"kind", warm ? "warm" : "cold"}}).Increment();
+  if (stats.method != "none" && before.empty())
+    impl_->starts.Add({{"kind", warm ? "warm" : "cold"}}).Increment();
+}
+
+void Metrics::add_end(std::string_view state) {
+  impl_->ends.Add({{"state", std::string(state)}}).Increment();
 }
 
 void Metrics::add_frame(const LiveFrame& frame) {

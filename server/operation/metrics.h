@@ -6,6 +6,7 @@
 #include <map>
 #include <memory>
 #include <string>
+#include <string_view>
 
 #include "core/live/live_view.h"
 #include "core/render/stats.h"
@@ -26,8 +27,12 @@ class Metrics {
   ~Metrics();
 
   void add_exchange(const Exchange& exchange);
-  // Of a job that has ended, in any way, up to its last pass. `warm`: it started from a table.
-  void add_job(const RenderStats& stats, double finalizing_seconds, bool warm);
+  // What a job that has ended did up to its last pass, without what was added when it ended
+  // `before` it was extended: the JSON of its statistics then, or empty. `warm`: it started from a
+  // table.
+  void add_job(const RenderStats& stats, const std::string& before, double finalizing_seconds,
+               bool warm);
+  void add_end(std::string_view state);  // of a job
   void add_frame(const LiveFrame& frame);
   std::string text(const MetricsNow& now);
 

@@ -20,13 +20,15 @@ constexpr size_t kCrcBytes = 4, kMaxBuildBytes = 256;
 StateOrigin this_build() { return {kStateFormat, kStateRevision, build_identity()}; }
 
 Status CheckpointStore::save(JobId id, const CheckpointHeader& header,
-                             const std::function<void(SnapshotWriter&)>& write_state) {
+                             const std::function<void(SnapshotWriter&)>& write_state,
+                             const std::stop_token& stop) {
   std::error_code ec;
   fs::create_directories(folder_, ec);
   if (ec) return Error{ErrorCode::kIo, ec.message(), folder_.string()};
   AtomicFile out(file(id));
   uint32_t crc = 0;
   const auto write = [&](std::span<const uint8_t> bytes) {
+    if (stop.stop_requested()) return;
     crc = crc32c(bytes, crc);
     out.write(bytes);
   };
@@ -42,6 +44,7 @@ Status CheckpointStore::save(JobId id, const CheckpointHeader& header,
   ByteWriter end;
   end.u32(crc);
   out.write(end.data());
+  if (stop.stop_requested()) return Error{ErrorCode::kCanceled, "stopped", file(id).string()};
   return out.commit();
 }
 

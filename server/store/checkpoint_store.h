@@ -10,6 +10,7 @@
 #include <filesystem>
 #include <functional>
 #include <mutex>
+#include <stop_token>
 #include <string>
 #include <vector>
 
@@ -60,8 +61,10 @@ class CheckpointStore {
         max_finished_bytes_(max_finished_bytes),
         here_(std::move(here)) {}
 
+  // kCanceled: `stop` was asked for; the state before is still there.
   Status save(JobId id, const CheckpointHeader& header,
-              const std::function<void(SnapshotWriter&)>& write_state);
+              const std::function<void(SnapshotWriter&)>& write_state,
+              const std::stop_token& stop = {});
   // kNotFound: there is none. kCorrupt: torn or changed. kUnsupported: of another format or
   // revision.
   Result<Checkpoint> load(JobId id) const;

@@ -51,8 +51,32 @@ CREATE TABLE idempotency_keys (
   created_ms INTEGER NOT NULL);
 CREATE INDEX idempotency_keys_by_time ON idempotency_keys(created_ms);
 CREATE INDEX events_by_job ON events(job);
+)sql",
+                                  R"sql(
+CREATE INDEX jobs_by_table_in ON jobs(table_in) WHERE table_in <> '';
+CREATE INDEX jobs_by_table_out ON jobs(table_out) WHERE table_out <> '';
+CREATE TABLE job_labels (
+  name TEXT NOT NULL, value TEXT NOT NULL, job INTEGER NOT NULL,
+  PRIMARY KEY(name, value, job)) WITHOUT ROWID;  -- of jobs.request, by these triggers
+CREATE INDEX job_labels_by_job ON job_labels(job);
+INSERT INTO job_labels SELECT labels.key, labels.value, jobs.id FROM jobs,
+  json_each(CASE WHEN json_valid(request) THEN request ELSE '{}' END, '$.labels') AS labels;
+CREATE TRIGGER labels_of_a_new_job AFTER INSERT ON jobs BEGIN
+  INSERT INTO job_labels SELECT key, value, new.id FROM json_each(new.request, '$.labels');
+END;
+CREATE TRIGGER labels_of_a_changed_job AFTER UPDATE OF request ON jobs
+  WHEN old.request <> new.request BEGIN
+  DELETE FROM job_labels WHERE job = new.id;
+  INSERT INTO job_labels SELECT key, value, new.id FROM json_each(new.request, '$.labels');
+END;
+CREATE TRIGGER labels_of_a_deleted_job AFTER DELETE ON jobs BEGIN
+  DELETE FROM job_labels WHERE job = old.id;
+END;
 )sql"};
 constexpr int kSchemaVersion = std::size(kSteps);
+constexpr int kReaders = 4;
+constexpr int kBusyMs = 2000;
+constexpr std::chrono::seconds kMostRead{2};
 
 Error sqlite_error(sqlite3* db) {
   return {ErrorCode::kIo, std::string("SQLite: ") + sqlite3_errmsg(db), ""};
@@ -128,8 +152,10 @@ Result<std::unique_ptr<Database>> Database::open(const std::filesystem::path& fi
     error.where = file.string();
     return error;
   }
-  sqlite3_busy_timeout(handle, 2000);
-  if (Status made = db->prepare_schema(); !made.ok()) {
+  sqlite3_busy_timeout(handle, kBusyMs);
+  Status made = db->prepare_schema();
+  if (made.ok()) made = db->open_readers(file);
+  if (!made.ok()) {
     Error error = made.error();
     error.where = file.string();
     return error;
@@ -137,7 +163,45 @@ Result<std::unique_ptr<Database>> Database::open(const std::filesystem::path& fi
   return db;
 }
 
-Database::~Database() { sqlite3_close(db_); }
+Database::~Database() {
+  for (sqlite3* reader : free_readers_) sqlite3_close(reader);
+  sqlite3_close(db_);
+}
+
+Status Database::open_readers(const std::filesystem::path& file) {
+  for (int i = 0; i < kReaders; ++i) {
+    sqlite3* reader = nullptr;
+    const int opened =
+        sqlite3_open_v2(file.c_str(), &reader, SQLITE_OPEN_READONLY | SQLITE_OPEN_NOMUTEX, nullptr);
+    free_readers_.push_back(reader);
+    if (opened != SQLITE_OK) return sqlite_error(reader);
+    sqlite3_busy_timeout(reader, kBusyMs);
+  }
+  return {};
+}
+
+Database::Reading::Reading(Database& db) : db_(db) {
+  {
+    std::unique_lock lock(db.readers_mutex_);
+    db.reader_freed_.wait(lock, [&] { return !db.free_readers_.empty(); });
+    reader_ = db.free_readers_.back();
+    db.free_readers_.pop_back();
+  }
+  begun_ = std::chrono::steady_clock::now();
+  constexpr int kStepsBetweenLooks = 10'000;
+  const auto too_long = [](void* reading) {
+    const auto begun = static_cast<Reading*>(reading)->begun_;
+    return std::chrono::steady_clock::now() - begun > kMostRead ? 1 : 0;
+  };
+  sqlite3_progress_handler(reader_, kStepsBetweenLooks, too_long, this);
+}
+
+Database::Reading::~Reading() {
+  sqlite3_progress_handler(reader_, 0, nullptr, nullptr);
+  std::lock_guard lock(db_.readers_mutex_);
+  db_.free_readers_.push_back(reader_);
+  db_.reader_freed_.notify_one();
+}
 
 Status Database::prepare_schema() {
   Session session(*this);
@@ -155,6 +219,7 @@ Status Database::prepare_schema() {
                      ", expected at most " + std::to_string(kSchemaVersion),
                  ""};
   }
+  is_new_ = version == 0;
   for (; version < kSchemaVersion; ++version) {
     Transaction transaction(*this);
     if (Status s = transaction.exec(kSteps[version]); !s.ok()) return s;

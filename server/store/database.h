@@ -1,13 +1,16 @@
-// SQLite behind values and Results: one connection, one writer, durable at commit (WAL,
-// synchronous=FULL). The schema is here. Any thread: a Session holds the connection's mutex, and
-// one thread may nest them.
+// SQLite behind values and Results: one connection that writes, durable at commit (WAL,
+// synchronous=FULL), and a few that only read and wait for no writer. The schema is here. Any
+// thread: a Session holds the writer's mutex, and one thread may nest them.
 #pragma once
 
+#include <chrono>
+#include <condition_variable>
 #include <filesystem>
 #include <memory>
 #include <mutex>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "core/base/result.h"
 
@@ -55,16 +58,37 @@ class Database {
  public:
   static Result<std::unique_ptr<Database>> open(const std::filesystem::path& file);
   ~Database();
+  bool is_new() const { return is_new_; }  // open() made it
 
-  // Exclusive use of the connection.
+  // One of the readers, waited for. It sees all that was committed before; it must not be used
+  // where a Session is held, whose own writes it does not see. Reading for longer than two seconds
+  // fails.
+  class Reading {
+   public:
+    explicit Reading(Database& db);
+    ~Reading();
+    Reading(const Reading&) = delete;
+    Reading& operator=(const Reading&) = delete;
+    sqlite3* handle() const { return reader_; }
+
+   private:
+    Database& db_;
+    sqlite3* reader_;
+    std::chrono::steady_clock::time_point begun_;
+  };
+
+  // Exclusive use of the connection that writes.
   class Session {
    public:
     explicit Session(Database& db) : lock_(db.mutex_), db_(db.db_) {}
+    // Where others write: not waited for, and held() is false.
+    Session(Database& db, std::try_to_lock_t) : lock_(db.mutex_, std::try_to_lock), db_(db.db_) {}
+    bool held() const { return lock_.owns_lock(); }
     sqlite3* handle() const { return db_; }
     Status exec(const char* sql);
 
    private:
-    std::lock_guard<std::recursive_mutex> lock_;
+    std::unique_lock<std::recursive_mutex> lock_;
     sqlite3* db_;
   };
 
@@ -83,9 +107,14 @@ class Database {
  private:
   explicit Database(sqlite3* db) : db_(db) {}
   Status prepare_schema();
+  Status open_readers(const std::filesystem::path& file);
 
   sqlite3* db_;
+  bool is_new_ = false;
   std::recursive_mutex mutex_;
+  std::mutex readers_mutex_;
+  std::condition_variable reader_freed_;
+  std::vector<sqlite3*> free_readers_;
 };
 
 }  // namespace qray::server

@@ -97,6 +97,7 @@ struct JobRecord {
   bool biased = false;
   std::vector<std::string> warnings;
   int attempts = 0;
+  bool damaged = false;  // its row cannot be read: failed, with what could be read
 
   proto::JobInfo info() const;
 };

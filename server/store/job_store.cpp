@@ -2,58 +2,38 @@
 
 #include <spdlog/spdlog.h>
 
-#include <algorithm>
-
 #include "proto/events.h"
+#include "server/store/job_row.h"
 #include "server/store/lines.h"
 
 namespace qray::server {
 namespace {
 
 constexpr uint64_t kIdBlock = 10'000;         // event ids reserved by one write
-constexpr int64_t kEventsKept = 2'000;        // on disk, at a start
+constexpr size_t kMostHints = 1000;           // that wait for a writer
 constexpr int64_t kKeyMs = 24 * 3600 * 1000;  // that a key is known
-
-constexpr const char* kJobColumns =
-    "id, state, request, created_ms, started_ms, ended_ms, fraction, samples, seconds, "
-    "error_message, error_where, table_in, table_out, stats, biased, warnings, attempts";
-
-Result<JobRequest> stored_request(const std::string& json) {
-  auto parsed = proto::parse_stored_request(json);
-  if (const auto* problem = std::get_if<proto::Problem>(&parsed)) {
-    return Error{ErrorCode::kCorrupt, "stored request: " + problem->detail, ""};
-  }
-  return std::get<JobRequest>(std::move(parsed));
-}
-
-Result<JobRecord> read_job(const Query& row) {
-  JobRecord job;
-  job.id.value = static_cast<uint64_t>(row.integer(0));
-  const std::optional<JobState> state = parse_job_state(row.text(1));
-  if (!state) return Error{ErrorCode::kCorrupt, "unknown state " + row.text(1), job.id.text()};
-  job.state = *state;
-  Result<JobRequest> request = stored_request(row.text(2));
-  if (!request.ok()) return request.error();
-  job.request = std::move(request).value();
-  job.created_ms = row.integer(3);
-  if (!row.is_null(4)) job.started_ms = row.integer(4);
-  if (!row.is_null(5)) job.ended_ms = row.integer(5);
-  job.progress = {row.real(6), static_cast<uint64_t>(row.integer(7)), row.real(8)};
-  if (!row.is_null(9)) job.error = proto::JobError{row.text(9), row.text(10)};
-  job.table_in = row.text(11);
-  job.table_out = row.text(12);
-  job.stats_json = row.text(13);
-  job.biased = row.integer(14) != 0;
-  job.warnings = split_lines(row.text(15));
-  job.attempts = static_cast<int>(row.integer(16));
-  return job;
-}
 
 }  // namespace
 
-Status JobStore::reserve_event_ids(uint64_t at_least) {
+Status JobStore::prepare_events(uint64_t at_least) {
   Database::Session session(db_);
+  std::vector<Event> hints;
+  {
+    std::lock_guard lock(hints_mutex_);
+    hints.swap(hints_);
+  }
+  at_least += hints.size();
+  if (Status s = reserve_event_ids(at_least); !s.ok()) return s;
+  for (Event& hint : hints) {
+    hint.id = ++last_event_id_;
+    events_.publish(std::move(hint));
+  }
+  return {};
+}
+
+Status JobStore::reserve_event_ids(uint64_t at_least) {
   if (last_event_id_ + at_least <= reserved_up_to_) return {};
+  Database::Session session(db_);
   Query query(session.handle(),
               "INSERT INTO counters VALUES('event', ?1) "
               "ON CONFLICT(name) DO UPDATE SET value = ?1");
@@ -127,7 +107,7 @@ void JobStore::log(JobId id, std::string_view level, std::string_view text) {
 }
 
 Result<std::vector<JobStore::LogLine>> JobStore::log_of(JobId id) const {
-  Database::Session session(db_);
+  const Database::Reading session(db_);
   Query query(session.handle(), "SELECT time_ms, level, text FROM job_log WHERE job=? ORDER BY id");
   query.bind(id.value);
   std::vector<LogLine> lines;
@@ -149,7 +129,7 @@ Result<std::optional<JobRecord>> JobStore::find_key(const IdempotencyKey& key) c
   if (query.text(1) != key.request)
     return Error{ErrorCode::kConflict,
                  "this Idempotency-Key was used for another request, job " + id.text(), ""};
-  Result<JobRecord> job = get(id);
+  Result<JobRecord> job = read(session.handle(), id);
   if (!job.ok()) return job.error();
   return std::optional(std::move(job).value());
 }
@@ -160,7 +140,7 @@ std::vector<Result<JobStore::Inserted>> JobStore::insert(std::span<const Posted>
   const auto all_refused = [&](const Error& error) {
     return std::vector<Result<Inserted>>(posted.size(), error);
   };
-  if (Status s = reserve_event_ids(posted.size()); !s.ok()) return all_refused(s.error());
+  if (Status s = prepare_events(posted.size()); !s.ok()) return all_refused(s.error());
   Database::Transaction transaction(db_);
   std::vector<Result<Inserted>> inserted;
   std::vector<Event> events;
@@ -215,9 +195,13 @@ Result<JobStore::Inserted> JobStore::insert_one(Database::Transaction& transacti
 }
 
 Result<JobRecord> JobStore::get(JobId id) const {
-  Database::Session session(db_);
+  const Database::Reading reading(db_);
+  return read(reading.handle(), id);
+}
+
+Result<JobRecord> JobStore::read(sqlite3* db, JobId id) const {
   const std::string sql = std::string("SELECT ") + kJobColumns + " FROM jobs WHERE id=?";
-  Query query(session.handle(), sql.c_str());
+  Query query(db, sql.c_str());
   query.bind(id.value);
   if (query.next()) return read_job(query);
   if (Status s = query.status(); !s.ok()) return s.error();
@@ -230,32 +214,8 @@ Result<JobRecord> JobStore::find(const std::string& id) const {
   return get(*parsed);
 }
 
-Result<std::vector<JobRecord>> JobStore::list(size_t limit, const Filter& filter) const {
-  Database::Session session(db_);
-  std::string sql = std::string("SELECT ") + kJobColumns + " FROM jobs WHERE id < ?";
-  if (filter.table) sql += " AND ? IN (table_in, table_out)";
-  if (filter.state) sql += " AND state=?";
-  if (filter.label) sql += " AND json_extract(request, ?)=?";
-  sql += " ORDER BY id DESC LIMIT ?";
-  Query query(session.handle(), sql.c_str());
-  query.bind(filter.before ? static_cast<int64_t>(filter.before->value) : INT64_MAX);
-  if (filter.table) query.bind(*filter.table);
-  if (filter.state) query.bind(std::string(to_string(*filter.state)));
-  if (filter.label)  // a name needs no escapes: the request's reader saw to that
-    query.bind("$.labels.\"" + filter.label->first + "\"").bind(filter.label->second);
-  query.bind(static_cast<int64_t>(limit));
-  std::vector<JobRecord> jobs;
-  while (query.next()) {
-    Result<JobRecord> job = read_job(query);
-    if (!job.ok()) return job.error();
-    jobs.push_back(std::move(job).value());
-  }
-  if (Status s = query.status(); !s.ok()) return s.error();
-  return jobs;
-}
-
 Result<std::vector<JobId>> JobStore::ended_before(int64_t ms, size_t limit) const {
-  Database::Session session(db_);
+  const Database::Reading session(db_);
   Query query(session.handle(),
               "SELECT id FROM jobs WHERE state IN ('succeeded','canceled','failed') AND ended_ms<? "
               "ORDER BY id LIMIT ?");
@@ -266,9 +226,30 @@ Result<std::vector<JobId>> JobStore::ended_before(int64_t ms, size_t limit) cons
   return ids;
 }
 
+Result<JobStore::Ids> JobStore::ids() const {
+  const Database::Reading reading(db_);
+  Ids ids;
+  Query there(reading.handle(), "SELECT id FROM jobs ORDER BY id");
+  while (there.next()) ids.there.push_back({static_cast<uint64_t>(there.integer(0))});
+  if (Status s = there.status(); !s.ok()) return s.error();
+  Query newest(reading.handle(), "SELECT seq FROM sqlite_sequence WHERE name='jobs'");
+  if (newest.next()) ids.newest.value = static_cast<uint64_t>(newest.integer(0));
+  if (Status s = newest.status(); !s.ok()) return s.error();
+  return ids;
+}
+
+Status JobStore::give_no_id_up_to(JobId id) {
+  Database::Transaction transaction(db_);
+  if (Status s = transaction.exec("DELETE FROM sqlite_sequence WHERE name='jobs'"); !s.ok())
+    return s;
+  Query raised(transaction.handle(), "INSERT INTO sqlite_sequence(name, seq) VALUES('jobs', ?)");
+  if (Status s = raised.bind(id.value).run(); !s.ok()) return s;
+  return transaction.commit();
+}
+
 Result<JobStore::Counts> JobStore::count() const {
   Counts counts;
-  Database::Session session(db_);
+  const Database::Reading session(db_);
   Query states(session.handle(), "SELECT state, COUNT(*) FROM jobs GROUP BY state");
   while (states.next())
     if (const auto state = parse_job_state(states.text(0)))
@@ -282,9 +263,9 @@ Result<JobStore::Counts> JobStore::count() const {
 
 Status JobStore::remove(JobId id) {
   Database::Session session(db_);
-  if (Status s = reserve_event_ids(); !s.ok()) return s;
+  if (Status s = prepare_events(); !s.ok()) return s;
   Database::Transaction transaction(db_);
-  const Result<JobRecord> job = get(id);
+  const Result<JobRecord> job = read(transaction.handle(), id);
   if (!job.ok()) return job.error();
   if (!has_ended(job.value().state))
     return Error{ErrorCode::kConflict,
@@ -313,7 +294,7 @@ Status JobStore::remove_scene(const std::string& scene,
   Database::Session session(db_);
   Query user(session.handle(),
              "SELECT id FROM jobs WHERE state NOT IN ('succeeded','canceled','failed') AND "
-             "json_extract(request, '$.scene')=? LIMIT 1");
+             "json_valid(request) AND json_extract(request, '$.scene')=? LIMIT 1");
   user.bind(scene);
   if (user.next())
     return Error{ErrorCode::kConflict,
@@ -326,12 +307,12 @@ Status JobStore::remove_scene(const std::string& scene,
 
 Result<JobRecord> JobStore::move(JobId id, JobState to, const Change& change) {
   Database::Session session(db_);
-  if (Status s = reserve_event_ids(); !s.ok()) return s.error();
+  if (Status s = prepare_events(); !s.ok()) return s.error();
   Database::Transaction transaction(db_);
-  Result<JobRecord> found = get(id);
+  Result<JobRecord> found = read(transaction.handle(), id);
   if (!found.ok()) return found.error();
   JobRecord job = std::move(found).value();
-  if (!can_move(job.state, to)) {
+  if (job.damaged || !can_move(job.state, to)) {
     return Error{ErrorCode::kConflict,
                  "the job is " + std::string(to_string(job.state)) + " and cannot become " +
                      std::string(to_string(to)),
@@ -368,87 +349,15 @@ Result<JobRecord> JobStore::move(JobId id, JobState to, const Change& change) {
   return job;
 }
 
-Status JobStore::publish_hint(Event event) {
-  Database::Session session(db_);  // keeps ids in the order of publication
-  if (Status s = reserve_event_ids(); !s.ok()) return s;
-  event.id = ++last_event_id_;
-  events_.publish(std::move(event));
-  return {};
-}
-
-Status JobStore::load_events() {
-  Database::Session session(db_);
+void JobStore::publish_hint(Event event) {
   {
-    Query query(session.handle(), "SELECT value FROM counters WHERE name='event'");
-    if (query.next()) reserved_up_to_ = static_cast<uint64_t>(query.integer(0));
-    if (Status s = query.status(); !s.ok()) return s;
+    std::lock_guard lock(hints_mutex_);
+    hints_.push_back(std::move(event));
+    if (hints_.size() > kMostHints) hints_.erase(hints_.begin());
   }
-  {
-    // Of a damaged folder the counter may be behind; ids must rise all the same.
-    Query query(session.handle(), "SELECT MAX(id) FROM events WHERE id > 0");
-    if (query.next() && !query.is_null(0))
-      reserved_up_to_ = std::max(reserved_up_to_, static_cast<uint64_t>(query.integer(0)));
-    if (Status s = query.status(); !s.ok()) return s;
-  }
-  last_event_id_ = reserved_up_to_;
-  Status pruned = Query(session.handle(),
-                        "DELETE FROM events WHERE id <= (SELECT id FROM events ORDER BY id DESC "
-                        "LIMIT 1 OFFSET ?)")
-                      .bind(kEventsKept)
-                      .run();
-  if (!pruned.ok()) return pruned;
-  std::vector<Event> events;
-  Query query(session.handle(), "SELECT id, job, kind, data FROM events WHERE id > 0 ORDER BY id");
-  while (query.next()) {
-    events.push_back(
-        {static_cast<uint64_t>(query.integer(0)), query.text(1), query.text(2), query.text(3)});
-  }
-  if (Status s = query.status(); !s.ok()) return s;
-  const uint64_t lost = events.empty() ? reserved_up_to_ : events.front().id - 1;
-  events_.restore(lost, std::move(events), reserved_up_to_);
-  return {};
-}
-
-Result<std::vector<JobRecord>> JobStore::recover() {
-  if (Status s = load_events(); !s.ok()) return s.error();
-  std::vector<std::pair<JobId, JobState>> open;
-  {
-    Database::Session session(db_);
-    Query query(session.handle(),
-                "SELECT id, state FROM jobs WHERE state NOT IN ('succeeded','canceled','failed') "
-                "ORDER BY id");
-    while (query.next()) {
-      const std::optional<JobState> state = parse_job_state(query.text(1));
-      if (state) open.emplace_back(JobId{static_cast<uint64_t>(query.integer(0))}, *state);
-    }
-    if (Status s = query.status(); !s.ok()) return s.error();
-  }
-  std::vector<JobRecord> queued;
-  for (const auto& [id, state] : open) {
-    Result<JobRecord> job = get(id);
-    if (!job.ok()) return job.error();
-    if (state == JobState::kQueued) queued.push_back(std::move(job).value());
-    if (state == JobState::kQueued || state == JobState::kPaused) continue;
-    if (state == JobState::kCanceling || state == JobState::kPausing) {
-      Result<JobRecord> moved =
-          move(id, state == JobState::kCanceling ? JobState::kCanceled : JobState::kPaused);
-      if (!moved.ok()) return moved.error();
-      continue;
-    }
-    const bool give_up = job.value().attempts >= kMaxAttempts;
-    Change change;
-    change.edit = [&](JobRecord& record) {
-      if (give_up) {
-        record.error = proto::JobError{"the server ended " + std::to_string(kMaxAttempts) +
-                                           " times while it ran this job, which got nowhere",
-                                       ""};
-      }
-    };
-    Result<JobRecord> moved = move(id, give_up ? JobState::kFailed : JobState::kQueued, change);
-    if (!moved.ok()) return moved.error();
-    if (!give_up) queued.push_back(std::move(moved).value());
-  }
-  return queued;
+  const Database::Session session(db_, std::try_to_lock);
+  if (!session.held()) return;
+  if (Status s = prepare_events(0); !s.ok()) spdlog::error("events: {}", s.error().text());
 }
 
 }  // namespace qray::server

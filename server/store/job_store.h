@@ -45,14 +45,21 @@ class JobStore {
   // inserted meanwhile.
   Status remove_scene(const std::string& scene, const std::function<Status()>& remove) const;
   struct Filter {
-    std::optional<JobId> before;  // ids below this one
-    std::optional<JobState> state;
-    std::optional<std::pair<std::string, std::string>> label{};  // name, value
-    std::optional<std::string> table{};                          // that they used or made
+    std::optional<JobId> before{};                              // ids below this one
+    std::vector<JobState> states{};                             // one of these; none: any
+    std::vector<std::pair<std::string, std::string>> labels{};  // name, value; all of these
+    std::optional<std::string> table{};                         // that they used or made
   };
-  // Newest first.
+  // Newest first. A job whose row cannot be read is listed too (JobRecord::damaged).
   Result<std::vector<JobRecord>> list(size_t limit, const Filter& filter) const;
+  Result<std::vector<JobId>> open() const;  // have not ended; the oldest first
   Result<std::vector<JobId>> ended_before(int64_t ms, size_t limit) const;
+  struct Ids {
+    std::vector<JobId> there;  // rising
+    JobId newest;              // that was ever given
+  };
+  Result<Ids> ids() const;
+  Status give_no_id_up_to(JobId id);
   struct Counts {
     std::map<JobState, uint64_t> by_state;    // those that have any
     std::optional<int64_t> oldest_queued_ms;  // when it was made
@@ -82,12 +89,15 @@ class JobStore {
   // The one transition function: kConflict when can_move() says no.
   Result<JobRecord> move(JobId id, JobState to, const Change& change = {});
 
-  // An event that is not worth a write: lost by a restart, though its id is never used again.
-  Status publish_hint(Event event);
+  // An event that is not worth a write: lost by a restart, though its id is never used again. Waits
+  // for no writer: where one is at work, the event is published with what comes next.
+  void publish_hint(Event event);
 
  private:
-  // Before a transaction begins: it must not be rolled back.
-  Status reserve_event_ids(uint64_t at_least = 16);
+  // In a Session, before a transaction begins, whose end must not undo it: reserves ids for so many
+  // events, and publishes the hints that wait.
+  Status prepare_events(uint64_t at_least = 16);
+  Result<JobRecord> read(sqlite3* db, JobId id) const;
   // The job of this key; none: not used yet.
   Result<std::optional<JobRecord>> find_key(const IdempotencyKey& key) const;
   Result<Inserted> insert_one(Database::Transaction& transaction, const Posted& posted, size_t room,
@@ -97,10 +107,14 @@ class JobStore {
   Status write_log(Database::Session& session, JobId id, std::string_view level,
                    std::string_view text);
   Status load_events();
+  Status reserve_event_ids(uint64_t at_least);
+  Status fail_damaged(const JobRecord& job);
 
   Database& db_;
   EventLog& events_;
   std::function<int64_t()> now_ms_;
+  std::mutex hints_mutex_;
+  std::vector<Event> hints_;     // that wait
   uint64_t last_event_id_ = 0;   // guarded by the database's session
   uint64_t reserved_up_to_ = 0;  // ids on disk as used
 };

@@ -29,12 +29,16 @@ class ResultStore {
   Result<Image> load_noise_row(JobId id, int y) const;
   // kNotFound: the job rendered nothing.
   Result<std::shared_ptr<const Picture>> load(JobId id);
+  bool has_recovered(JobId id) const;
+  // The file of the picture, or of what was recovered of it; `height`: of the picture. kNotFound;
+  // kCorrupt: it is cut off, as of what the others load.
+  Result<Bytes> load_file(JobId id, bool recovered, int height) const;
+
+ private:
   std::filesystem::path image_file(JobId id) const { return folder_ / id.text() / "image.exr"; }
   std::filesystem::path recovered_file(JobId id) const {
     return folder_ / id.text() / "recovered.exr";
   }
-
- private:
   std::filesystem::path noise_file(JobId id) const { return folder_ / id.text() / "noise.exr"; }
   void remember(JobId id, std::shared_ptr<const Picture> picture);
 

@@ -80,19 +80,44 @@ Status TableStore::record(Database::Session& session, const TableFile& table,
       .run();
 }
 
-Result<std::vector<proto::TableInfo>> TableStore::list() const {
-  Database::Session session(db_);
-  const std::string sql =
-      std::string("SELECT ") + kTableColumns + " FROM tables ORDER BY number DESC LIMIT 10000";
+Result<std::vector<proto::TableInfo>> TableStore::list(size_t limit,
+                                                       const std::string& before) const {
+  const Database::Reading session(db_);
+  int64_t below = INT64_MAX;
+  if (!before.empty()) {
+    Query number(session.handle(), "SELECT number FROM tables WHERE id=?");
+    number.bind(before);
+    if (!number.next())
+      return number.status().ok() ? Error{ErrorCode::kNotFound, "no table " + before, "/before"}
+                                  : number.status().error();
+    below = number.integer(0);
+  }
+  const std::string sql = std::string("SELECT ") + kTableColumns +
+                          " FROM tables WHERE number < ? ORDER BY number DESC LIMIT ?";
   Query query(session.handle(), sql.c_str());
+  query.bind(below).bind(static_cast<int64_t>(limit));
   std::vector<proto::TableInfo> tables;
   while (query.next()) tables.push_back(read_table(query));
   if (Status s = query.status(); !s.ok()) return s.error();
   return tables;
 }
 
+Result<MappedFile> TableStore::open_file(const std::string& id) const {
+  if (const Result<proto::TableInfo> known = find(id); !known.ok()) return known.error();
+  return MappedFile::open(file_of(id), kMaxTableBytes);
+}
+
+Result<std::vector<std::string>> TableStore::ids() const {
+  const Database::Reading reading(db_);
+  Query query(reading.handle(), "SELECT id FROM tables");
+  std::vector<std::string> ids;
+  while (query.next()) ids.push_back(query.text(0));
+  if (Status s = query.status(); !s.ok()) return s.error();
+  return ids;
+}
+
 Result<proto::TableInfo> TableStore::find(const std::string& id) const {
-  Database::Session session(db_);
+  const Database::Reading session(db_);
   const std::string sql = std::string("SELECT ") + kTableColumns + " FROM tables WHERE id=?";
   Query query(session.handle(), sql.c_str());
   query.bind(id);
@@ -103,7 +128,7 @@ Result<proto::TableInfo> TableStore::find(const std::string& id) const {
 
 Result<std::vector<std::string>> TableStore::fitting(std::string_view method,
                                                      const SceneHash& scene, size_t limit) const {
-  Database::Session session(db_);
+  const Database::Reading session(db_);
   Query query(session.handle(),
               "SELECT id FROM tables WHERE method=? AND geometry=? AND materials=? AND lights=? "
               "ORDER BY samples_seen DESC, number DESC LIMIT ?");
@@ -120,7 +145,11 @@ Result<std::vector<std::string>> TableStore::fitting(std::string_view method,
 
 Result<TableFile> TableStore::load(const std::string& id) {
   Result<Bytes> bytes = read_file(file_of(id), kMaxTableBytes);
-  if (!bytes.ok()) return bytes.error();
+  if (!bytes.ok()) {
+    if (bytes.error().code == ErrorCode::kNotFound)  // its record serves nobody
+      if (Status gone = quarantine(id); !gone.ok()) return gone.error();
+    return bytes.error();
+  }
   Result<TableFile> table = decode_table(bytes.value());
   if (table.ok() && table.value().header.id != id) {
     table = Error{ErrorCode::kCorrupt, "holds the id " + table.value().header.id, id + ".qrt"};
@@ -136,7 +165,7 @@ Status TableStore::remove(const std::string& id) {
     Database::Transaction transaction(db_);
     Query user(transaction.handle(),
                "SELECT id FROM jobs WHERE state NOT IN ('succeeded','canceled','failed') AND "
-               "json_extract(request, '$.table')=? LIMIT 1");
+               "json_valid(request) AND json_extract(request, '$.table')=? LIMIT 1");
     user.bind(id);
     if (user.next())
       return Error{ErrorCode::kConflict,

@@ -4,6 +4,7 @@
 
 #include <filesystem>
 
+#include "core/base/file.h"
 #include "core/guide/guide.h"
 #include "core/scene/scene.h"
 #include "proto/messages.h"
@@ -26,8 +27,11 @@ class TableStore {
   // Both, for a table that no job's end says.
   Status add(const TableFile& table, proto::TableInfo info);
 
-  // Newest first.
-  Result<std::vector<proto::TableInfo>> list() const;
+  // Newest first; those before a table (kNotFound), or all.
+  Result<std::vector<proto::TableInfo>> list(size_t limit, const std::string& before = "") const;
+  // As it is on disk. kNotFound.
+  Result<MappedFile> open_file(const std::string& id) const;
+  Result<std::vector<std::string>> ids() const;
   Result<proto::TableInfo> find(const std::string& id) const;  // kNotFound
   // Ids of tables that fit method and scene, at most `limit`: those that have seen the most first,
   // so that no job or session makes what the next one starts from worse.

@@ -32,6 +32,29 @@ class RenderCommand : public ::testing::Test {
   ScratchFolder scratch_;
 };
 
+TEST_F(RenderCommand, ExposesThePngAndNotTheExr) {
+  const auto mean_of = [&](std::vector<std::string> more, const char* name) {
+    more.insert(more.end(), {"--method", "none", "--spp", "4", "-o", file(name)});
+    const Outcome done = render(more);
+    EXPECT_EQ(done.code, cmd::kExitOk) << done.err;
+    double sum = 0;
+    const std::vector<float> pixels = pixels_of(file(name));
+    for (const float v : pixels) sum += static_cast<double>(v);
+    return sum / static_cast<double>(pixels.size());
+  };
+  const double plain = mean_of({}, "plain.png");
+  EXPECT_GT(mean_of({"--exposure", "2"}, "bright.png"), plain * 1.2);
+  EXPECT_LT(mean_of({"--exposure", "-12"}, "dark.png"), 0.05);
+  const double automatic = mean_of({"--exposure", "auto"}, "auto.png");
+  EXPECT_GT(automatic, 0.2);  // a middle grey is .46; beside the box is black
+  EXPECT_LT(automatic, 0.65);
+  for (const std::vector<std::string>& wrong :
+       {std::vector<std::string>{"--exposure", "1", "-o", file("a.exr")},
+        {"--exposure", "bright", "-o", file("a.png")},
+        {"--exposure", "1", "--view", "albedo", "-o", file("a.png")}})
+    EXPECT_NE(render(wrong).code, cmd::kExitOk);
+}
+
 TEST_F(RenderCommand, WritesAPictureAndItsStatistics) {
   const Outcome done = render({"--method", "none", "--spp", "4", "--seed", "9", "--threads", "2",
                                "--json", file("stats.json"), "-o", file("out.exr")});

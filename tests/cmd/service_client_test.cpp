@@ -205,6 +205,11 @@ TEST_F(ClientCommand, FetchWritesThePicture) {
   const auto bytes = read_file(png, 1000);
   ASSERT_TRUE(bytes.ok());
   EXPECT_EQ(std::string(bytes.value().begin(), bytes.value().end()).substr(0, 10), "PNG at 1.5");
+  ASSERT_EQ(client({"fetch", "j1", "--exposure", "auto", "-o", png}).code, cmd::kExitOk);
+  const auto automatic = read_file(png, 1000);
+  EXPECT_EQ(std::string(automatic.value().begin(), automatic.value().end()), "PNG at auto");
+  EXPECT_NE(client({"fetch", "j1", "--exposure", "bright", "-o", png}).code, cmd::kExitOk);
+  EXPECT_NE(client({"fetch", "j1", "--exposure", "33", "-o", png}).code, cmd::kExitOk);
   const Outcome early = client({"fetch", "j1", "-o", exr});
   EXPECT_EQ(early.code, cmd::kExitBadInput);
   EXPECT_NE(early.err.find("Nothing rendered yet"), std::string::npos) << early.err;

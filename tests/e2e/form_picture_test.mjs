@@ -64,6 +64,12 @@ test('exposure changes the picture and asks the server for no tiles', async () =
   expect_inside(await png_pixels(page, png), expected, false);
   page.off('request', watch);
   assert.equal(requests, 0);
+  await page.getByRole('button', { name: 'Auto' }).click();
+  const chosen = (await all.server.get(`/v1/jobs/${job}/image.png?picture=sampled&exposure=auto`))
+    .headers.get('qray-exposure');
+  const shown = Math.round(chosen * 10) / 10;
+  await page.waitForFunction(
+    (ev) => Number(document.querySelector('#exposure').value) === ev, shown);
   await page.getByRole('button', { name: 'Reset' }).click();
   assert.equal(await page.locator('.view-exposure-value').textContent(), '0.0 EV');
 });

@@ -39,7 +39,7 @@ const send = (method, path, headers = {}, body = '') => new Promise((resolve, re
     headers: { ...headers, 'content-length': Buffer.byteLength(body) } }, (response) => {
     const type = response.headers['content-type'] ?? '';
     const chunks = [];
-    const done = () => resolve({ status: response.statusCode, type,
+    const done = () => resolve({ method, status: response.statusCode, type,
       text: Buffer.concat(chunks).toString() });
     if (type.startsWith('text/event-stream')) {
       done();
@@ -63,6 +63,7 @@ function judge(what, answer, { wrong, field = null, pointers = null }) {
   if (answer.status < 400) return;
   asked.refused += 1;
   assert.equal(answer.type, 'application/problem+json', what);
+  if (answer.method === 'HEAD') return; // its answers have no body
   const problem = JSON.parse(answer.text);
   const good = ajv.getSchema('contract#/components/schemas/Problem');
   assert.ok(good(problem), `${what}: ${JSON.stringify(good.errors)}`);
@@ -226,10 +227,15 @@ const kTexts = ['', '0', '-1', '1', '1.5', '1e308', '1e999', 'nan', 'inf', '0x10
 test('queries', async (t) => {
   for (const call of operations()) {
     const query = call.parameters.filter((parameter) => parameter.in === 'query');
+    const unknown = await send(call.method, `${good_path(call)}?surprise=1`);
+    judge(`${call.method} ${call.pattern}?surprise`, unknown, { wrong: true });
     for (const parameter of query) {
       await t.test(`${call.method} ${call.pattern} ${parameter.name}`, async () => {
-        const is_good = check(parameter.schema);
-        const numeric = ['integer', 'number'].includes(resolved(parameter.schema).type);
+        const whole = resolved(parameter.schema);
+        const schema = whole.type === 'array' ? whole.items : parameter.schema;
+        const is_good = check(schema);
+        const kinds = [resolved(schema), ...(resolved(schema).oneOf ?? [])];
+        const numeric = kinds.some(({ type }) => ['integer', 'number'].includes(type));
         const others = query.filter((other) => other.required && other !== parameter)
           .map((other) => `&${other.name}=${example(other.schema)}`).join('');
         for (const text of kTexts) {

@@ -21,7 +21,8 @@ using test::Json;
 // A qrayd child process on a scratch folder.
 class Process {
  public:
-  explicit Process(const Config& config) {
+  // `limit`: of the system on it, as `ulimit` takes it.
+  explicit Process(const Config& config, const std::string& limit = "") {
     int out[2];
     EXPECT_EQ(::pipe(out), 0);
     posix_spawn_file_actions_t actions;
@@ -35,9 +36,12 @@ class Process {
                           "--scenes", config.scenes,    "--web", config.web, "--threads",
                           "1",        "--jobs-at-once", "1"};
     std::vector<char*> argv;
+    std::string shell[] = {"/bin/sh", "-c", "ulimit " + limit + " && exec \"$0\" \"$@\""};
+    if (!limit.empty())
+      for (std::string& word : shell) argv.push_back(word.data());
     for (std::string& arg : args) argv.push_back(arg.data());
     argv.push_back(nullptr);
-    EXPECT_EQ(::posix_spawn(&pid_, program.c_str(), &actions, nullptr, argv.data(), environ), 0);
+    EXPECT_EQ(::posix_spawn(&pid_, argv[0], &actions, nullptr, argv.data(), environ), 0);
     posix_spawn_file_actions_destroy(&actions);
     ::close(out[1]);
     char block[256];
@@ -151,6 +155,39 @@ TEST_F(ProcessTest, AKilledServersJobsRunAgainWithTheSameBits) {
   server.wait_state(again, "succeeded");
   EXPECT_TRUE(tiles(server, id) == tiles(server, again));
   EXPECT_FALSE(tiles(server, queued) == tiles(server, again));  // it started from a table
+}
+
+TEST_F(ProcessTest, AFileThatMustNotGrowIsAnErrorAndNoEnd) {
+  Process server(config_, "-f 4000");  // blocks of 512 or 1024 bytes
+  Json large = job(1);
+  large["width"] = large["height"] = 1024;
+  large["method"] = "none";
+  const std::string id = server.submit(large);
+  const Json ended = server.wait_state(id, "failed");
+  EXPECT_NE(ended["error"]["message"].get<std::string>().find("File too large"), std::string::npos)
+      << ended.dump();
+  EXPECT_EQ(server.get("/healthz")["status"], "ok");
+}
+
+TEST_F(ProcessTest, FewFileDescriptorsMeanFewConnections) {
+  Process server(config_, "-n 100");
+  std::vector<test::RawConnection> silent;
+  for (int i = 0; i < 60; ++i) silent.emplace_back(server.port());
+  EXPECT_EQ(server.get("/healthz")["status"], "ok");
+  server.wait_state(server.submit(job(1)), "succeeded");
+}
+
+TEST_F(ProcessTest, ALargeJobDoesNotHoldUpTheEnd) {
+  Process server(config_);
+  Json large = job(1'000'000);
+  large["width"] = large["height"] = 4096;
+  const std::string id = server.submit(large);
+  server.wait_state(id, "learning");
+  std::this_thread::sleep_for(std::chrono::milliseconds(1500));  // its first state is being written
+  const auto begin = std::chrono::steady_clock::now();
+  const int status = server.end(SIGTERM);
+  EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(3));
+  EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0) << status;
 }
 
 TEST_F(ProcessTest, ASecondServerOnTheFolderExitsWithAnError) {

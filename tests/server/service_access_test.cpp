@@ -1,5 +1,7 @@
 // Tokens, scopes and sessions over HTTP, for every route that there is.
 #include <gtest/gtest.h>
+#include <spdlog/sinks/ostream_sink.h>
+#include <spdlog/spdlog.h>
 
 #include "server/http/tokens.h"
 #include "tests/server/test_service.h"
@@ -133,6 +135,51 @@ TEST_F(ServiceAccess, OpeningASession) {
   TestService open;
   open.start();
   open.post("/v1/session", R"({"token":"x"})", 409);
+}
+
+TEST_F(ServiceAccess, OneUsersSessionsPushOutNoOthers) {
+  const std::string admin = open_session("admin"), first = open_session("read");
+  std::this_thread::sleep_for(std::chrono::milliseconds(5));  // their age is in milliseconds
+  for (int i = 0; i < 100; ++i) open_session("read");
+  EXPECT_EQ(call("GET", "/v1/jobs", {{"Cookie", first}})->status, 401);
+  EXPECT_EQ(call("GET", "/v1/jobs", {{"Cookie", admin}})->status, 200);
+}
+
+TEST_F(ServiceAccess, TheLogSaysWhoAskedAndHoldsNoSecrets) {
+  std::ostringstream log;
+  const auto before = spdlog::default_logger();
+  spdlog::set_default_logger(std::make_shared<spdlog::logger>(
+      "test", std::make_shared<spdlog::sinks::ostream_sink_mt>(log)));
+  const std::string cookie = open_session("read");
+  call("GET", "/v1/jobs/j000009?wait=0", bearer(token("submit")));
+  call("GET", "/v1/jobs/j000008", {{"Cookie", cookie}});
+  call("GET", "/v1/jobs?access_token=" + token("admin"), {});
+  call("GET", "/nothing?token=" + token("admin"), {});
+  s_.stop();  // all are logged
+  spdlog::set_default_logger(before);
+  const std::string text = log.str();
+  EXPECT_NE(text.find("client=127.0.0.1 user=submit method=GET target=/v1/jobs/j000009?wait=0"),
+            std::string::npos)
+      << text;
+  EXPECT_NE(text.find("user=read method=GET target=/v1/jobs/j000008 "), std::string::npos);
+  EXPECT_NE(text.find("user=- method=GET target=/v1/jobs?... "), std::string::npos);
+  EXPECT_NE(text.find("target=/nothing?... "), std::string::npos);
+  EXPECT_EQ(text.find(token("admin")), std::string::npos);
+}
+
+TEST(ServiceQueries, WhatARouteDoesNotKnowIsRefused) {
+  TestService s;
+  s.start();
+  const Json problem = s.get("/v1/jobs?lable=a:b", 422);
+  EXPECT_NE(problem["detail"].get<std::string>().find("before, label, limit"), std::string::npos);
+  s.get("/v1/jobs?label=a:b&wait=1", 422);
+  s.get("/v1/scenes?limit=1", 422);
+  s.get("/v1/jobs?%ff=1", 422);
+  s.post("/v1/jobs?dry=1", R"({"scene":"box"})", 422);
+  s.get("/v1/jobs?label=a:b&label=c:d&state=queued&state=failed");
+  s.get("/v1/jobs?label=a:b&label=c", 422);
+  s.get("/v1/jobs?state=queued&state=done", 422);
+  EXPECT_EQ(s.client().Get("/?from=mail")->status, 200);
 }
 
 TEST_F(ServiceAccess, PagesOfOtherSitesStayOutside) {

@@ -216,6 +216,12 @@ TEST_F(ServiceTest, ImagesAndTheirMetadata) {
   };
   EXPECT_GT(mean_of("?exposure=1"), mean_of(""));
   EXPECT_LT(mean_of("?exposure=-1.5"), mean_of(""));
+  // What it chose is said, and gives the same picture when it is asked for.
+  const auto automatic = s_.client().Get("/v1/jobs/" + id + "/image.png?exposure=auto");
+  ASSERT_TRUE(automatic && automatic->status == 200);
+  const std::string stops = automatic->get_header_value("Qray-Exposure");
+  EXPECT_EQ(mean_of("?exposure=auto"), mean_of("?exposure=" + stops));
+  EXPECT_NE(mean_of("?exposure=auto"), mean_of(""));
   s_.get("/v1/jobs/" + id + "/image.png?exposure=x", 422);
   s_.get("/v1/jobs/" + id + "/image.png?exposure=99", 422);
 }

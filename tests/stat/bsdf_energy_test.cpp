@@ -3,6 +3,7 @@
 
 #include "core/bsdf/fresnel.h"
 #include "core/bsdf/ggx.h"
+#include "core/bsdf/sheen.h"
 #include "tests/support/bsdf_cases.h"
 #include "tests/support/random.h"
 #include "tests/support/stats.h"
@@ -79,6 +80,53 @@ TEST(BsdfEnergy, NoPrincipledSurfaceMakesLight) {
                   << m.clearcoat_roughness.value << " thin " << thin << " from " << test::text(wo);
             }
           }
+}
+
+// Glass in two colours is the sum of what it reflects and what it passes, each by its own colour.
+TEST(BsdfEnergy, GlassReflectsAndPassesByAColourEach) {
+  for (const MaterialKind kind : {MaterialKind::kDielectric, MaterialKind::kThinDielectric})
+    for (const float roughness : {0.0f, 0.4f}) {
+      const auto mean = [&](float specular, float transmittance, Vec3 wo) {
+        Material m = white(kind, roughness);
+        m.specular.value.g = specular;
+        m.transmittance.value.g = transmittance;
+        return mean_weight(test::make_case("", m), wo, 3, /*flux=*/true);
+      };
+      for (const Vec3 wo : test::eye_directions()) {
+        const test::Moments gloss = mean(1, 0, wo), passed = mean(0, 1, wo), both = mean(1, 1, wo),
+                            tinted = mean(0.8f, 0.25f, wo);
+        const double error = 4 * (gloss.standard_error() + passed.standard_error() +
+                                  both.standard_error() + tinted.standard_error());
+        const std::string at = (roughness > 0 ? "rough from " : "smooth from ") + test::text(wo);
+        EXPECT_NEAR(gloss.mean() + passed.mean(), both.mean(), error + 1e-5) << at;
+        EXPECT_NEAR(0.8 * gloss.mean() + 0.25 * passed.mean(), tinted.mean(), error + 1e-5) << at;
+      }
+      EXPECT_NEAR(mean(1, 0, {0, 0, 1}).mean(),
+                  kind == MaterialKind::kDielectric ? 0.04 : 0.08 / 1.04, 2e-3);
+    }
+}
+
+// White sheen over a white base, and over a black one, of which its albedo is the table's.
+TEST(BsdfEnergy, SheenMakesNoLightAndTheBaseKeepsWhatItLeaves) {
+  for (const float roughness : {0.0f, 0.1f, 0.3f, 0.6f, 1.0f}) {
+    Material m = white(MaterialKind::kPrincipled, 0.5f);
+    m.sheen.value = Rgb{1.0f};
+    m.sheen_roughness.value = roughness;
+    const test::BsdfCase over_white = test::make_case("", m);
+    m.reflectance.value = Rgb{0.0f};
+    m.specular_weight.value = 0;
+    const test::BsdfCase alone = test::make_case("", m);
+    for (const Vec3 wo : {test::direction(0, 0), test::direction(50, 10), test::direction(75, 80),
+                          test::direction(86, 200), test::direction(120, 30)}) {
+      const std::string at = "roughness " + std::to_string(roughness) + " from " + test::text(wo);
+      const test::Moments all = mean_weight(over_white, wo, 3), sheen = mean_weight(alone, wo, 5);
+      EXPECT_LE(all.mean(), 1 + 5 * all.standard_error() + 2e-3) << at;
+      EXPECT_GT(all.mean(), 0.6) << at;
+      const double table = static_cast<double>(Sheen::table().albedo(std::abs(wo.z), roughness));
+      EXPECT_LE(sheen.mean(), table + 5 * sheen.standard_error() + 5e-3) << at;
+      EXPECT_GT(sheen.mean(), 0.75 * table - 5e-3) << at;
+    }
+  }
 }
 
 TEST(BsdfEnergy, WhitePrincipledDielectricKeepsAll) {

@@ -64,11 +64,22 @@ inline std::vector<BsdfCase> principled_cases() {
     m.clearcoat.value = 0.8f;
     m.clearcoat_roughness.value = 0.25f;
   });
+  add("cloth", 0.8f, [](Material& m) {
+    m.sheen.value = {0.9f, 0.5f, 1};
+    m.sheen_roughness.value = 0.4f;
+  });
+  add("smooth cloth under a coat", 0, [](Material& m) {
+    m.sheen.value = Rgb{0.6f};
+    m.sheen_roughness.value = 1;
+    m.clearcoat.value = 0.5f;
+  });
   add("all", 0.3f, [](Material& m) {
     m.metallic.value = 0.2f;
     m.transmission.value = 0.5f;
     m.clearcoat.value = 0.5f;
     m.clearcoat_roughness.value = 0.6f;
+    m.sheen.value = {0.2f, 1, 0.7f};
+    m.sheen_roughness.value = 0.15f;
   });
   return cases;
 }
@@ -94,6 +105,12 @@ inline std::vector<BsdfCase> density_cases() {
     Material m = material_of(MaterialKind::kPlastic, roughness);
     m.nonlinear = false;
     cases.push_back(make_case("linear plastic roughness " + std::to_string(roughness), m));
+  }
+  for (const float transmittance : {0.0f, 0.3f}) {
+    Material m = material_of(MaterialKind::kDielectric, 0.5f);
+    m.specular.value = {0.5f, 0.9f, 0.2f};
+    m.transmittance.value = Rgb{transmittance};
+    cases.push_back(make_case("dielectric that passes " + std::to_string(transmittance), m));
   }
   for (const MaterialKind kind :
        {MaterialKind::kConductor, MaterialKind::kDielectric, MaterialKind::kPlastic}) {

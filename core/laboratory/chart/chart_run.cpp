@@ -7,7 +7,6 @@
 #include "core/image/metrics.h"
 #include "core/job/recover_picture.h"
 #include "core/job/run_job.h"
-#include "core/recover/included_networks.h"
 #include "core/settings/variant.h"
 
 namespace qray {
@@ -46,14 +45,15 @@ Result<Develop> developer(const PreparedScene& scene, const RenderSettings& sett
                           const Clock& clock) {
   if (settings.recover == "none")
     return Develop([&film]() -> Result<Developed> { return Developed{film.develop()}; });
-  Result<Network> network = included_network(settings.recover);
-  if (!network) return network.error();
+  Result<Recovery> recovery = included_recovery(settings.recover);
+  if (!recovery) return recovery.error();
+  if (Status s = check_recovery(recovery.value(), settings); !s) return s.error();
   return Develop([&scene, &film, &pool, &clock, settings, stop,
-                  net = std::move(network).value()]() -> Result<Developed> {
+                  by = std::move(recovery).value()]() -> Result<Developed> {
     const double start = clock.seconds();
-    Result<Image> picture = recover_picture(scene, settings, net, film, pool, stop);
-    if (!picture) return picture.error();
-    return Developed{std::move(picture).value(), clock.seconds() - start};
+    Result<Recovered> recovered = recover_picture(scene, settings, by, film, pool, stop);
+    if (!recovered) return recovered.error();
+    return Developed{std::move(recovered.value().picture), clock.seconds() - start};
   });
 }
 

@@ -159,13 +159,6 @@ TEST(GltfDocument, FaultsNameTheirPlace) {
        ":/accessors/0: expected 516 bytes in bufferView 0, got 36"},
       {"/buffers/0/byteLength", 37, ":/buffers/0/byteLength: expected at most 36, got 37"},
       {"/buffers/0/uri", json::value_t::discarded, ":/buffers/0: expected a \"uri\""},
-      {"/textures",
-       {{{"source", 0}}},
-       ":/textures/0/source: expected no index, there are no images"},
-      {"/samplers",
-       {{{"wrapS", 1}}},
-       ":/samplers/0/wrapS: expected one of 10497, 33071, 33648, got 1"},
-      {"/images", {{{"bufferView", 1}}}, ":/images/0/bufferView: expected an integer, 0..0, got 1"},
       {"/cameras", 1, ":/cameras: expected an array, got 1"},
   };
   const json good = json::parse(gltf_triangle().gltf());
@@ -179,6 +172,44 @@ TEST(GltfDocument, FaultsNameTheirPlace) {
       document[pointer] = c.value;
     const std::string failure = folder.failure("a.gltf", document.dump());
     EXPECT_TRUE(failure.starts_with(std::string("a.gltf") + c.failure)) << failure;
+  }
+}
+
+// Many exporters leave some behind.
+TEST(GltfDocument, BrokenPicturesAreErrorsWhereTheyAreUsedAndElseWarnings) {
+  const test::SceneFolder folder;
+  const json good = json::parse(R"({"textures": [{"source": 0, "sampler": 0}],
+    "images": [{"uri": "p.png"}], "samplers": [{}]})");
+  folder.write("p.png", "not read here");
+  const struct {
+    const char* pointer;
+    json value;  // discarded: removed
+    std::string fault;
+  } cases[] = {
+      {"/images", json::value_t::discarded,
+       "a.gltf:/textures/0/source: expected no index, there are no images"},
+      {"/textures/0/source", 4, "a.gltf:/textures/0/source: expected an integer, 0..0, got 4"},
+      {"/textures/0/sampler", "x",
+       "a.gltf:/textures/0/sampler: expected an integer, 0..0, got \"x\""},
+      {"/samplers/0/wrapS", 1,
+       "a.gltf:/samplers/0/wrapS: expected one of 10497, 33071, 33648, got 1"},
+      {"/images/0",
+       {{"bufferView", 1}},
+       "a.gltf:/images/0/bufferView: expected an integer, 0..0, got 1"},
+  };
+  for (const auto& c : cases) {
+    GltfText text = gltf_triangle();
+    json parts = good;
+    const json::json_pointer pointer(c.pointer);
+    if (c.value.is_discarded())
+      parts.erase("images");
+    else
+      parts[pointer] = c.value;
+    text.json.update(parts);
+    const LoadedScene unused = test::load_gltf(folder, text);
+    EXPECT_EQ(unused.warnings, std::vector<std::string>{c.fault + "; nothing drawn uses it"});
+    text.json["materials"][0]["emissiveTexture"] = {{"index", 0}};
+    EXPECT_EQ(folder.failure("a.gltf", text.gltf()), c.fault);
   }
 }
 

@@ -252,11 +252,18 @@ TEST(GltfMaterial, PicturesInsideTheFileKeepTheirBytes) {
 TEST(GltfMaterial, WhatIsNotReadIsAWarning) {
   const test::SceneFolder folder;
   const std::string at = "a.gltf:/materials/0/extensions/";
-  for (const char* name : {"KHR_materials_sheen", "KHR_materials_anisotropy",
-                           "KHR_materials_iridescence", "KHR_materials_dispersion"}) {
-    const LoadedScene loaded =
-        load_with(folder, R"({"extensions": {")" + std::string(name) + R"(": {}}})");
-    EXPECT_EQ(loaded.warnings, std::vector<std::string>{at + name + ": the extension is left out"});
+  for (const auto& [name, strength] :
+       {std::pair<std::string, std::string>{"KHR_materials_anisotropy", "anisotropyStrength"},
+        {"KHR_materials_diffuse_transmission", "diffuseTransmissionFactor"},
+        {"KHR_materials_iridescence", "iridescenceFactor"},
+        {"KHR_materials_dispersion", "dispersion"}}) {
+    const auto warnings = [&](const std::string& members) {
+      return load_with(folder, R"({"extensions": {")" + name + "\": {" + members + "}}}").warnings;
+    };
+    EXPECT_EQ(warnings("\"" + strength + "\": 0.5"),
+              std::vector<std::string>{at + name + ": the extension is left out"});
+    EXPECT_EQ(warnings("\"" + strength + "\": 0"), std::vector<std::string>{});
+    EXPECT_EQ(warnings(""), std::vector<std::string>{});
   }
   EXPECT_EQ(
       load_with(folder, R"({"extensions": {"KHR_materials_clearcoat": {
@@ -282,6 +289,21 @@ TEST(GltfMaterial, WhatIsNotReadIsAWarning) {
   EXPECT_EQ(loaded.warnings,
             std::vector<std::string>{
                 "a.gltf:/textures/0/extensions/KHR_texture_basisu: the extension is left out"});
+}
+
+TEST(GltfMaterial, Sheen) {
+  const test::SceneFolder folder;
+  const LoadedScene loaded = load_with(folder, R"({"extensions": {"KHR_materials_sheen": {
+    "sheenColorFactor": [0.1, 0.2, 0.3], "sheenColorTexture": {"index": 0},
+    "sheenRoughnessFactor": 0.4, "sheenRoughnessTexture": {"index": 1}}}})");
+  const Material& m = material_of(loaded);
+  EXPECT_EQ(m.sheen.value, (Rgb{0.1f, 0.2f, 0.3f}));
+  EXPECT_EQ(picture(loaded, m.sheen.texture), "p0.png");
+  EXPECT_TRUE(loaded.scene.textures[m.sheen.texture.value].srgb);
+  EXPECT_EQ(m.sheen_roughness.value, 0.4f);
+  EXPECT_EQ(m.sheen_roughness.channel, 3);
+  EXPECT_EQ(picture(loaded, m.sheen_roughness.texture), "p1.png");
+  EXPECT_TRUE(loaded.warnings.empty());
 }
 
 TEST(GltfMaterial, FaultsNameTheirPlace) {

@@ -34,7 +34,8 @@ TEST(JsonScene, ReadsEveryFieldWhereItBelongs) {
       document(
           R"("name": "n", "size": [64, 48], "max_depth": 7,
          "camera": {"position": [1, 2, 3], "target": [0, 0, 0], "up": [0, 0, 1],
-                    "vertical_fov_deg": 33, "aperture_radius": 0.5, "focus_distance": 4})",
+                    "vertical_fov_deg": 33, "aperture_radius": 0.5, "focus_distance": 4,
+                    "mirrored": true})",
           R"("textures": [{"name": "t", "path": "t.png", "srgb": false, "wrap": "clamp"},
                            {"name": "w", "path": "t.png", "wrap": ["clamp", "mirror"],
                             "nearest": true, "uv_transform": [1, 2, 3, 4, 5, 6]}],
@@ -63,7 +64,7 @@ TEST(JsonScene, ReadsEveryFieldWhereItBelongs) {
   EXPECT_EQ(s.width, 64);
   EXPECT_EQ(s.height, 48);
   EXPECT_EQ(s.max_depth, 7);
-  EXPECT_EQ(s.camera, (Camera{{1, 2, 3}, {0, 0, 0}, {0, 0, 1}, 33, 0.5f, 4}));
+  EXPECT_EQ(s.camera, (Camera{{1, 2, 3}, {0, 0, 0}, {0, 0, 1}, 33, 0.5f, 4, true}));
   ASSERT_EQ(s.textures.size(), 2u);
   EXPECT_EQ(s.textures[0].path, folder.path() / "t.png");
   EXPECT_FALSE(s.textures[0].srgb);
@@ -118,12 +119,14 @@ TEST(JsonScene, ReadsEveryKindOfMaterial) {
       "textures": [{"name": "t", "path": "t.png", "srgb": false}],
       "materials": [
         {"name": "a", "type": "thin_dielectric", "ior": 1.3, "specular": {"texture": "t"}},
-        {"name": "g", "type": "dielectric", "absorption": [1, 2, 3], "two_sided": false},
+        {"name": "g", "type": "dielectric", "absorption": [1, 2, 3], "two_sided": false,
+         "transmittance": 0.25},
         {"name": "m", "type": "plastic", "nonlinear": false},
         {"name": "p", "type": "principled", "reflectance": 0.9, "ior": 1.4, "roughness": 0.3,
          "metallic": {"texture": "t", "scale": 0.5, "channel": "b"}, "transmission": 0.25,
          "thin": true, "specular": 20, "specular_weight": 0.75, "clearcoat": 0.125,
-         "clearcoat_roughness": 0.0625, "absorption": 4},
+         "clearcoat_roughness": 0.0625, "absorption": 4, "sheen": [0.25, 0.5, 0.75],
+         "sheen_roughness": {"texture": "t", "channel": "a"}},
         {"name": "b", "type": "blend", "first": "p", "second": "g",
          "weight": {"texture": "t", "channel": "a"}, "opacity": 0.5, "alpha_cutoff": 0.25,
          "normal_map": {"texture": "t", "scale": 2}, "bump_map": {"texture": "t", "scale": 0.01},
@@ -135,6 +138,9 @@ TEST(JsonScene, ReadsEveryKindOfMaterial) {
   const TextureId t(0);
   EXPECT_EQ(m[0].kind, MaterialKind::kThinDielectric);
   EXPECT_EQ(m[0].specular, (ColorParam{Rgb{1}, t}));
+  EXPECT_EQ(m[0].transmittance, m[0].specular);
+  EXPECT_EQ(m[1].specular.value, Rgb{1});
+  EXPECT_EQ(m[1].transmittance.value, Rgb{0.25f});
   EXPECT_EQ(m[1].absorption, (Rgb{1, 2, 3}));
   EXPECT_FALSE(m[1].two_sided);
   EXPECT_FALSE(m[2].nonlinear);
@@ -148,6 +154,8 @@ TEST(JsonScene, ReadsEveryKindOfMaterial) {
   EXPECT_EQ(m[3].clearcoat.value, 0.125f);
   EXPECT_EQ(m[3].clearcoat_roughness.value, 0.0625f);
   EXPECT_EQ(m[3].absorption, Rgb{4});
+  EXPECT_EQ(m[3].sheen.value, (Rgb{0.25f, 0.5f, 0.75f}));
+  EXPECT_EQ(m[3].sheen_roughness, (FloatParam{1, t, 3}));
   EXPECT_EQ(m[4].kind, MaterialKind::kBlend);
   EXPECT_EQ(m[4].first, MaterialId(3));
   EXPECT_EQ(m[4].second, MaterialId(1));

@@ -98,6 +98,14 @@ TEST_F(MitsubaMaterial, MetalsByNameAndByNumber) {
   EXPECT_EQ(given.k, (Rgb{2, 2.5f, 3}));
   of("<bsdf type=\"conductor\"><string name=\"material\" value=\"Unobtainium\"/></bsdf>");
   EXPECT_TRUE(warned());
+  // As a well-known room is distributed.
+  const Material negative =
+      of("<bsdf type=\"conductor\"><rgb name=\"eta\" value=\"1, -0.25, 2\"/>"
+         "<spectrum name=\"k\" value=\"3 4 5\"/></bsdf>",
+         "3.0.0");
+  EXPECT_EQ(negative.eta, (Rgb{1, 0, 2}));
+  EXPECT_EQ(negative.k, (Rgb{3, 4, 5}));
+  EXPECT_TRUE(warned());
 }
 
 TEST_F(MitsubaMaterial, GlassByNameAndInsideOut) {
@@ -111,6 +119,39 @@ TEST_F(MitsubaMaterial, GlassByNameAndInsideOut) {
       "<float name=\"extIOR\" value=\"1.5\"/></bsdf>";
   EXPECT_NEAR(of(water_in_glass).ior, 1.25f, 1e-5f);
   EXPECT_EQ(test::front(loaded_.scene.meshes[0], 0), (Vec3{0, 0, -1}));
+}
+
+TEST_F(MitsubaMaterial, GlassHasAColourForWhatItReflectsAndOneForWhatItPasses) {
+  for (const std::string type : {"dielectric", "roughdielectric", "thindielectric"}) {
+    const Material black = of("<bsdf type=\"" + type +
+                              "\"><spectrum name=\"specularTransmittance\" value=\"0\"/></bsdf>");
+    EXPECT_EQ(black.specular.value, Rgb{1.0f}) << type;
+    EXPECT_EQ(black.transmittance.value, Rgb{0.0f}) << type;
+    const Material plain = of("<bsdf type=\"" + type +
+                              "\"><rgb name=\"specularReflectance\" value=\"0 0.5 1\"/></bsdf>");
+    EXPECT_EQ(plain.specular.value, (Rgb{0, 0.5f, 1})) << type;
+    EXPECT_EQ(plain.transmittance.value, Rgb{1.0f}) << type;
+    EXPECT_FALSE(warned()) << type;
+  }
+}
+
+TEST_F(MitsubaMaterial, WhatSaysNothingIsNoWarning) {
+  const auto warnings = [&](const std::string& parameters) {
+    of("<bsdf type=\"principled\">" + parameters + "</bsdf>", "3.0.0");
+    return warned();
+  };
+  EXPECT_FALSE(
+      warnings("<float name=\"anisotropic\" value=\"0.0\"/>"
+               "<rgb name=\"sheen\" value=\"0, 0, 0\"/>"
+               "<float name=\"sheenTint\" value=\"0.5\"/>"
+               "<float name=\"specTint\" value=\"0\"/>"
+               "<float name=\"flatness\" value=\"0\"/>"));
+  EXPECT_FALSE(warnings("<float name=\"sheen_tint\" value=\"1\"/>"));
+  EXPECT_TRUE(warnings("<float name=\"anisotropic\" value=\"0.5\"/>"));
+  EXPECT_TRUE(warnings("<rgb name=\"sheen\" value=\"0, 0.1, 0\"/>"));
+  EXPECT_TRUE(
+      warnings("<float name=\"sheen\" value=\"1\"/>"
+               "<float name=\"sheen_tint\" value=\"1\"/>"));
 }
 
 TEST_F(MitsubaMaterial, PlasticIsLinearUnlessAsked) {

@@ -314,6 +314,51 @@ TEST(MitsubaScene, FaultsNameTheLine) {
   }
 }
 
+TEST(MitsubaScene, TheSameWarningIsSaidOnceWithACount) {
+  const test::SceneFolder folder;
+  const std::string shape =
+      "<shape type=\"cube\"><bsdf type=\"diffuse\"><float name=\"shine\" value=\"1\"/></bsdf>"
+      "</shape>\n";
+  const auto of = [&](int count) {
+    std::string body = "<emitter type=\"constant\"/>\n";
+    for (int i = 0; i < count; ++i) body += shape;
+    const auto loaded = folder.load("scene.xml", mitsuba_scene(body));
+    EXPECT_TRUE(loaded.ok());
+    return loaded.value().warnings;
+  };
+  const std::string once = "scene.xml:5: \"shine\" of diffuse is left out";
+  EXPECT_EQ(of(1), std::vector<std::string>{once});
+  EXPECT_EQ(of(2), std::vector<std::string>{once + " (and in 1 more place)"});
+  EXPECT_EQ(of(9), std::vector<std::string>{once + " (and in 8 more places)"});
+}
+
+// Other programs write elements of their own between Mitsuba's.
+TEST(MitsubaScene, ForeignElementsAreSkippedWhereTheValueIsThere) {
+  const test::SceneFolder folder;
+  const auto load = [&](const std::string& bsdf, const std::string& transform) {
+    return folder.load("scene.xml",
+                       mitsuba_scene("<emitter type=\"constant\"/>\n<shape type=\"cube\">"
+                                     "<bsdf type=\"diffuse\">" +
+                                     bsdf + "</bsdf><transform name=\"toWorld\">" + transform +
+                                     "</transform></shape>"));
+  };
+  const std::string color = "<rgb name=\"reflectance\" value=\"0.25\"/>",
+                    foreign = "<lux name=\"reflectance\" value=\"7\"/>",
+                    move = "<translate x=\"1\"/>";
+  const auto loaded = load("<meta/>" + foreign + color, "<pivot x=\"9\"/>" + move);
+  ASSERT_TRUE(loaded.ok()) << loaded.error().text();
+  const Scene& scene = loaded.value().scene;
+  EXPECT_EQ(scene.materials.back().reflectance.value, Rgb{0.25f});
+  EXPECT_EQ(scene.meshes.back().positions[0].x, 2);
+  EXPECT_EQ(
+      loaded.value().warnings,
+      (std::vector<std::string>{"scene.xml:5: <meta> is no element of Mitsuba and is left out",
+                                "scene.xml:5: <lux> is no element of Mitsuba and is left out",
+                                "scene.xml:5: <pivot> is no element of Mitsuba and is left out"}));
+  EXPECT_FALSE(load(foreign, move).ok());
+  EXPECT_FALSE(load(color, "<pivot x=\"9\"/>").ok());
+}
+
 TEST(MitsubaScene, WhatIsNotReadIsAWarningOrStrictlyAnError) {
   const test::SceneFolder folder;
   const std::string unknown[] = {

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <limits>
 
 #include "core/image/metrics.h"
@@ -47,8 +48,8 @@ RecoveryInput input_of(const TrainingView& view) {
 TEST(Recover, APictureThatItsFeaturesExplainComesBackWhole) {
   const TrainingView view = corner(0, 1);
   TaskPool pool(2);
-  const Image bilinear = recover_quarter(no_network(), input_of(view), pool);
-  const Image untrained = recover_quarter(untrained_network(16, 1), input_of(view), pool);
+  const Image bilinear = recover_quarter(no_network(), input_of(view), pool).picture;
+  const Image untrained = recover_quarter(untrained_network(16, 1), input_of(view), pool).picture;
   EXPECT_LT(relmse(untrained, view.target), 0.1 * relmse(bilinear, view.target));
   const JointBilateral filter;
   EXPECT_LT(relmse(joint_bilateral(filter, view.features, view.input, pool), view.target),
@@ -60,22 +61,84 @@ TEST(Recover, OnlyTheFirstPixelOfEachBlockIsRead) {
   TaskPool pool(2);
   const Network nets[] = {no_network(), untrained_network(16, 1)};
   std::vector<Image> before;
-  for (const Network& net : nets) before.push_back(recover_quarter(net, input_of(view), pool));
+  for (const Network& net : nets)
+    before.push_back(recover_quarter(net, input_of(view), pool).picture);
   for (int y = 0; y < kRecoverSide; ++y)
     for (int x = 0; x < kRecoverSide; ++x)
       if (x % 2 || y % 2) view.input.set_rgb(x, y, Rgb{1e6f});
   for (size_t i = 0; i < before.size(); ++i)
-    EXPECT_EQ(relmse(recover_quarter(nets[i], input_of(view), pool), before[i]), 0);
+    EXPECT_EQ(relmse(recover_quarter(nets[i], input_of(view), pool).picture, before[i]), 0);
 }
 
 TEST(Recover, AllPixelsMakeABetterPictureThanAQuarter) {
   const TrainingView view = corner(0.9f, 3);
   TaskPool pool(2);
   const Network net = untrained_network(16, 1);
-  const double quarter = relmse(recover_quarter(net, input_of(view), pool), view.target);
-  const double all = relmse(recover_all(net, input_of(view), pool), view.target);
+  const double quarter = relmse(recover_quarter(net, input_of(view), pool).picture, view.target);
+  const double all = relmse(recover_all(net, input_of(view), pool).picture, view.target);
   EXPECT_LT(all, 0.6 * quarter);
   EXPECT_LT(all, 0.2 * relmse(view.input, view.target));
+}
+
+// A shade of albedo .8 whose samples are noisy, and in it a piece that shines at radiance 16
+// and whose albedo `lamp` is: all of one mesh, so that nothing else tells the two apart.
+TrainingView shade(float lamp, Rgb tint, uint64_t seed) {
+  test::Random random(seed);
+  TrainingView view = corner(0, seed);
+  for (int y = 0; y < kRecoverSide; ++y)
+    for (int x = 0; x < kRecoverSide; ++x) {
+      const bool shines = x / 16 == 1 && y / 16 == 1;
+      for (int k = 0; k < kFeatures; ++k) view.features.at(x, y, k) = 0;
+      view.features.at(x, y, kFeatureNormal) = 1;
+      view.features.at(x, y, kFeatureDepth) = 1;
+      view.features.at(x, y, kFeatureKind) = 1;
+      view.noise.at(x, y, 0) = shines ? 0.0f : 0.5f;
+      const float light = random.next() < 0.5f ? 0.45f : 0.05f;
+      for (int c = 0; c < 3; ++c) {
+        view.features.at(x, y, c) = tint[c] * (shines ? lamp : 0.8f);
+        view.target.at(x, y, c) = tint[c] * (shines ? 16.0f : 0.2f);
+        view.input.at(x, y, c) = tint[c] * (shines ? 16.0f : 0.8f * light);
+      }
+    }
+  return view;
+}
+
+double mean_light(const Image& image, int step = 1) {
+  double sum = 0;
+  int count = 0;
+  for (int y = 0; y < image.height(); y += step)
+    for (int x = 0; x < image.width(); x += step, ++count)
+      sum += static_cast<double>(luminance(image.rgb(x, y)));
+  return sum / count;
+}
+
+void expect_no_more_than_was_seen(const Image& picture, const Image& input, int step) {
+  for (int y = 0; y < kRecoverSide; ++y)
+    for (int x = 0; x < kRecoverSide; ++x)
+      for (int c = 0; c < 3; ++c) {
+        float most = 0;
+        for (int j = std::max(0, y - 3); j < std::min(kRecoverSide, y + 4); ++j)
+          for (int i = std::max(0, x - 3); i < std::min(kRecoverSide, x + 4); ++i)
+            if (i % step == 0 && j % step == 0) most = std::max(most, input.at(i, j, c));
+        ASSERT_LE(picture.at(x, y, c), most) << x << ", " << y;
+      }
+}
+
+TEST(Recover, NoLightComesFromALampThatIsBlackOrInATintedMirror) {
+  TaskPool pool(2);
+  for (const Rgb tint : {Rgb{1}, Rgb{0.9f, 0.6f, 0.1f}})
+    for (const float lamp : {0.0f, 1.0f})  // black, and as its feature is now
+      for (const char* name : {"untrained", "default"}) {
+        const TrainingView view = shade(lamp, tint, 7);
+        const Network net = included_network(name).value();
+        const Recovered quarter = recover_quarter(net, input_of(view), pool),
+                        all = recover_all(net, input_of(view), pool);
+        EXPECT_NEAR(mean_light(all.picture) / mean_light(view.input), 1, 0.1) << name << lamp;
+        EXPECT_NEAR(mean_light(quarter.picture, 2) / mean_light(view.input, 2), 1, 0.1)
+            << name << lamp;
+        expect_no_more_than_was_seen(all.picture, view.input, 1);
+        expect_no_more_than_was_seen(quarter.picture, view.input, 2);
+      }
 }
 
 TEST(Recover, AFittedFilterIsBetterThanThatItBeganWith) {

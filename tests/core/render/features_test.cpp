@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/support/render.h"
+#include "tests/support/test_scenes.h"
 
 namespace qray {
 namespace {
@@ -44,6 +45,36 @@ TEST(Features, FollowMirrorsToWhatIsSeenInThem) {
   for (int y = 0; y < f.height(); ++y)
     for (int x = 0; x < f.width(); ++x) behind += f.at(x, y, 7) >= 0.75f && f.at(x, y, 7) < 1;
   EXPECT_GT(behind, 3);
+}
+
+// A black lamp of radiance 16 above, and below its image in a mirror that is tinted.
+std::shared_ptr<const PreparedScene> lamp_over_mirror() {
+  Scene scene;
+  scene.name = "lamp";
+  const MaterialId lamp = test::add_material(scene, Rgb{0.0f}, Rgb{16.0f, 16.0f, 0.5f});
+  const MaterialId mirror = test::add_material(scene, Rgb{0.0f});
+  scene.materials.back().kind = MaterialKind::kConductor;
+  scene.materials.back().eta = Rgb{0.2f};
+  scene.materials.back().k = Rgb{3.9f};
+  scene.materials.back().specular.value = Rgb{0.5f, 0.25f, 0.5f};
+  test::add_quad(scene, lamp, {-9, 0, -1}, {18, 0, 0}, {0, 9, 0});
+  test::add_quad(scene, mirror, {-9, 0, -1}, {0, 0, 9}, {18, 0, 0});
+  scene.camera.position = {0, 1, 1};
+  scene.camera.target = {0, 0.5f, -1};
+  scene.camera.vertical_fov_deg = 80;
+  return test::prepare(std::move(scene));
+}
+
+TEST(Features, WhatShinesIsWhiteAsFarAsItShines) {
+  TaskPool pool(2);
+  const Image f =
+      render_features(*lamp_over_mirror(), test::small_settings("none", 32, 1), pool, {}).value();
+  EXPECT_EQ(f.at(16, 4, 7), 1) << "a lamp";
+  EXPECT_FLOAT_EQ(f.at(16, 4, 0), 1);
+  EXPECT_FLOAT_EQ(f.at(16, 4, 2), 0.5f);
+  EXPECT_EQ(f.at(16, 29, 7), 1.75f) << "a lamp in a mirror";
+  EXPECT_GT(f.at(16, 29, 0), 0.3f);
+  EXPECT_NEAR(f.at(16, 29, 2) / f.at(16, 29, 0), 0.5f, 0.2f);
 }
 
 TEST(Features, AreTheSameForAnyNumberOfThreads) {

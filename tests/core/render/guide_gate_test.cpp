@@ -92,34 +92,34 @@ GuideGate after_pilot(double variance) {
   return pilot.after_pilot();
 }
 
-TEST(GuideGate, AfterAPilotTheFirstSamplesAreGuided) {
-  for (const double variance : {kQuiet, kNoisy}) {
-    const GuideGate gate = after_pilot(variance);
-    EXPECT_TRUE(gate.guides(0, kSeen));
-    EXPECT_FALSE(gate.guides(0, 1000)) << "a table that saw next to nothing";
-    EXPECT_DOUBLE_EQ(gate.unguided_rays(), 6);
-    EXPECT_EQ(gate.on_part(), variance == kQuiet) << "a quiet picture has little to gain";
-  }
+TEST(GuideGate, AfterAPilotOfMuchNoiseTheFirstSamplesAreGuided) {
+  const GuideGate gate = after_pilot(kNoisy);
+  EXPECT_TRUE(gate.guides(0, kSeen));
+  EXPECT_FALSE(gate.guides(0, 1000)) << "a table that saw next to nothing";
+  EXPECT_DOUBLE_EQ(gate.unguided_rays(), 6);
 }
 
 // A job of fewer samples then costs what it would without a guide.
-TEST(GuideGate, InAQuietPictureATableThatLostSleeps) {
+TEST(GuideGate, WhatHasLittleToGainIsTriedLateAndOnAPart) {
   const auto gate = [](const GuideWorth& worth, double variance) {
     GuideGate pilot(1, /*warm=*/true, false, worth);
     pilot.unguided(kUnguided, variance);
     return pilot.after_pilot();
   };
-  const GuideGate asleep = gate({0.8, 6}, kQuiet);
-  for (const uint64_t samples : {0u, 2u, 31u}) {
-    EXPECT_FALSE(asleep.guides(samples, kSeen)) << samples;
-    EXPECT_FALSE(asleep.learns(samples)) << samples;
+  const auto expect_start = [](const GuideGate& gate, uint64_t start) {
+    for (uint64_t samples = 0; samples < start; ++samples)
+      EXPECT_FALSE(gate.guides(samples, kSeen) || gate.learns(samples)) << samples;
+    EXPECT_TRUE(gate.guides(start, kSeen) && gate.learns(start));
+    EXPECT_EQ(gate.on_part(), start > 0);
+    EXPECT_TRUE(gate.on());
+  };
+  const GuideWorth nobody_knows, near_to_paying{1, 6}, lost{0.8, 6};
+  for (const GuideWorth& worth : {nobody_knows, near_to_paying}) {
+    expect_start(gate(worth, kNoisy), 0);
+    expect_start(gate(worth, kQuiet), GuideGate::kLateStart);
   }
-  EXPECT_TRUE(asleep.on());
-  EXPECT_TRUE(asleep.guides(GuideGate::kSleeps, kSeen) && asleep.learns(GuideGate::kSleeps));
-  EXPECT_TRUE(asleep.on_part());
-  EXPECT_TRUE(gate({0.8, 6}, kNoisy).guides(0, kSeen)) << "another view, with much to gain";
-  EXPECT_TRUE(gate({1, 6}, kQuiet).guides(0, kSeen)) << "it was near to paying";
-  EXPECT_TRUE(gate({}, kQuiet).guides(0, kSeen)) << "nobody knows what it is worth";
+  expect_start(gate(lost, kNoisy), GuideGate::kLateStart);
+  expect_start(gate(lost, kQuiet), GuideGate::kLatestStart);
 }
 
 TEST(GuideGate, APilotEndsWhenItKnowsTheNoiseAndItsTableEnough) {

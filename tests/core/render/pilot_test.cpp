@@ -36,6 +36,17 @@ TEST(Pilot, TellsWhatUnguidedPathsCostAndTeachesTheGuide) {
   EXPECT_LE(cost.paths, 16u * 1024);
 }
 
+TEST(Pilot, OfAQuietPictureIsShort) {
+  const RenderSettings settings = test::small_settings("adaptive", 256, 1);
+  const Tried quiet = try_pilot(*test::included_scene("cornell-box"), settings),
+              noisy = try_pilot(*test::included_scene("lamp-room"), settings);
+  ASSERT_TRUE(quiet.pilot && noisy.pilot);
+  EXPECT_TRUE(quiet.pilot->gate.on_part());
+  EXPECT_EQ(quiet.pilot->counters.paths, 2u * 4096);
+  EXPECT_FALSE(noisy.pilot->gate.on_part());
+  EXPECT_GT(noisy.pilot->counters.paths, 2u * 4096);
+}
+
 TEST(Pilot, TheThreadsDoNotMatter) {
   const auto scene = test::prepare(test::room());
   const RenderSettings settings = test::small_settings("adaptive", 128, 1);

@@ -60,7 +60,7 @@ TEST(Variant, ErrorsNameWhatWasExpected) {
                          "huang-published, dahm-keller"},
                         {"none:recover=auto",
                          "recover: expected one of none, bilinear, untrained, "
-                         "default, got 'auto'"},
+                         "default, oidn, got 'auto'"},
                         {"none,huang,none", "twice"}};
   for (const Case& c : cases) {
     const auto variants = parse_variants(c.list);

@@ -92,6 +92,29 @@ TEST(ServiceHealth, CountsJobsRequestsAndTables) {
   EXPECT_EQ(text.find("nothing-of-this-name"), std::string::npos);
 }
 
+TEST(ServiceHealth, AnExtendedJobIsCountedOnceAndACanceledOneAsSuch) {
+  TestService s;
+  s.start();
+  Json request = kTinyJob;
+  request["method"] = "none";
+  request["samples"] = 64;
+  const std::string id = s.submit(request);
+  s.wait_end(id);
+  const std::string ended = R"(qray_jobs_ended_total{state="succeeded"})";
+  const char* rays = R"(qray_rays_total{phase="rendering"})";
+  const double first = value_of(metrics_with(s, ended + " 1"), rays);
+  s.post("/v1/jobs/" + id + "/extend", R"({"samples":4})", 202);
+  const double both = value_of(metrics_with(s, ended + " 2"), rays);
+  EXPECT_GT(both, first);
+  EXPECT_LT(both, 1.3 * first);
+  request["samples"] = 1'000'000;
+  const std::string running = s.submit(request), queued = s.submit(request);
+  s.wait(running, {"rendering"});
+  for (const std::string& one : {queued, running}) s.post("/v1/jobs/" + one + "/cancel", "", 202);
+  const std::string text = metrics_with(s, R"(qray_jobs_ended_total{state="canceled"} 2)");
+  EXPECT_EQ(value_of(text, ended), 2);
+}
+
 TEST(ServiceHealth, EveryAnswerHasARequestId) {
   TestService s;
   s.start();

@@ -38,6 +38,31 @@ class ServiceTables : public ::testing::Test {
   TestService s_;
 };
 
+TEST_F(ServiceTables, AreListedInPagesAndDownloaded) {
+  std::vector<std::string> ids;
+  for (int i = 1; i <= 3; ++i) ids.push_back(learned({{"seed", i}}));
+  std::vector<std::string> seen;
+  for (std::string before = "start"; !before.empty();) {
+    const Json page = s_.get("/v1/tables?limit=2" + (before == "start" ? "" : "&before=" + before));
+    EXPECT_LE(page["tables"].size(), 2u);
+    for (const Json& table : page["tables"]) seen.insert(seen.begin(), table["id"]);
+    before = page.value("next", "");
+  }
+  EXPECT_EQ(seen, ids);
+  for (const char* wrong : {"limit=0", "limit=1001", "before=x"})
+    s_.get(std::string("/v1/tables?") + wrong, 422);
+  s_.get("/v1/tables?before=" + std::string(32, '0'), 404);
+
+  const auto answer = s_.client().Get("/v1/tables/" + ids[0] + "/file");
+  ASSERT_EQ(answer->status, 200);
+  EXPECT_EQ(answer->get_header_value("Content-Disposition"),
+            "attachment; filename=\"" + ids[0] + ".qrt\"");
+  const Bytes bytes = read_file(file(ids[0]), 1 << 28).value();
+  EXPECT_TRUE(std::equal(bytes.begin(), bytes.end(), answer->body.begin(), answer->body.end(),
+                         [](uint8_t a, char b) { return a == static_cast<uint8_t>(b); }));
+  s_.get("/v1/tables/" + std::string(32, '0') + "/file", 404);
+}
+
 TEST_F(ServiceTables, TwoMergedAreOneThatTheNextJobStartsFrom) {
   const std::string a = learned({{"seed", 1}}), b = learned({{"seed", 2}});
   const auto answer = s_.client().Post("/v1/tables/merge", body({a, b}), "application/json");

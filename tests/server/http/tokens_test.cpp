@@ -15,9 +15,9 @@ TEST(Tokens, AreFoundByTheirDigest) {
                         "  c\tadmin " + sha256("three").hex() + "  # a comment\n",
                     "f");
   ASSERT_TRUE(tokens.ok()) << tokens.error().text();
-  EXPECT_EQ(tokens.value().find("one"), Scope::kRead);
-  EXPECT_EQ(tokens.value().find("two"), Scope::kSubmit);
-  EXPECT_EQ(tokens.value().find("three"), Scope::kAdmin);
+  EXPECT_EQ(tokens.value().find("one")->scope, Scope::kRead);
+  EXPECT_EQ(tokens.value().find("two")->scope, Scope::kSubmit);
+  EXPECT_EQ(tokens.value().find("three")->scope, Scope::kAdmin);
   for (const std::string& wrong : {std::string(), std::string("One"), std::string("one "),
                                    sha256("one").hex(), std::string(100'000, 'x')})
     EXPECT_FALSE(tokens.value().find(wrong)) << wrong.substr(0, 80);
@@ -51,7 +51,7 @@ TEST(Tokens, TheCommandsTokenIsTheOneOfItsLine) {
   const Result<Tokens> tokens = Tokens::parse(out, "f");
   ASSERT_TRUE(tokens.ok()) << out;
   const std::string token = err.substr(err.rfind(' ') + 1, 64);
-  EXPECT_EQ(tokens.value().find(token), Scope::kSubmit);
+  EXPECT_EQ(tokens.value().find(token)->scope, Scope::kSubmit);
   EXPECT_EQ(out.find(token), std::string::npos);
   run({"qrayd", "token", "alice", "submit"}, other, err);
   EXPECT_NE(out, other);

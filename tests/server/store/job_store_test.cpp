@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <thread>
+
 #include "tests/support/scratch.h"
 
 namespace qray::server {
@@ -136,7 +138,7 @@ TEST_F(JobStoreTest, ListsNewestFirst) {
   for (int i = 0; i < 5; ++i) insert();
   const auto ids = [&](size_t limit, std::optional<JobId> before) {
     std::vector<uint64_t> ids;
-    const Result<std::vector<JobRecord>> jobs = store_->list(limit, {before, {}, {}});
+    const Result<std::vector<JobRecord>> jobs = store_->list(limit, {before});
     for (const JobRecord& job : jobs.value()) ids.push_back(job.id.value);
     return ids;
   };
@@ -158,13 +160,96 @@ TEST_F(JobStoreTest, ListsByStateAndLabel) {
     for (const JobRecord& job : jobs.value()) ids.push_back(job.id.value);
     return ids;
   };
-  EXPECT_EQ(ids({{}, {}, {{"project", "lobby"}}}), (std::vector<uint64_t>{3, 1}));
-  EXPECT_EQ(ids({{}, {}, {{"project", "l'\"obby"}}}), (std::vector<uint64_t>{4}));
-  EXPECT_EQ(ids({{}, kQueued, {{"project", "lobby"}}}), (std::vector<uint64_t>{3}));
-  EXPECT_EQ(ids({JobId{4}, kQueued, {}}), (std::vector<uint64_t>{3, 2}));
+  using Labels = std::vector<std::pair<std::string, std::string>>;
+  using Ids = std::vector<uint64_t>;
+  const Labels lobby{{"project", "lobby"}};
+  EXPECT_EQ(ids({{}, {}, lobby}), (Ids{3, 1}));
+  EXPECT_EQ(ids({{}, {}, {{"project", "l'\"obby"}}}), (Ids{4}));
+  EXPECT_EQ(ids({{}, {kQueued}, lobby}), (Ids{3}));
+  EXPECT_EQ(ids({JobId{4}, {kQueued}, {}}), (Ids{3, 2}));
   EXPECT_TRUE(ids({{}, {}, {{"none", "lobby"}}}).empty());
+  // Several states: one of them. Several labels: all of them.
+  EXPECT_EQ(ids({{}, {kQueued, kCanceled}, lobby}), (Ids{3, 1}));
+  EXPECT_EQ(ids({JobId{4}, {kCanceled, kQueued}, {}}), (Ids{3, 2, 1}));
+  EXPECT_EQ(ids({{}, {}, {{"kind", "test"}, {"project", "hall"}}}), (Ids{2}));
+  EXPECT_EQ(ids({{}, {kQueued, kSucceeded}, {{"kind", "test"}, {"project", "lobby"}}}), (Ids{3}));
+  EXPECT_TRUE(ids({{}, {}, {{"project", "lobby"}, {"project", "hall"}}}).empty());
   EXPECT_EQ(store_->count().value().by_state,
             (std::map<JobState, uint64_t>{{kQueued, 3}, {kCanceled, 1}}));
+  // By the table that they used or made, with the others beside it.
+  for (const char* sql : {"UPDATE jobs SET table_in='t' WHERE id IN (2, 3)",
+                          "UPDATE jobs SET table_out='t' WHERE id IN (3, 4)"})
+    ASSERT_TRUE(Database::Session(*db_).exec(sql).ok());
+  EXPECT_EQ(ids({{}, {}, {}, "t"}), (Ids{4, 3, 2}));
+  EXPECT_EQ(ids({JobId{4}, {kQueued, kSucceeded}, {}, "t"}), (Ids{3, 2}));
+  EXPECT_EQ(ids({{}, {kQueued}, lobby, "t"}), (Ids{3}));
+  EXPECT_TRUE(ids({{}, {kCanceled}, {}, "t"}).empty());
+  EXPECT_TRUE(ids({{}, {}, {}, "u"}).empty());
+}
+
+TEST_F(JobStoreTest, FiltersFindWhatMatchesAmongManyJobs) {
+  JobRequest request;
+  request.set(field::kScene, "box");
+  request.set(field::kLabels, {{"project", "lobby"}});
+  insert(request);
+  const char* many =
+      "INSERT INTO jobs(state, request, created_ms, stats) WITH RECURSIVE n(i) AS (SELECT 1 UNION "
+      "ALL SELECT i + 1 FROM n WHERE i < 2000) SELECT 'succeeded', (SELECT request FROM jobs), i, "
+      "hex(zeroblob(1000)) FROM n";
+  ASSERT_TRUE(Database::Session(*db_).exec(many).ok());
+  const JobStore::Filter filters[] = {{{}, {}, {{"project", "hall"}}},
+                                      {{}, {}, {}, "t"},
+                                      {{}, {kFailed}},
+                                      {{}, {kFailed, kCanceled}, {{"project", "lobby"}}}};
+  for (const JobStore::Filter& filter : filters)
+    EXPECT_TRUE(store_->list(50, filter).value().empty());
+  EXPECT_EQ(store_->list(50, {{}, {kSucceeded}, {{"project", "lobby"}}}).value().size(), 50u);
+}
+
+TEST_F(JobStoreTest, ReadersAndHintsWaitForNoWriter) {
+  const JobId id = insert();
+  const uint64_t before = events_->newest();
+  {
+    const Database::Transaction writes(*db_);
+    std::thread others([&] {
+      EXPECT_EQ(get(id).state, kQueued);
+      EXPECT_EQ(store_->list(10, {}).value().size(), 1u);
+      EXPECT_EQ(store_->count().value().by_state.size(), 1u);
+      EXPECT_EQ(store_->log_of(id).value().size(), 1u);
+      store_->publish_hint({0, id.text(), "progress", "{}"});
+    });
+    others.join();
+    EXPECT_EQ(events_->newest(), before);
+  }
+  move(id, {kCanceled});  // what waited comes first
+  EXPECT_EQ(kinds_after(before), (std::vector<std::string>{"progress", "state", "done"}));
+}
+
+TEST_F(JobStoreTest, ADamagedRowIsAFailedJobAndHarmsNoOther) {
+  const JobId queued = insert(), ended = insert(), whole = insert();
+  move(ended, {kPreparing, kRendering, kFinalizing, kSucceeded});
+  const auto damage = [&](JobId id, const char* column, const char* value) {
+    Database::Session session(*db_);
+    const std::string sql = std::string("UPDATE jobs SET ") + column + "=? WHERE id=?";
+    ASSERT_TRUE(Query(session.handle(), sql.c_str()).bind(value).bind(id.value).run().ok());
+  };
+  ASSERT_TRUE(Database::Session(*db_).exec("DROP TRIGGER labels_of_a_changed_job").ok());
+  damage(queued, "request", "{\"scene\":");
+  damage(ended, "state", "dreaming");
+  open();
+  EXPECT_EQ(recovered_, std::vector<JobId>{whole});
+  ASSERT_EQ(store_->list(10, {}).value().size(), 3u);
+  EXPECT_EQ(store_->list(10, {{}, {kFailed}}).value().size(), 2u);
+  for (const JobId id : {queued, ended}) {
+    const JobRecord job = get(id);
+    EXPECT_EQ(job.state, kFailed);
+    EXPECT_NE(job.error->message.find("damaged"), std::string::npos);
+    EXPECT_FALSE(store_->move(id, kQueued).ok());
+    EXPECT_TRUE(store_->remove(id).ok());
+  }
+  EXPECT_TRUE(store_->remove_scene("hall", [] { return Status(); }).ok());
+  EXPECT_EQ(store_->remove_scene("box", [] { return Status(); }).error().code,
+            ErrorCode::kConflict);
 }
 
 TEST_F(JobStoreTest, AKeyGivesTheSameJobForADay) {
@@ -239,14 +324,21 @@ TEST_F(JobStoreTest, OnlyEndedJobsAreForgotten) {
 
 // What version 1 of the schema left is read by this one.
 TEST_F(JobStoreTest, AnOlderSchemaIsBroughtUpToDate) {
-  const JobId id = insert();
+  JobRequest request;
+  request.set(field::kScene, "box");
+  request.set(field::kLabels, {{"project", "lobby"}});
+  const JobId id = insert(request);
   {
     Database::Session session(*db_);
-    for (const char* sql : {"DROP TABLE job_log", "DROP TABLE idempotency_keys",
-                            "DROP INDEX events_by_job", "PRAGMA user_version=1"})
+    for (const char* sql :
+         {"DROP TRIGGER labels_of_a_new_job", "DROP TRIGGER labels_of_a_changed_job",
+          "DROP TRIGGER labels_of_a_deleted_job", "DROP TABLE job_labels",
+          "DROP INDEX jobs_by_table_in", "DROP INDEX jobs_by_table_out", "DROP TABLE job_log",
+          "DROP TABLE idempotency_keys", "DROP INDEX events_by_job", "PRAGMA user_version=1"})
       ASSERT_TRUE(session.exec(sql).ok()) << sql;
   }
   open();
+  EXPECT_EQ(store_->list(10, {{}, {}, {{"project", "lobby"}}}).value().size(), 1u);
   EXPECT_EQ(recovered_, std::vector<JobId>{id});
   store_->log(id, "info", "here");
   EXPECT_EQ(store_->log_of(id).value().size(), 1u);
@@ -295,7 +387,7 @@ TEST_F(JobStoreTest, EventIdsRiseAcrossRestartsAndReadersGoOn) {
   const JobId id = insert();
   const uint64_t seen = events_->newest();
   move(id, {kCanceled});
-  ASSERT_TRUE(store_->publish_hint({0, id.text(), "progress", "{}"}).ok());
+  store_->publish_hint({0, id.text(), "progress", "{}"});
   const uint64_t hint = events_->newest();
   open();
   EXPECT_GT(events_->newest(), hint);

@@ -89,7 +89,7 @@ TEST_F(TableStoreTest, ThoseOfTheSameMethodAndSceneFit) {
   EXPECT_EQ(fitting(1), (std::vector<std::string>{std::string(32, 'c'), std::string(32, 'a')}));
   EXPECT_EQ(fitting(1, 1), (std::vector<std::string>{std::string(32, 'c')}));
   EXPECT_TRUE(fitting(3).empty());
-  const auto all = store_->list();
+  const auto all = store_->list(100);
   ASSERT_EQ(all.value().size(), 5u);
   EXPECT_EQ(all.value()[0].id, std::string(32, 'e'));
 }

@@ -1,0 +1,279 @@
+#include "core/recover/balance.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numeric>
+#include <span>
+#include <vector>
+
+#include "core/base/check.h"
+
+namespace qray {
+namespace {
+
+constexpr int kRangePx = 3;
+constexpr int kReachPx = 15;         // where light may be that none of the nearest samples met
+constexpr int kFinestPx = 64;        // smaller squares follow noise
+constexpr double kDoubt = 2;         // times the variance, which few samples hide
+constexpr int kBalanceRounds = 4;    // what the range cuts off goes to pixels that have room
+constexpr float kMostFactor = 1e3f;  // of a round: guesses that are nearly black stay finite
+constexpr float kTouch = 1e-4f;      // relative: less is rounding
+
+using Sum3 = std::array<double, 3>;
+
+double luminance_of(const Sum3& v) {
+  return static_cast<double>(
+      luminance(Rgb{static_cast<float>(v[0]), static_cast<float>(v[1]), static_cast<float>(v[2])}));
+}
+
+// A square of the picture: sums over its known pixels.
+struct Cell {
+  Sum3 samples{}, guess{};
+  double square = 0;  // of the luminances' distances: what the samples' noise is at most
+  Rgb factor{1};
+  void operator+=(const Cell& c) {
+    for (size_t k = 0; k < 3; ++k) samples[k] += c.samples[k], guess[k] += c.guess[k];
+    square += c.square;
+  }
+};
+
+struct CellGrid {
+  int width = 0, height = 0;
+  std::vector<Cell> cells;
+  Cell& at(int x, int y) {
+    return cells[static_cast<size_t>(y) * static_cast<size_t>(width) + static_cast<size_t>(x)];
+  }
+  const Cell& at(int x, int y) const { return const_cast<CellGrid*>(this)->at(x, y); }
+};
+
+CellGrid empty_grid(int width, int height) {
+  return {width, height,
+          std::vector<Cell>(static_cast<size_t>(width) * static_cast<size_t>(height))};
+}
+
+CellGrid finest_grid(const Image& guess, const Image& samples, int step, TaskPool& pool) {
+  CellGrid grid = empty_grid((guess.width() + kFinestPx - 1) / kFinestPx,
+                             (guess.height() + kFinestPx - 1) / kFinestPx);
+  pool.run(static_cast<size_t>(grid.height), [&](size_t row, int) {
+    const int cy = static_cast<int>(row);
+    for (int y = cy * kFinestPx; y < std::min(guess.height(), (cy + 1) * kFinestPx); y += step)
+      for (int x = 0; x < guess.width(); x += step) {
+        Cell& cell = grid.at(x / kFinestPx, cy);
+        const Rgb s = samples.rgb(x, y), g = guess.rgb(x, y);
+        for (int c = 0; c < 3; ++c) {
+          cell.samples[static_cast<size_t>(c)] += static_cast<double>(s[c]);
+          cell.guess[static_cast<size_t>(c)] += static_cast<double>(g[c]);
+        }
+        cell.square += sqr(static_cast<double>(luminance(s) - luminance(g)));
+      }
+  });
+  return grid;
+}
+
+CellGrid halved(const CellGrid& fine) {
+  CellGrid grid = empty_grid((fine.width + 1) / 2, (fine.height + 1) / 2);
+  for (int y = 0; y < fine.height; ++y)
+    for (int x = 0; x < fine.width; ++x) grid.at(x / 2, y / 2) += fine.at(x, y);
+  return grid;
+}
+
+// How much of the missing light the samples are sure of.
+double sure_share(double missing, double variance) {
+  return missing * missing > variance ? 1 - variance / (missing * missing) : 0.0;
+}
+
+// The energy that a cell is to have, where it would have `given`: `variance` is that of the
+// samples' sum.
+Sum3 wanted(const Cell& cell, const Sum3& given, double variance) {
+  const double share = sure_share(luminance_of(cell.samples) - luminance_of(given), variance);
+  Sum3 energy;
+  for (size_t c = 0; c < 3; ++c) energy[c] = given[c] + share * (cell.samples[c] - given[c]);
+  return energy;
+}
+
+void set_factor(Cell& cell, const Sum3& energy, const Rgb& otherwise) {
+  for (int c = 0; c < 3; ++c) {
+    const size_t k = static_cast<size_t>(c);
+    const double factor =
+        cell.guess[k] > 0 ? energy[k] / cell.guess[k] : static_cast<double>(otherwise[c]);
+    cell.factor[c] = std::min(static_cast<float>(factor), kMostFactor);
+  }
+}
+
+// The factors of a parent's cells: together they keep its energy.
+void share_out(const Cell& parent, std::span<Cell*> children) {
+  const auto given_to = [&](const Cell& cell) {
+    Sum3 v;
+    for (size_t c = 0; c < 3; ++c)
+      v[c] = cell.guess[c] * static_cast<double>(parent.factor[static_cast<int>(c)]);
+    return v;
+  };
+  const Sum3 total = given_to(parent);
+  std::array<Sum3, 4> energy;
+  Sum3 sum{};
+  for (size_t i = 0; i < children.size(); ++i) {
+    const Sum3 given = given_to(*children[i]);
+    // Where no sample met the light that others beside it met, it may only be rare.
+    const double part = luminance_of(given) / std::max(luminance_of(total), 1e-300);
+    energy[i] =
+        wanted(*children[i], given, kDoubt * std::max(children[i]->square, part * parent.square));
+    for (size_t c = 0; c < 3; ++c) sum[c] += energy[i][c];
+  }
+  for (size_t i = 0; i < children.size(); ++i) {
+    for (size_t c = 0; c < 3; ++c)
+      if (sum[c] > 0) energy[i][c] *= total[c] / sum[c];
+    set_factor(*children[i], energy[i], parent.factor);
+  }
+}
+
+// The finest grid with its factors.
+CellGrid factors_of(const Image& guess, const Image& samples, int step, TaskPool& pool) {
+  std::vector<CellGrid> levels{finest_grid(guess, samples, step, pool)};
+  while (levels.back().cells.size() > 1) levels.push_back(halved(levels.back()));
+  Cell& whole = levels.back().cells[0];
+  set_factor(whole, wanted(whole, whole.guess, whole.square), Rgb{1});
+  for (size_t level = levels.size() - 1; level-- > 0;) {
+    const CellGrid& parents = levels[level + 1];
+    CellGrid& cells = levels[level];
+    for (int y = 0; y < parents.height; ++y)
+      for (int x = 0; x < parents.width; ++x) {
+        std::array<Cell*, 4> children;
+        size_t count = 0;
+        for (int j = 2 * y; j < std::min(cells.height, 2 * y + 2); ++j)
+          for (int i = 2 * x; i < std::min(cells.width, 2 * x + 2); ++i)
+            children[count++] = &cells.at(i, j);
+        share_out(parents.at(x, y), std::span(children).first(count));
+      }
+  }
+  return std::move(levels.front());
+}
+
+// Between the cells' centres.
+Rgb factor_at(const CellGrid& grid, int x, int y) {
+  const auto place = [](int pixel, int count, int& first) {
+    const float at = (static_cast<float>(pixel) + 0.5f) / kFinestPx - 0.5f;
+    first = std::clamp(static_cast<int>(std::floor(at)), 0, std::max(0, count - 2));
+    return std::clamp(at - static_cast<float>(first), 0.0f, 1.0f);
+  };
+  int x0, y0;
+  const float fx = place(x, grid.width, x0), fy = place(y, grid.height, y0);
+  const int x1 = std::min(x0 + 1, grid.width - 1), y1 = std::min(y0 + 1, grid.height - 1);
+  return lerp(fy, lerp(fx, grid.at(x0, y0).factor, grid.at(x1, y0).factor),
+              lerp(fx, grid.at(x0, y1).factor, grid.at(x1, y1).factor));
+}
+
+// What the known pixels around allow, each channel by itself.
+struct Range {
+  Image least, largest;
+};
+
+template <class Better>
+Image extreme(const Image& samples, int step, TaskPool& pool, Better better) {
+  const int width = samples.width(), height = samples.height();
+  Image rows(width, height, 3), out(width, height, 3);
+  const auto first_known = [step](int i) { return (std::max(0, i) + step - 1) / step * step; };
+  const auto over = [&](int at, int end, auto&& value) {
+    Rgb best = value(first_known(at - kRangePx));
+    for (int i = first_known(at - kRangePx) + step; i < std::min(end, at + kRangePx + 1); i += step)
+      for (int c = 0; c < 3; ++c) best[c] = better(best[c], value(i)[c]);
+    return best;
+  };
+  pool.run(static_cast<size_t>(height), [&](size_t row, int) {
+    const int y = static_cast<int>(row);
+    if (y % step != 0) return;
+    for (int x = 0; x < width; ++x)
+      rows.set_rgb(x, y, over(x, width, [&](int i) { return samples.rgb(i, y); }));
+  });
+  pool.run(static_cast<size_t>(height), [&](size_t row, int) {
+    const int y = static_cast<int>(row);
+    for (int x = 0; x < width; ++x)
+      out.set_rgb(x, y, over(y, height, [&](int j) { return rows.rgb(x, j); }));
+  });
+  return out;
+}
+
+// Means of the known pixels within kReachPx.
+Image wide_mean(const Image& samples, int step, TaskPool& pool) {
+  const int width = samples.width(), height = samples.height();
+  Image rows(width, height, 3), out(width, height, 3);
+  // Along a line of `count` pixels, `get` and `set` by place.
+  const auto slide = [step](int count, auto&& get, auto&& set) {
+    std::array<double, 3> sum{};
+    int known = 0, next = 0, last = 0;  // in the window: known pixels last .. next
+    for (int at = 0; at < count; ++at) {
+      for (; next < std::min(count, at + kReachPx + 1); next += step, ++known)
+        for (int c = 0; c < 3; ++c)
+          sum[static_cast<size_t>(c)] += static_cast<double>(get(next)[c]);
+      for (; last < at - kReachPx; last += step, --known)
+        for (int c = 0; c < 3; ++c)
+          sum[static_cast<size_t>(c)] -= static_cast<double>(get(last)[c]);
+      Rgb mean;
+      for (int c = 0; c < 3; ++c)
+        mean[c] = std::max(0.0f, static_cast<float>(sum[static_cast<size_t>(c)] / known));
+      set(at, mean);
+    }
+  };
+  pool.run(static_cast<size_t>(height), [&](size_t row, int) {
+    const int y = static_cast<int>(row);
+    if (y % step != 0) return;
+    slide(
+        width, [&](int x) { return samples.rgb(x, y); },
+        [&](int x, Rgb mean) { rows.set_rgb(x, y, mean); });
+  });
+  pool.run(static_cast<size_t>(width), [&](size_t column, int) {
+    const int x = static_cast<int>(column);
+    slide(
+        height, [&](int y) { return rows.rgb(x, y); },
+        [&](int y, Rgb mean) { out.set_rgb(x, y, mean); });
+  });
+  return out;
+}
+
+Range range_of(const Image& samples, int step, TaskPool& pool) {
+  Range range{extreme(samples, step, pool, [](float a, float b) { return std::min(a, b); }),
+              extreme(samples, step, pool, [](float a, float b) { return std::max(a, b); })};
+  const Image mean = wide_mean(samples, step, pool);
+  for (size_t i = 0; i < mean.data().size(); ++i)
+    if (range.largest.data()[i] == 0) range.largest.data()[i] = mean.data()[i];
+  return range;
+}
+
+// Within the range; how many were not.
+uint64_t hold(Image& picture, const Range& range, TaskPool& pool) {
+  std::vector<uint64_t> held(static_cast<size_t>(picture.height()));
+  pool.run(held.size(), [&](size_t row, int) {
+    const int y = static_cast<int>(row);
+    for (int x = 0; x < picture.width(); ++x) {
+      bool out = false;
+      for (int c = 0; c < 3; ++c) {
+        const float was = picture.at(x, y, c);
+        const float now = std::clamp(was, range.least.at(x, y, c), range.largest.at(x, y, c));
+        out |= std::abs(now - was) > kTouch * std::max(now, was);
+        picture.at(x, y, c) = now;
+      }
+      held[row] += out;
+    }
+  });
+  return std::accumulate(held.begin(), held.end(), uint64_t{0});
+}
+
+}  // namespace
+
+Recovered balanced(Image guess, const Image& samples, int step, TaskPool& pool) {
+  QRAY_CHECK(step >= 1 && guess.width() % step == 0 && guess.height() % step == 0);
+  const Range range = range_of(samples, step, pool);
+  const uint64_t held = hold(guess, range, pool);
+  for (int round = 0; round < kBalanceRounds; ++round) {
+    const CellGrid factors = factors_of(guess, samples, step, pool);
+    pool.run(static_cast<size_t>(guess.height()), [&](size_t row, int) {
+      const int y = static_cast<int>(row);
+      for (int x = 0; x < guess.width(); ++x)
+        guess.set_rgb(x, y, guess.rgb(x, y) * factor_at(factors, x, y));
+    });
+    hold(guess, range, pool);
+  }
+  return {std::move(guess), held};
+}
+
+}  // namespace qray

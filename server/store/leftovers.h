@@ -1,0 +1,19 @@
+// What a server that was killed leaves in the data folder: files of which the database knows
+// nothing. At a start, before jobs are recovered and while nobody else writes.
+#pragma once
+
+#include <filesystem>
+
+#include "server/store/job_store.h"
+#include "server/store/table_store.h"
+
+namespace qray::server {
+
+// Removes half-written files, and what belongs to jobs and tables that were deleted. Where the
+// database is the one that forgot (it is new, or its newest part was lost, so that files bear ids
+// it never gave), what it does not know is moved to <data>/quarantine instead, and no new job gets
+// such an id. Records of tables whose file is gone are removed.
+Status tidy_data_folder(const std::filesystem::path& data, const Database& db, JobStore& jobs,
+                        TableStore& tables);
+
+}  // namespace qray::server
