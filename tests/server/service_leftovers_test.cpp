@@ -69,7 +69,8 @@ TEST(ServiceLeftovers, ATableWhoseFileIsGoneIsNotListed) {
   const std::string next = s.wait_end(s.submit(tiny()))["table_out"];
   fs::remove(s.config.data / "tables" / (next + ".qrt"));
   EXPECT_EQ(s.wait_end(s.submit(tiny(8)))["warnings"].size(), 1u);
-  for (const Json& left : s.get("/v1/tables")["tables"])
+  const Json listed = s.get("/v1/tables");
+  for (const Json& left : listed["tables"])
     EXPECT_TRUE(fs::exists(s.config.data / "tables" / (left["id"].get<std::string>() + ".qrt")));
 }
 
