@@ -5,24 +5,23 @@
 namespace qray {
 namespace {
 
-// A guide that gains less from so many samples on is left. A young table need only be near to
-// paying. An old one must gain more than 1: Sobol points help the BSDF's smooth densities more than
-// the guide's, by up to 1.4, which no path tells.
+// A guide that gains less is left, once a pixel has so many samples and its table has seen so many
+// events: in a small picture it takes more samples to learn as much. A young table need only be
+// near to paying. An old one must gain more than 1: Sobol points help the BSDF's smooth densities
+// more than the guide's, by up to 1.4, which no path tells.
 struct Least {
-  uint64_t samples;
+  uint64_t samples, events;
   double gain;
 };
-constexpr Least kYoung{8, 0.9}, kOld{16, 1.25};
-constexpr uint64_t kOldEvents = 4'000'000;  // a table that saw so many is old too
+constexpr Least kYoung{8, 500'000, 0.9}, kOld{16, 1'000'000, 1.25};
+constexpr uint64_t kOldEvents = 4'000'000;  // a table that saw so many is old at once
 constexpr uint64_t kWarm = 4;  // samples: a guide that starts from a table is old by then
 constexpr double kHope = 1.1;  // a loser that got better by this goes on
 // A sample's variance from which a picture has much noise; and what a guide must gain on a part to
 // serve all of one that has little, whose Sobol points matter most.
 constexpr double kMuchNoise = 4, kPartGain = 1.5;
-// Events from which a table guides a picture's first samples: a younger one makes fireflies.
-constexpr uint64_t kPilotEvents = 200'000;
-// What learning as much again must have brought: for the table to grow on, of two checks in a row
-// one, since gains are noisy; for learning to go on.
+// What learning as much again must have brought: for an old table to grow on, of two checks in a
+// row one, since gains are noisy; for learning to go on.
 constexpr double kLeastGrowth = 1.25, kLeastGain = 1.1;
 constexpr uint64_t kFirstEnd = 32;  // samples: learning goes on at least as long
 
@@ -43,7 +42,7 @@ bool GuideGate::paid(const GuideWorth& worth) {
 
 bool GuideGate::pilot_is_over(uint64_t samples, uint64_t table_samples_seen) const {
   if (samples < kUnguidedSamples) return false;
-  return !noisy_ || samples >= kMostPilotSamples || table_samples_seen >= kPilotEvents;
+  return !noisy_ || samples >= kMostPilotSamples || knows_enough(table_samples_seen);
 }
 
 GuideGate GuideGate::after_pilot() const {
@@ -51,6 +50,8 @@ GuideGate GuideGate::after_pilot() const {
   gate.warm_ = warm_;
   gate.open_ = open_;
   gate.trusted_ = true;
+  gate.lost_ = lost_;
+  gate.noisy_ = noisy_;
   gate.part_ = lost_ || !noisy_;
   if (gate.part_) gate.start_ = lost_ && !noisy_ ? kLatestStart : kLateStart;
   gate.unguided_ = unguided_;
@@ -60,7 +61,14 @@ GuideGate GuideGate::after_pilot() const {
 void GuideGate::unguided(const PassCost& cost, double variance) {
   unguided_.paths += cost.paths;
   unguided_.rays += cost.rays;
-  if (variance > 0) noisy_ = variance >= kMuchNoise;
+  if (!(variance > 0)) return;
+  const bool was_noisy = noisy_;
+  noisy_ = variance >= kMuchNoise;
+  if (noisy_ && !was_noisy && !lost_) part_ = false;  // fewer samples did not show it
+  if (!noisy_ && !trusted_ && checks_.empty()) {
+    part_ = true;
+    start_ = kLateStart;
+  }
 }
 
 double GuideGate::guided(uint64_t samples, uint64_t table_samples_seen, const PassCost& cost,
@@ -72,18 +80,22 @@ double GuideGate::guided(uint64_t samples, uint64_t table_samples_seen, const Pa
   const double before = checks_.empty() ? 0 : checks_.back().efficiency_gain;
   checks_.push_back({samples, efficiency_gain});
   if (open_) return efficiency_gain;
-  const bool old = table_samples_seen >= kOldEvents ||
-                   samples >= (warm_ ? kWarm : (part_ ? kPart : 1) * kOld.samples);
+  const auto due = [&](const Least& least) {
+    return samples >= least.samples && table_samples_seen >= least.events;
+  };
+  const bool old =
+      table_samples_seen >= kOldEvents || (warm_ ? samples >= kWarm : !part_ && due(kOld));
   double least = 0;
-  if (samples >= kYoung.samples) least = kYoung.gain;
+  if (due(kYoung)) least = kYoung.gain;
   if (old) least = part_ ? kPartGain : kOld.gain;
   if (efficiency_gain < std::min(least, kHope * before)) on_ = false;
   if (samples >= kYoung.samples && efficiency_gain >= kPartGain) part_ = false;
-  if (!part_) judge_learning(samples, efficiency_gain);
+  if (!part_) judge_learning(samples, table_samples_seen, efficiency_gain);
   return efficiency_gain;
 }
 
-void GuideGate::judge_learning(uint64_t samples, double efficiency_gain) {
+void GuideGate::judge_learning(uint64_t samples, uint64_t table_samples_seen,
+                               double efficiency_gain) {
   bool little = false;
   for (const Check& c : checks_) {
     if (c.samples > samples / 2 || c.samples <= samples / 4) continue;
@@ -91,7 +103,7 @@ void GuideGate::judge_learning(uint64_t samples, double efficiency_gain) {
     little |= brought < kLeastGrowth;
     if (samples >= kFirstEnd && brought < kLeastGain) learns_ = false;
   }
-  if (little && brought_little_) grows_ = false;
+  if (little && brought_little_ && table_samples_seen >= kOldEvents) grows_ = false;
   brought_little_ = little;
 }
 

@@ -51,7 +51,7 @@ class GuideGate {
     return open_ || (awake(samples) && (trusted_ || samples >= kUnguidedSamples) &&
                      knows_enough(table_samples_seen));
   }
-  // Fewer events make noise.
+  // A table that saw fewer events makes fireflies.
   static bool knows_enough(uint64_t table_samples_seen) { return table_samples_seen >= kLeastSeen; }
   // Only one pixel in kPart asks the guide, and is learned from.
   bool on_part() const { return part_; }
@@ -84,7 +84,7 @@ class GuideGate {
 
  private:
   static constexpr uint64_t kUnguidedSamples = 2;
-  static constexpr uint64_t kLeastSeen = 50'000;
+  static constexpr uint64_t kLeastSeen = 200'000;
   struct Check {
     uint64_t samples = 0;
     double efficiency_gain = 0;
@@ -95,12 +95,12 @@ class GuideGate {
   };
 
   // What learning as much again brought.
-  void judge_learning(uint64_t samples, double efficiency_gain);
+  void judge_learning(uint64_t samples, uint64_t table_samples_seen, double efficiency_gain);
 
   double lookup_rays_;
   bool warm_, open_;
   bool trusted_ = false;  // it guides from the first sample on: what paths cost without is known
-  bool noisy_ = true;     // a pilot's unguided passes were
+  bool noisy_ = true;     // the unguided passes were, by the last of them
   bool lost_ = false;     // the table did, in the job that measured it last
   uint64_t start_ = 0;    // samples before it is tried
   bool part_ = false;

@@ -9,17 +9,18 @@
 namespace qray {
 namespace {
 
-// Of a pilot; a picture has at least GuideGate::kPart times the least.
-constexpr double kLeastPixels = 1024, kMostPixels = 16384;
+// Of a pilot: fewer do not tell noise that few paths make. A picture has at least kLeastPictures
+// times as many.
+constexpr double kLeastPixels = 4096, kMostPixels = 16384, kLeastPictures = 4;
 constexpr uint64_t kSeed = 0x70696c6f74;  // its samples are not the picture's
 
 // None: the picture is too small.
 std::optional<RenderSettings> pilot_settings(const RenderSettings& settings) {
   const double pixels = static_cast<double>(settings.width) * settings.height;
   const double sampled = settings.pixels == Pixels::kQuarter ? pixels / 4 : pixels;
-  const double wanted = sampled / GuideGate::kPart;
-  if (wanted < kLeastPixels) return {};
-  const double scale = std::sqrt(std::min(wanted, kMostPixels) / pixels);
+  if (sampled < kLeastPictures * kLeastPixels) return {};
+  const double wanted = std::clamp(sampled / GuideGate::kPart, kLeastPixels, kMostPixels);
+  const double scale = std::sqrt(wanted / pixels);
   RenderSettings pilot = settings;
   pilot.width = std::max(1, static_cast<int>(std::lround(scale * settings.width)));
   pilot.height = std::max(1, static_cast<int>(std::lround(scale * settings.height)));

@@ -5,16 +5,16 @@
 namespace qray {
 namespace {
 
-constexpr uint64_t kSeen = 1'000'000;
-constexpr double kNoisy = 10, kQuiet = 1;  // variance of a sample
+constexpr uint64_t kSeen = 1'000'000, kMuchSeen = 5'000'000;  // events of a table
+constexpr double kNoisy = 10, kQuiet = 1;                     // variance of a sample
 const PassCost kUnguided{100, 600, 0}, kGuided{100, 500, 100};
 
 // Gains of passes that end at 4, 8, 16, 32 ... samples.
-GuideGate after(std::initializer_list<double> gains, double lookup_rays = 1) {
-  GuideGate gate(lookup_rays);
+GuideGate after(std::initializer_list<double> gains, uint64_t seen = kSeen) {
+  GuideGate gate(1);
   gate.unguided(kUnguided, kNoisy);
   uint64_t samples = 2;
-  for (double gain : gains) gate.guided(samples *= 2, kSeen, kGuided, 1 / gain, 1);
+  for (double gain : gains) gate.guided(samples *= 2, seen, kGuided, 1 / gain, 1);
   return gate;
 }
 
@@ -69,6 +69,13 @@ TEST(GuideGate, AYoungTableNeedOnlyBeNearToPaying) {
   EXPECT_TRUE(after({0.4}).on());
   EXPECT_FALSE(after({0.8, 0.8}).on());
   EXPECT_TRUE(after({1, 1}).on());
+}
+
+TEST(GuideGate, InASmallPictureALoserLearnsLonger) {
+  EXPECT_TRUE(after({0.5, 0.5, 0.5, 0.5}, 400'000).on());
+  EXPECT_FALSE(after({0.5, 0.5, 0.5, 0.5}, 600'000).on());
+  EXPECT_TRUE(after({1, 1, 1, 1}, 900'000).on()) << "near to paying";
+  EXPECT_FALSE(after({1, 1, 1, 1}).on());
 }
 
 TEST(GuideGate, ALoserThatGetsBetterGoesOn) {
@@ -133,17 +140,30 @@ TEST(GuideGate, APilotEndsWhenItKnowsTheNoiseAndItsTableEnough) {
   EXPECT_TRUE(noisy.pilot_is_over(GuideGate::kMostPilotSamples, 0));
 }
 
-TEST(GuideGate, WithoutAPilotAllPixelsTryTheGuide) {
-  GuideGate gate(1);
+TEST(GuideGate, WithoutAPilotThePictureTellsItsNoise) {
+  GuideGate noisy(1), quiet(1);
+  noisy.unguided(kUnguided, kNoisy);
+  EXPECT_FALSE(noisy.on_part());
+  EXPECT_TRUE(noisy.guides(2, kSeen));
+  quiet.unguided(kUnguided, kQuiet);
+  EXPECT_TRUE(quiet.on_part());
+  EXPECT_FALSE(quiet.guides(GuideGate::kLateStart - 1, kSeen));
+  EXPECT_TRUE(quiet.guides(GuideGate::kLateStart, kSeen));
+}
+
+TEST(GuideGate, NoiseThatShowsLateEndsTheTrialOnAPart) {
+  GuideGate gate = after_pilot(kQuiet);
   gate.unguided(kUnguided, kQuiet);
+  EXPECT_TRUE(gate.on_part());
+  gate.unguided(kUnguided, kNoisy);
   EXPECT_FALSE(gate.on_part());
 }
 
 // Tried on a part, at 4, 8, 16 ... samples.
-GuideGate on_part(std::initializer_list<double> gains) {
+GuideGate on_part(std::initializer_list<double> gains, uint64_t seen = kSeen) {
   GuideGate gate = after_pilot(kQuiet);
   uint64_t samples = 2;
-  for (double gain : gains) gate.guided(samples *= 2, kSeen, kGuided, 1 / gain, 1);
+  for (double gain : gains) gate.guided(samples *= 2, seen, kGuided, 1 / gain, 1);
   return gate;
 }
 
@@ -151,7 +171,8 @@ TEST(GuideGate, APartIsTriedLongerAndMustGainMore) {
   const GuideGate longer = on_part({0.5, 0.95, 0.95, 0.95, 1.2});
   EXPECT_TRUE(longer.on() && longer.learns(100) && longer.on_part());
   EXPECT_FALSE(on_part({0.8, 0.8}).on());
-  EXPECT_FALSE(on_part({1.4, 1.4, 1.4, 1.4, 1.4, 1.4, 1.4}).on()) << "256 samples";
+  EXPECT_TRUE(on_part({1.4, 1.4, 1.4, 1.4, 1.4, 1.4, 1.4}).on());
+  EXPECT_FALSE(on_part({1.4, 1.4}, kMuchSeen).on());
   EXPECT_TRUE(on_part({2}).on_part()) << "too early to say";
   const GuideGate won = on_part({1, 1.2, 1.6});
   EXPECT_TRUE(won.on() && !won.on_part());
@@ -166,10 +187,11 @@ TEST(GuideGate, LearningEndsWhenItBringsNothingMore) {
 }
 
 TEST(GuideGate, GrowthEndsWhenItBringsLittleTwice) {
-  EXPECT_FALSE(after({1, 1.2, 1.4}).grows());
-  EXPECT_TRUE(after({1, 1.2, 1.6}).grows()) << "once is noise";
-  EXPECT_TRUE(after({1, 1.2, 1.6, 1.7}).grows());
-  EXPECT_TRUE(after({1, 1.2, 1.4}).learns(100));
+  EXPECT_FALSE(after({1.3, 1.5, 1.7}, kMuchSeen).grows());
+  EXPECT_TRUE(after({1.3, 1.5, 1.7}).grows()) << "a young table";
+  EXPECT_TRUE(after({1.3, 1.5, 2}, kMuchSeen).grows()) << "once is noise";
+  EXPECT_TRUE(after({1.3, 1.5, 2, 2.2}, kMuchSeen).grows());
+  EXPECT_TRUE(after({1.3, 1.5, 1.7}, kMuchSeen).learns(100));
 }
 
 TEST(GuideGate, AnOpenGateDecidesNothing) {

@@ -31,9 +31,9 @@ TEST(Pilot, TellsWhatUnguidedPathsCostAndTeachesTheGuide) {
   EXPECT_GT(tried.pilot->gate.unguided_rays(), 1);
   EXPECT_GT(tried.table.samples_seen, 0u);
   const PathCounters& cost = tried.pilot->counters;
-  EXPECT_EQ(cost.paths % 1024, 0u) << "a sixteenth of the pixels, whole samples";
-  EXPECT_GE(cost.paths, 2u * 1024);
-  EXPECT_LE(cost.paths, 16u * 1024);
+  EXPECT_EQ(cost.paths % 4096, 0u) << "a quarter of the pixels, whole samples";
+  EXPECT_GE(cost.paths, 2u * 4096);
+  EXPECT_LE(cost.paths, 16u * 4096);
 }
 
 TEST(Pilot, OfAQuietPictureIsShort) {
@@ -45,6 +45,16 @@ TEST(Pilot, OfAQuietPictureIsShort) {
   EXPECT_EQ(quiet.pilot->counters.paths, 2u * 4096);
   EXPECT_FALSE(noisy.pilot->gate.on_part());
   EXPECT_GT(noisy.pilot->counters.paths, 2u * 4096);
+}
+
+// So few pixels that a pilot of a sixteenth of them would not see its noise.
+TEST(Pilot, OfASmallNoisyPictureSeesItsNoise) {
+  const auto scene = test::included_scene("lamp-room");
+  for (uint64_t seed = 1; seed <= 4; ++seed) {
+    const Tried tried = try_pilot(*scene, test::small_settings("adaptive", 128, 1, seed));
+    ASSERT_TRUE(tried.pilot);
+    EXPECT_FALSE(tried.pilot->gate.on_part()) << "seed " << seed;
+  }
 }
 
 TEST(Pilot, TheThreadsDoNotMatter) {
