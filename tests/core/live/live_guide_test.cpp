@@ -9,10 +9,11 @@
 namespace qray {
 namespace {
 
-// What the pixels of a small picture tell of a pass whose samples lie `distance` from each other;
-// without a guide they would lie 0.5 from each other.
+constexpr float kUnguided = 3;  // how far samples lie from each other without a guide: much noise
+
+// What the pixels of a small picture tell of a pass whose samples lie `distance` from each other.
 void measure(NoiseEstimate& noise, bool guided, float distance) {
-  const double saved = 0.25 - static_cast<double>(distance * distance);  // of both samples
+  const double saved = sqr(kUnguided) - sqr(distance);  // of both samples
   noise.start_pass(guided, /*learning=*/guided);
   for (int y = 0; y < 4; ++y)
     for (int x = 0; x < 4; ++x) {
@@ -40,7 +41,7 @@ void rest(const PreparedScene& scene, LiveGuide& guide, float guided_distance) {
   PassCost cost, guided_cost;
   for (uint64_t samples = 0; samples < 8; ++samples) {
     decision.start_pass(samples, 1000, /*may_learn=*/true);
-    measure(noise, decision.guided(), decision.guided() ? guided_distance : 0.5f);
+    measure(noise, decision.guided(), decision.guided() ? guided_distance : kUnguided);
     cost = {cost.paths + 100, cost.rays + 500, cost.lookups + (decision.guided() ? 300 : 0)};
     if (decision.guided())
       guided_cost = {guided_cost.paths + 100, guided_cost.rays + 500, cost.lookups};
@@ -53,12 +54,12 @@ TEST(LiveGuide, OneThatDoesNotPayWhereTheCameraRestsIsLeftUntilItDoes) {
   const auto scene = test::prepare(test::room());
   LiveGuide guide(learned_guide(*scene), /*gate=*/true);
   EXPECT_TRUE(guide.guides());
-  rest(*scene, guide, 2.0f);
+  rest(*scene, guide, 12.0f);
   EXPECT_FALSE(guide.guides());
   EXPECT_FALSE(guide.learns(/*whatever_time=*/true));
-  rest(*scene, guide, 0.05f);
+  rest(*scene, guide, 0.3f);
   EXPECT_TRUE(guide.guides());
-  rest(*scene, guide, 2.0f);
+  rest(*scene, guide, 12.0f);
   EXPECT_FALSE(guide.guides());
   guide.scene_changed();
   EXPECT_TRUE(guide.learns(/*whatever_time=*/true)) << "other light, another judgement";
