@@ -49,7 +49,8 @@ void GuideDecision::start_pass(uint64_t samples, uint64_t paths, bool may_learn)
 void GuideDecision::judge(uint64_t samples, const PassCost& cost, const PassCost& guided_cost,
                           const NoiseEstimate* noise) {
   const PassCost guided_pass = guided_cost - guided_cost_;
-  gate_.unguided(cost - cost_ - guided_pass, noise && !guided_ ? noise->variance() : 0);
+  const bool unguided = !guided_ || part_;  // most pixels
+  gate_.unguided(cost - cost_ - guided_pass, noise && unguided ? noise->variance() : 0);
   cost_ = cost;
   guided_cost_ = guided_cost;
   GuidePass record{samples, guided_, learning_, part_ ? 1.0 / GuideGate::kPart : 1.0, 0, 0,

@@ -80,13 +80,13 @@ double GuideGate::guided(uint64_t samples, uint64_t table_samples_seen, const Pa
   const double before = checks_.empty() ? 0 : checks_.back().efficiency_gain;
   checks_.push_back({samples, efficiency_gain});
   if (open_) return efficiency_gain;
-  const auto due = [&](const Least& least) {
-    return samples >= least.samples && table_samples_seen >= least.events;
-  };
+  // On a part, little is to be gained, and little is learned.
+  const auto due = [&](const Least& least) { return part_ || table_samples_seen >= least.events; };
+  const uint64_t old_samples = warm_ ? kWarm : (part_ ? kPart : 1) * kOld.samples;
   const bool old =
-      table_samples_seen >= kOldEvents || (warm_ ? samples >= kWarm : !part_ && due(kOld));
+      table_samples_seen >= kOldEvents || (samples >= old_samples && (warm_ || due(kOld)));
   double least = 0;
-  if (due(kYoung)) least = kYoung.gain;
+  if (samples >= kYoung.samples && due(kYoung)) least = kYoung.gain;
   if (old) least = part_ ? kPartGain : kOld.gain;
   if (efficiency_gain < std::min(least, kHope * before)) on_ = false;
   if (samples >= kYoung.samples && efficiency_gain >= kPartGain) part_ = false;

@@ -67,7 +67,7 @@ class GuideGate {
   bool pilot_is_over(uint64_t samples, uint64_t table_samples_seen) const;
   GuideGate after_pilot() const;
 
-  // What paths without a guide cost. `variance`: of a sample, as NoiseEstimate tells it, if all
+  // What paths without a guide cost. `variance`: of a sample, as NoiseEstimate tells it, if most
   // pixels of the pass were unguided; else, or where it is not known, 0.
   void unguided(const PassCost& cost, double variance);
   // After a pass with guided pixels, `samples` a pixel being done, by which the table has seen so
