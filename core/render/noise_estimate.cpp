@@ -117,7 +117,7 @@ bool NoiseEstimate::end_pass() {
 
 float NoiseEstimate::weight_of_earlier() const {
   if (!(variance_ > 0) || !(variance_before_ > 0)) return 1;
-  return static_cast<float>(std::clamp(variance_ / variance_before_, 1 / kMostFade, kMostFade));
+  return static_cast<float>(std::clamp(variance_ / variance_before_, 1 / kMostFade, 1.0));
 }
 
 float NoiseEstimate::relative_deviation(int x, int y) const {

@@ -47,7 +47,8 @@ class NoiseEstimate {
   double guided_variance() const { return guided_variance_; }
   double unguided_variance() const { return unguided_variance_; }
   // What a film's samples from before the last estimate count against those to come, by their
-  // noise, so that the sum has the least: Film::fade(). 1 where it is not known.
+  // noise, so that the sum has the least: Film::fade(). 1 where it is not known, and at most: where
+  // earlier samples seem to have less noise, they have more likely missed rare light.
   float weight_of_earlier() const;
 
   // Of the pixel's mean so far: standard error over what it and its neighbours are like on average,

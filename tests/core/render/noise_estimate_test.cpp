@@ -120,5 +120,20 @@ TEST(NoiseEstimate, GuidedPassesAreKeptApart) {
   EXPECT_NEAR(noise.deviation(20, 20), 0.1f, 0.15f) << "fades from 0.5 toward 0.1";
 }
 
+// What seems quiet has more likely missed rare light than found less noise.
+TEST(NoiseEstimate, EarlierSamplesNeverCountMoreThanLaterOnes) {
+  for (const auto& [before, after, weight] : {std::tuple{0.4f, 0.2f, 0.25f}, {0.2f, 0.4f, 1.0f}}) {
+    NoiseEstimate noise(kNoiseSide, kNoiseSide);
+    test::Random random(5);
+    uint64_t done = 0;
+    render(noise, done, 8, false, before, random);
+    ASSERT_TRUE(noise.end_pass());
+    EXPECT_EQ(noise.weight_of_earlier(), 1) << "not known";
+    render(noise, done, 8, true, after, random);
+    ASSERT_TRUE(noise.end_pass());
+    EXPECT_NEAR(noise.weight_of_earlier(), weight, 0.05f);
+  }
+}
+
 }  // namespace
 }  // namespace qray
