@@ -31,6 +31,7 @@ struct Thread {
   int64_t until = kNever;    // virtual ns: it waits no longer
   bool timed_out = false;
   int number = 0;
+  uint64_t stalls_until = 0;  // by Schedule::choices
   sem_t turn;
   void* (*body)(void*) = nullptr;
   void* argument = nullptr;
@@ -47,7 +48,7 @@ struct Schedule {
   std::vector<Thread*> threads;
   std::unordered_map<const void*, Held> mutexes;
   int64_t now = 1000 * kSecond;
-  uint64_t random = 0;
+  uint64_t random = 0, choices = 0;
   uint64_t switch_in = 4;  // at a point where it could go on, one of so many lets another
   std::function<void(const std::string&)> on_deadlock;
 
@@ -108,10 +109,16 @@ Thread* choose(bool other) {
       schedule->now = std::max(schedule->now, early->until);
       wake(*early, true);
     }
-  std::vector<Thread*> ready;
+  ++schedule->choices;
+  std::vector<Thread*> ready, stalled;
   for (Thread* thread : schedule->threads)
-    if (thread->is == Thread::Is::kReady && !(other && thread == self)) ready.push_back(thread);
+    if (thread->is == Thread::Is::kReady && !(other && thread == self))
+      (thread->stalls_until > schedule->choices ? stalled : ready).push_back(thread);
   if (!ready.empty()) return ready[schedule->choice(ready.size())];
+  // Time may pass while one stalls.
+  constexpr uint64_t kStallEndsIn = 4;
+  if (!stalled.empty() && (!first_to_wake() || schedule->choice(kStallEndsIn) == 0))
+    return stalled[schedule->choice(stalled.size())];
   if (self->is == Thread::Is::kReady) return self;
   Thread* first = first_to_wake();
   if (!first) deadlock();
@@ -129,8 +136,14 @@ void pass_on(bool other) {
   wait_for_turn(me);
 }
 
-// Where another may come between.
+// Where another may come between; now and then many do, as when the system takes the processor away
+// at the worst moment.
 void meet() {
+  constexpr uint64_t kStallIn = 100, kLongestStall = 1000;
+  if (schedule->choice(kStallIn) == 0) {
+    self->stalls_until = schedule->choices + schedule->choice(kLongestStall);
+    return pass_on(/*other=*/true);
+  }
   if (schedule->choice(schedule->switch_in) == 0) pass_on(/*other=*/false);
 }
 
