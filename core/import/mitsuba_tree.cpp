@@ -200,12 +200,11 @@ class TreeReader {
   }
 
   void add_folder(const MitsubaNode& node) {
-    std::error_code ec;
-    const std::filesystem::path path =
-        std::filesystem::canonical(document_.folder / node.need("value"), ec);
-    if (ec || !is_within(path, document_.folder))
+    const std::optional<std::filesystem::path> path =
+        follow_within(document_.folder, document_.folder, node.need("value"));
+    if (!path || !std::filesystem::is_directory(*path))
       node.fail("expected a folder within the scene's", ErrorCode::kNotFound);
-    document_.folders.push_back(path);
+    document_.folders.push_back(*path);
   }
 
   void add_ids(const MitsubaNode& node) {
@@ -265,10 +264,8 @@ std::filesystem::path MitsubaDocument::find_file(const MitsubaNode& node,
   for (const std::filesystem::path& from : folders) {
     const Result<std::filesystem::path> path = find_within(folder, from, slashed);
     if (path.ok()) return path.value();
-    if (path.error().code != ErrorCode::kNotFound)
-      node.fail(path.error().message, path.error().code);
   }
-  node.fail("no such file: \"" + name + "\"", ErrorCode::kNotFound);
+  node.fail("no such file in the scene's folder: \"" + name + "\"", ErrorCode::kNotFound);
 }
 
 MitsubaDocument read_mitsuba_tree(const std::filesystem::path& path) {

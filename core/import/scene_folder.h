@@ -1,7 +1,10 @@
-// Files that a scene file names: they must lie in its folder or below. Any thread.
+// Files that a scene file names: relative, and in its folder or below. Who sends a scene must not
+// learn what else this machine has: a name that leads out of the folder, be it only on its way, is
+// not looked up, and is told in the same words as one that is missing. Any thread.
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 
 #include "core/base/result.h"
@@ -11,11 +14,13 @@ namespace qray {
 // Of the scene file, canonical; links in the file's own name are not followed.
 std::filesystem::path scene_folder(const std::filesystem::path& file);
 
-// Both canonical.
-bool is_within(const std::filesystem::path& path, const std::filesystem::path& folder);
+// `name`, relative to `from`, canonical; none when it is not there or, links followed, not within
+// `folder`. pre: `folder` is canonical, and so is `from`, within it.
+std::optional<std::filesystem::path> follow_within(const std::filesystem::path& folder,
+                                                   const std::filesystem::path& from,
+                                                   const std::string& name);
 
-// The file `name`, relative to `from`, canonical. An error, without a place, when it is not there
-// or, links followed, not within `folder`. pre: `folder` is canonical, `from` within it.
+// The same of a file. kNotFound, without a place.
 Result<std::filesystem::path> find_within(const std::filesystem::path& folder,
                                           const std::filesystem::path& from,
                                           const std::string& name);

@@ -195,9 +195,9 @@ Result<JobRun::Rendered> JobRun::run_to_end(StartingGuide start, const std::stri
   context_.keeper.start({scene_->hash.whole().hex(), id, recovery ? recovery->name : std::string(),
                          warnings_, mixed_builds_});
   Result<JobResult> result =
-      run_guided_job(*scene_, settings_, std::move(start), running_->film(), context_.pool,
-                     *running_, context_.stop, context_.clock, recovery ? &*recovery : nullptr,
-                     {&context_.keeper, resume_from});
+      context_.render(*scene_, settings_, std::move(start), running_->film(), context_.pool,
+                      *running_, context_.stop, context_.clock, recovery ? &*recovery : nullptr,
+                      {&context_.keeper, resume_from});
   running_->on_pass(nullptr);
   if (!moments.failure().empty()) warn(moments.failure());
   if (!result.ok()) return result.error();

@@ -45,8 +45,10 @@ class JobRunner {
     size_t max_queued = 1000;
     size_t memory_bytes = size_t{8} << 30;  // of all that run at once
   };
+  // `render`: what makes the pictures; tests have one that takes no time.
+  using Render = std::function<decltype(run_guided_job)>;
   JobRunner(Stores stores, const Limits& limits, const Clock& clock,
-            std::function<int64_t()> now_ms);
+            std::function<int64_t()> now_ms, Render render = run_guided_job);
   ~JobRunner() { stop(); }
 
   // Takes up the jobs that a restart found, then runs.
@@ -108,6 +110,7 @@ class JobRunner {
   MemoryBudget memory_;
   const Clock& clock_;
   std::function<int64_t()> now_ms_;
+  const Render render_;
 
   Gather<JobStore::Posted, Result<JobRecord>> submits_;
   std::mutex submit_mutex_;  // the queue's bound holds over several submits at once

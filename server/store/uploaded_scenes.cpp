@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <cstring>
+#include <random>
 
 #include "core/base/file.h"
 
@@ -74,9 +75,11 @@ Result<std::unique_ptr<UploadedScenes>> UploadedScenes::open(const fs::path& dat
   return scenes;
 }
 
-fs::path UploadedScenes::draft_folder() {
-  std::lock_guard lock(mutex_);
-  return folder_ / (std::to_string(drafts_++) + kDraft);
+fs::path UploadedScenes::draft_folder() const {
+  std::random_device random;
+  std::string name;
+  for (int i = 0; i < 4; ++i) name += std::to_string(random()) + (i < 3 ? "-" : kDraft);
+  return folder_ / name;
 }
 
 UploadedScenes::Draft::~Draft() {

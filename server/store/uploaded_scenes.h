@@ -49,12 +49,12 @@ class UploadedScenes {
  private:
   UploadedScenes(std::filesystem::path folder, DiskQuota& quota)
       : folder_(std::move(folder)), quota_(quota) {}
-  std::filesystem::path draft_folder();
+  // Of a name that nobody guesses: a scene that names its own draft is told what any other path is.
+  std::filesystem::path draft_folder() const;
 
   std::filesystem::path folder_;
   DiskQuota& quota_;
   mutable std::mutex mutex_;
-  uint64_t drafts_ = 0;
   std::map<std::string, proto::SceneReport, std::less<>> scenes_;
 };
 

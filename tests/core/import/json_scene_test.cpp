@@ -245,7 +245,7 @@ TEST(JsonScene, NamesThePlaceOfEveryFault) {
       {with_materials(R"({"name": "a", "type": "conductor", "metal": "gold", "k": 1})"),
        "scene.json:/materials/0/k: expected either \"metal\" or \"eta\" and \"k\""},
       {with(R"("textures": [{"name": "t", "path": "gone.png"}])"),
-       "scene.json:/textures/0/path: no such file: \"gone.png\""},
+       "scene.json:/textures/0/path: no such file in the scene's folder: \"gone.png\""},
       {with(R"("environment": {"image": "gone.exr"})"),
        "scene.json:/environment/image: no such file"},
       {with(R"("environment": {"image": "sky.png"})"),
@@ -285,7 +285,7 @@ TEST(JsonScene, NamesThePlaceOfEveryFault) {
                      "transform": {"matrix": [1,0,0,0, 2,0,0,0, 0,0,1,0, 0,0,0,1]}})"),
        "scene.json:/meshes/0/transform: expected a map that keeps volume"},
       {with_mesh(R"({"file": "gone.obj"})"),
-       "scene.json:/meshes/0/file: no such file: \"gone.obj\""},
+       "scene.json:/meshes/0/file: no such file in the scene's folder: \"gone.obj\""},
   };
   const test::SceneFolder folder;
   for (const auto& c : cases) {
@@ -302,7 +302,7 @@ TEST(JsonScene, FilesOutsideOfItsFolderAreRefused) {
   for (const std::string& name : {std::string("../out.obj"), outside.string(),
                                   std::string("deep/../../out.obj"), std::string("link.obj")}) {
     EXPECT_EQ(folder.failure("in/scene.json", with_mesh(R"({"file": ")" + name + "\"}")),
-              "scene.json:/meshes/0/file: \"" + name + "\" lies outside the scene's folder");
+              "scene.json:/meshes/0/file: no such file in the scene's folder: \"" + name + "\"");
   }
 }
 

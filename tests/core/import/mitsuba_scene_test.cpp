@@ -253,7 +253,7 @@ TEST(MitsubaScene, FaultsNameTheLine) {
       {mitsuba_scene("<ref id=\"none\"/>"), "scene.xml:4: no element has the id \"none\""},
       {mitsuba_scene("<shape type=\"obj\"/>"), "scene.xml:4: expected a \"filename\""},
       {mitsuba_scene("<shape type=\"obj\">\n<string name=\"filename\" value=\"no.obj\"/></shape>"),
-       "scene.xml:5: no such file: \"no.obj\""},
+       "scene.xml:5: no such file in the scene's folder: \"no.obj\""},
       {mitsuba_scene(
            "<shape type=\"obj\"><string name=\"filename\" value=\"../../etc/passwd\"/></shape>"),
        "scene.xml:4: "},

@@ -196,8 +196,9 @@ TEST(Obj, FilesOutsideOfItsFolderAreNotRead) {
   EXPECT_TRUE(contents.textures.empty());
   ASSERT_EQ(contents.warnings.size(), 2u);
   EXPECT_EQ(contents.warnings[0],
-            "../a.mtl: \"../a.mtl\" lies outside the scene's folder; its materials are grey");
-  EXPECT_NE(contents.warnings[1].find("\"../t.png\" lies outside"), std::string::npos)
+            "../a.mtl: no such file in the scene's folder: \"../a.mtl\"; its materials are grey");
+  EXPECT_NE(contents.warnings[1].find("no such file in the scene's folder: \"../t.png\""),
+            std::string::npos)
       << contents.warnings[1];
 }
 

@@ -163,22 +163,95 @@ TEST_F(ServiceScenes, WhatIsWrongInAFileIsNamed) {
   EXPECT_EQ(scene_folders(), 0u) << "nothing stays of what was refused";
 }
 
-TEST_F(ServiceScenes, FilesOutsideOfTheSceneAreOutOfReach) {
-  const fs::path secret = s_.config.data / "scenes/secret.ply";
-  test::write_text(secret, "secret");
-  const auto scene_with = [](const std::string& file) {
-    return R"({"camera":{"position":[0,0,3],"target":[0,0,0],"vertical_fov_deg":40},
-      "materials":[{"name":"m","type":"diffuse"}],
-      "meshes":[{"material":"m","file":")" +
-           file + "\"}]}";
+// What each kind of scene can name: what is said of a path that exists must be what is said of one
+// that does not.
+TEST_F(ServiceScenes, WhatTheServerHasBesidesIsNotToldFromWhatItHasNot) {
+  const std::string camera =
+      R"("camera":{"position":[0,0,3],"target":[0,0,0],"vertical_fov_deg":40})";
+  const auto json = [&](const std::string& more) { return "{" + camera + "," + more + "}"; };
+  const auto mitsuba = [](const std::string& body) {
+    return "<scene version=\"3.0.0\">" + body + "</scene>";
   };
-  for (const std::string& file : {std::string("../../../secret.ply"), secret.string()})
-    expect_fault(post_files({{"in/scene.json", scene_with(file)}, {"in/x.ply", "ply"}}, 422),
-                 "/files/in~1scene.json", "lies outside the scene's folder");
-  const Json outside =
-      post_files({{"a.obj", "mtllib ../../secret.ply\n" + tall_obj(1)}}, 201)["warnings"];
-  ASSERT_EQ(outside.size(), 1u);
-  EXPECT_NE(outside[0].get<std::string>().find("outside"), std::string::npos) << outside;
+  // A file, and its text with PATH in it.
+  const struct {
+    std::string name, text;
+    std::map<std::string, std::string> others;
+  } kinds[] = {
+      {"a/scene.json",
+       json(R"("materials":[{"name":"m","type":"diffuse"}],
+               "meshes":[{"material":"m","file":"PATH"}])"),
+       {}},
+      {"a/scene.json",
+       json(R"("textures":[{"name":"t","path":"PATH"}],"materials":[],"meshes":[])"),
+       {}},
+      {"a/scene.xml", mitsuba(R"(<include filename="PATH"/>)"), {}},
+      {"a/scene.xml", mitsuba(R"(<path value="PATH"/>)"), {}},
+      {"a/scene.xml",
+       mitsuba(R"(<shape type="ply"><string name="filename" value="PATH"/></shape>)"),
+       {}},
+      {"a/scene.xml",
+       mitsuba(R"(<shape type="serialized"><string name="filename" value="PATH"/></shape>)"),
+       {}},
+      {"a/scene.xml",
+       mitsuba(R"(<emitter type="envmap"><string name="filename" value="PATH"/></emitter>)"),
+       {}},
+      {"a/scene.xml",
+       mitsuba(R"(<shape type="cube"><bsdf type="diffuse"><texture name="reflectance"
+         type="bitmap"><string name="filename" value="PATH"/></texture></bsdf></shape>)"),
+       {}},
+      {"a/scene.gltf",
+       R"({"asset":{"version":"2.0"},"buffers":[{"byteLength":4,"uri":"PATH"}],
+          "bufferViews":[{"buffer":0,"byteLength":4}],
+          "accessors":[{"bufferView":0,"componentType":5126,"count":1,"type":"SCALAR"}],
+          "meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],"nodes":[{"mesh":0}],
+          "scenes":[{"nodes":[0]}]})",
+       {}},
+      {"a/scene.obj", "mtllib PATH\n" + tall_obj(1), {}},
+      {"a/scene.obj",
+       "mtllib m.mtl\nusemtl m\n" + tall_obj(1),
+       {{"a/m.mtl", "newmtl m\nmap_Kd PATH\n"}}},
+  };
+  const fs::path there = s_.config.data / "scenes/there.ply";
+  test::write_text(there, "there");
+  const std::string up = "../../../";  // the draft's files, the draft, the scenes
+  const std::pair<std::string, std::string> pairs[] = {
+      {up + "../scenes/there.ply", up + "../scenes/absent.ply"},
+      {there.string(), (s_.config.data / "scenes/absent.ply").string()},
+      // By a way that leaves the folder and comes back to a file of the scene.
+      {"../../files/a/x.ply", "../../absent/a/x.ply"},
+  };
+  for (const auto& kind : kinds)
+    for (const auto& [exists, missing] : pairs) {
+      std::vector<std::string> told;
+      for (const std::string& path : {exists, missing}) {
+        std::map<std::string, std::string> files = kind.others;
+        files[kind.name] = kind.text;
+        for (auto& [name, text] : files)
+          if (const size_t at = text.find("PATH"); at != std::string::npos)
+            text.replace(at, 4, path);
+        files["a/x.ply"] = "ply";
+        Json hashes = Json::object();
+        for (const auto& [name, text] : files) hashes[name] = put(text);
+        const auto answer =
+            s_.client().Post("/v1/scenes", Json({{"files", hashes}, {"entry", kind.name}}).dump(),
+                             "application/json");
+        ASSERT_TRUE(answer);
+        Json said = Json::parse(answer->body);
+        const bool made = answer->status == 201;
+        if (made) {
+          const std::string scene = said["name"];
+          EXPECT_EQ(s_.client().Delete("/v1/scenes/" + scene)->status, 204);
+        }
+        std::string text = made ? said["warnings"].dump() : said["detail"].get<std::string>();
+        for (size_t at; (at = text.find(path)) != std::string::npos;)
+          text.replace(at, path.size(), "PATH");
+        told.push_back(std::to_string(answer->status) + " " + text);
+      }
+      EXPECT_EQ(told[0], told[1]) << kind.text << " with " << exists;
+      EXPECT_TRUE(told[0].find("no such file in the scene's folder: ") != std::string::npos ||
+                  told[0].find("a folder within the scene's") != std::string::npos)
+          << told[0];
+    }
 }
 
 TEST_F(ServiceScenes, APictureThatBreaksOffIsRefused) {
