@@ -146,9 +146,9 @@ class Principled final : public Bsdf {
   static Ggx microfacets(const ShadingPoint& sp) {
     return Ggx(sp.roughness, Microfacets::kGgx, sp.anisotropy);
   }
-  // Where the table of isotropic albedos is looked up. Up to an anisotropy of .6 a white surface
-  // then returns all that arrives but for 3 %. At 1 it is up to 5 % more, and a third less where
-  // grazing light comes from across (tests/stat/bsdf_energy_test.cpp).
+  // Where the table of isotropic albedos is looked up. Up to an anisotropy of .6 a white dielectric
+  // then returns all that arrives, but for 3 % more or 7 % less. At 1 it is up to 5 % more, and a
+  // third less where grazing light comes from across (tests/stat/bsdf_energy_test.cpp).
   float roughness_along(const ShadingPoint& sp, Vec3 w) const {
     if (smooth_ || !(sp.anisotropy > 0)) return smooth_ ? 0 : sp.roughness;
     return microfacets(sp).roughness_along(w);
