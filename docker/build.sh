@@ -16,10 +16,10 @@ if [ -z "$build" ]; then
 fi
 cmake --install "$build" --prefix "$prefix" --strip > /dev/null
 
-for program in qray qrayd; do
-  missing="$(ldd "$prefix/bin/$program" | grep 'not found' || true)"
+for file in bin/qray bin/qrayd lib/qray/qray_openimageio.so; do
+  missing="$(ldd "$prefix/$file" | grep 'not found' || true)"
   if [ -n "$missing" ]; then
-    echo "build.sh: $program lacks: $missing" >&2
+    echo "build.sh: $file lacks: $missing" >&2
     exit 1
   fi
 done

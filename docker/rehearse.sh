@@ -32,10 +32,12 @@ bash "$here/build.sh" "$prefix" "$@" || fail "the build failed"
 chmod -R a-w "$prefix"
 chmod 755 "$scratch"  # the server's user goes through it
 
-# Step 2: the libraries that the programs name belong to packages of group run, or to the system's.
+# Step 2: the libraries that the programs, and what they load, name belong to packages of group run,
+# or to the system's.
 if [ "$packages" = yes ]; then
-  wanted="$(readelf -d "$prefix"/bin/* | sed -n 's/.*NEEDED.*\[\(.*\)\]/\1/p' | sort -u)"
-  found="$(ldd "$prefix/bin/qrayd" "$prefix/bin/qray" | awk 'NF > 3 {print $1, $3}' | sort -u)"
+  files=("$prefix"/bin/qray "$prefix"/bin/qrayd "$prefix"/lib/qray/*.so)
+  wanted="$(readelf -d "${files[@]}" | sed -n 's/.*NEEDED.*\[\(.*\)\]/\1/p' | sort -u)"
+  found="$(ldd "${files[@]}" | awk 'NF > 3 {print $1, $3}' | sort -u)"
   for library in $wanted; do
     file="$(awk -v l="$library" '$1 == l {print $2}' <<< "$found")"
     file="$(readlink -f "$file")"  # its package may know it without the /usr that /lib leads to

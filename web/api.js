@@ -123,7 +123,7 @@ const query = (values) => {
 export const get_pixel = (id, x, y, moment, signal) =>
   call(`${job_path(id)}/pixel?${query({ x, y, moment })}`, { signal }).then((r) => r.json());
 // Pictures that the server makes, as blobs.
-const get_picture = async (path, signal) => (await call(path, { signal })).blob();
+export const get_picture = async (path, signal) => (await call(path, { signal })).blob();
 export const get_view = (id, view, moment, signal) =>
   get_picture(`${job_path(id)}/view.png?${query({ view, moment })}`, signal);
 export const get_lobe = (id, x, y, moment, signal) =>

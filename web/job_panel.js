@@ -86,11 +86,13 @@ export class JobPanel {
   }
 
   #link_downloads() {
-    const { id } = this.#job;
+    const { id, request } = this.#job;
     const best = is_recovered(this.#job) ? 'recovered' : 'sampled';
     this.#part('exr').href = exr_url(id, best);
     this.#part('png').href = png_url(id, best, this.#look.ev, this.#look.moment);
     this.#part('samples').href = exr_url(id, 'sampled');
+    this.#part('around').hidden = request.width !== 2 * request.height;
+    this.#part('around').href = `live_around.html#${id},${this.#look.ev}`;
   }
 
   async #act(part, action) {

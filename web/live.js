@@ -114,7 +114,14 @@ async function open(name) {
   try {
     const info = await live.main.open({ scene: name, ...size, ...switches(), frame_ms: kFrameMs });
     camera.forget();
-    camera.camera = info.camera;
+    // In a picture of all directions one looks around.
+    const around = info.camera.projection === 'equirectangular';
+    camera.camera = around
+      ? { ...info.camera, projection: 'perspective', vertical_fov_deg: 75 } : info.camera;
+    if (around) {
+      camera.mode = by_id('move').value = 'fly';
+      live.main.look(camera.camera);
+    }
     show_lights(info.lights);
     by_id('connection').dataset.live = 'true';
     by_id('connection').textContent = 'Live';

@@ -51,8 +51,8 @@ export class LiveCamera {
   }
 
   get camera() {
-    const { position, target, up, vertical_fov_deg } = this.#camera;
-    return { position, target, up, vertical_fov_deg };
+    const { position, target, up, vertical_fov_deg, projection, height } = this.#camera;
+    return { position, target, up, vertical_fov_deg, projection, height };
   }
   set camera(camera) {
     this.#camera = structuredClone(camera);
@@ -98,7 +98,9 @@ export class LiveCamera {
     const c = this.#camera;
     const arm = sub(c.position, c.target).map((v) => v * factor);
     if (length(arm) < 1e-3) return;
-    c.position = add(c.target, arm);
+    // Parallel rays show no more from farther away.
+    if (c.projection === 'orthographic' && c.height) c.height *= factor;
+    else c.position = add(c.target, arm);
     this.#on_move();
   }
 

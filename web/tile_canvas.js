@@ -1,6 +1,5 @@
 // The picture in WebGL2: tiles go as they come (RGB9E5) into one texture; exposure and curve are
 // applied when it is drawn, so changing them asks the server for nothing.
-// A pixel whose tile has not come yet is transparent: black is only what was rendered black.
 import { kCurves, kShownGlsl, kViridis, rgb_of } from './look.js';
 
 const kTilePx = 64;

@@ -1,4 +1,5 @@
-// Where the files that come with qray are: scenes, the page, the contract. Any thread.
+// Where the files that come with qray are: scenes, the page, the contract, what is loaded later.
+// Any thread.
 #pragma once
 
 #include <filesystem>
@@ -6,11 +7,17 @@
 
 namespace qray {
 
-// `share/qray/<name>` beside the running program's `bin`, when it was installed; else `source`, in
-// the tree that it was built from.
-std::filesystem::path installed_or(std::string_view name, const std::filesystem::path& source);
+// `path` (such as "lib/qray/x.so") in the folder that holds the running program's `bin`; else
+// `other`.
+std::filesystem::path beside_program(const std::filesystem::path& path,
+                                     const std::filesystem::path& other);
 // The same for a program that is in the folder `bin`.
-std::filesystem::path installed_or(std::string_view name, const std::filesystem::path& source,
-                                   const std::filesystem::path& bin);
+std::filesystem::path beside_program(const std::filesystem::path& path,
+                                     const std::filesystem::path& other,
+                                     const std::filesystem::path& bin);
+
+// `share/qray/<name>` beside the program, when it was installed; else `source`, in the tree that it
+// was built from.
+std::filesystem::path installed_or(std::string_view name, const std::filesystem::path& source);
 
 }  // namespace qray

@@ -1,6 +1,7 @@
-// Scattering at a surface. Directions: unit, local (the shading normal is +z), away from the
-// surface; wo to the eye. Opaque kinds and thin ones are alike from both sides; solid dielectrics
-// tell inside (z < 0) from outside. Immutable; any thread.
+// Scattering at a surface. Directions: unit, local (the shading normal is +z; x is the direction in
+// which an anisotropic surface is roughest), away from the surface; wo to the eye. Opaque kinds and
+// thin ones are alike from both sides; solid dielectrics tell inside (z < 0) from outside.
+// Immutable; any thread.
 #pragma once
 
 #include <memory>

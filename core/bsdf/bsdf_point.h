@@ -14,7 +14,7 @@ namespace qray {
 // The material's parameters at one point, textures looked up; each as Material has it.
 struct ShadingPoint {
   Rgb reflectance;
-  float roughness = 0;
+  float roughness = 0, anisotropy = 0;
   Rgb specular{1.0f}, transmittance{1.0f};
   Rgb sheen{};
   float sheen_roughness = 0;

@@ -47,7 +47,7 @@ class RoughConductor final : public ConductorBase {
     if (!(wo.z * wi.z > 0)) return {};
     to_front(wo, wi);
     const Vec3 h = normalize(wo + wi);
-    const Ggx ggx(at.sp.roughness, microfacets_);
+    const Ggx ggx(at.sp.roughness, microfacets_, at.sp.anisotropy);
     const float f_cos = 0.25f * ggx.d_g2_over_cos(h, wo, wi) * wi.z;
     return {fresnel(at.sp, dot(wo, h)) * f_cos, 0.25f * ggx.d(h) * ggx.g1_over_cos(wo)};
   }
@@ -57,7 +57,7 @@ class RoughConductor final : public ConductorBase {
     if (wo.z == 0) return std::nullopt;
     const float side = std::copysign(1.0f, wo.z);
     wo.z = std::abs(wo.z);
-    const Ggx ggx(at.sp.roughness, microfacets_);
+    const Ggx ggx(at.sp.roughness, microfacets_, at.sp.anisotropy);
     const Vec3 h = ggx.sample_visible(wo, u_dir);
     Vec3 wi = normalize(reflect(wo, h));
     if (wi.z <= 0) return std::nullopt;

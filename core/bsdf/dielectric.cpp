@@ -75,7 +75,7 @@ class RoughDielectric final : public DielectricBase {
     if (wo.z == 0 || wi.z == 0) return {};
     const float eta = this->eta(wo);
     to_front(wo, wi);
-    const Ggx ggx(sp.roughness, microfacets_);
+    const Ggx ggx(sp.roughness, microfacets_, sp.anisotropy);
     if (wi.z > 0) {
       const Vec3 h = normalize(wo + wi);
       return reflected(sp, ggx, wo, wi, h,
@@ -98,7 +98,7 @@ class RoughDielectric final : public DielectricBase {
     const float eta = this->eta(wo);
     const float side = std::copysign(1.0f, wo.z);
     wo.z = std::abs(wo.z);
-    const Ggx ggx(sp.roughness, microfacets_);
+    const Ggx ggx(sp.roughness, microfacets_, sp.anisotropy);
     const Vec3 h = ggx.sample_visible(wo, u_dir);
     const float cos_o = dot(wo, h);
     if (cos_o <= 0) return std::nullopt;

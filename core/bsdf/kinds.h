@@ -19,6 +19,8 @@ std::unique_ptr<Bsdf> make_plastic(const Material& material);
 constexpr float kLeastIndexStep = 1e-3f;
 
 // A texture only scales the constant, so this is true or false of the whole surface.
-inline bool is_smooth(const Material& material) { return material.roughness.value <= 0; }
+inline bool is_smooth(const Material& material) {
+  return material.roughness.value <= 0 && !material.anisotropic();
+}
 
 }  // namespace qray

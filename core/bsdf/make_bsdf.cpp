@@ -7,6 +7,7 @@ ShadingPoint constant_point(const Material& m) {
   ShadingPoint sp;
   sp.reflectance = m.reflectance.value;
   sp.roughness = m.roughness.value;
+  sp.anisotropy = m.anisotropy.value;
   sp.specular = m.specular.value;
   sp.transmittance = m.transmittance.value;
   sp.sheen = m.sheen.value;

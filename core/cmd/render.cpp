@@ -1,6 +1,7 @@
 // qray render: a picture, rendered here.
 #include <CLI/CLI.hpp>
 #include <cstdio>
+#include <thread>
 
 #include "core/base/file.h"
 #include "core/cmd/commands.h"
@@ -11,6 +12,7 @@
 #include "core/cmd/report.h"
 #include "core/cmd/stop_on_signal.h"
 #include "core/image/exposure.h"
+#include "core/image/image_library.h"
 #include "core/job/run_job.h"
 #include "core/job/stats_json.h"
 
@@ -128,6 +130,8 @@ Status run(const RenderCommand& o) {
   settings.last_pass_tiles = o.last_pass_tiles;
   settings.max_table_bytes = static_cast<size_t>(o.table_mib) << 20;
   if (Status s = check_settings(settings, kMaxPixels); !s) return s;
+  // Loaded while the picture renders. What goes wrong is said where it is written.
+  const std::jthread loads_images([] { (void)image_library(); });
   TaskPool pool(o.threads);
   return o.view == "beauty" ? render_beauty(o, scene, settings, pool, stop.token())
                             : render_view(view_options(o), scene, settings, pool, stop.token());

@@ -29,8 +29,9 @@ Status run(const std::string& name) {
   std::printf("picture     %d x %d, paths to depth %d\n", scene.width, scene.height,
               scene.max_depth);
   const Vec3 from = scene.camera.position, to = scene.camera.target;
-  std::printf("camera      at %g,%g,%g, target %g,%g,%g\n", from.x, from.y, from.z, to.x, to.y,
-              to.z);
+  std::printf("camera      %s, at %g,%g,%g, target %g,%g,%g\n",
+              std::string(name_of(scene.camera.projection)).c_str(), from.x, from.y, from.z, to.x,
+              to.y, to.z);
   std::printf("meshes      %zu, %zu triangles (%zu without area left out)\n", scene.meshes.size(),
               scene.triangle_count(), loaded.value().dropped_triangles);
   if (!scene.instances.empty())

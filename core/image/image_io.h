@@ -1,7 +1,7 @@
-// Pictures to and from files and memory, by OpenImageIO. The format follows the name's extension.
-// PNG, JPEG and WebP are 8-bit sRGB of the linear picture, clamped; EXR is 32-bit float linear.
-// Metadata are string attributes, in the file under "qray:" and the name; callers see the bare
-// name. Any thread.
+// Pictures to and from files and memory, by OpenImageIO (image_library.h). The format follows the
+// name's extension. PNG, JPEG and WebP are 8-bit sRGB of the linear picture, clamped; EXR is 32-bit
+// float linear. Metadata are string attributes, in the file under "qray:" and the name; callers see
+// the bare name. Any thread.
 #pragma once
 
 #include <filesystem>

@@ -59,32 +59,43 @@ PunctualLight read_gltf_light(const JsonNode& index_node, const Transform& to_wo
   return light;
 }
 
-bool read_gltf_camera(const JsonNode& camera, const JsonNode& node, const Transform& to_world,
+void read_gltf_camera(const JsonNode& camera, const JsonNode& node, const Transform& to_world,
                       GltfImport& import) {
   const JsonNode type = camera.get("type");
-  if (type.string() != "perspective") {
-    if (type.string() != "orthographic") type.fail_expected("perspective or orthographic");
-    import.warn(type, "orthographic cameras are not drawn: a view that shows all is");
-    return false;
-  }
-  const JsonNode perspective = camera.get("perspective");
   Scene& scene = import.out.scene;
-  const float yfov = perspective.get("yfov").number(1e-4f, kPi * 0.999f);
-  scene.camera.vertical_fov_deg = yfov * (180 / kPi);
-  if (const auto aspect = perspective.find("aspectRatio")) {
+  Camera& out = scene.camera;
+  std::optional<float> aspect;
+  if (type.string() == "perspective") {
+    const JsonNode perspective = camera.get("perspective");
+    out.vertical_fov_deg = perspective.get("yfov").number(1e-4f, kPi * 0.999f) * (180 / kPi);
+    if (const auto v = perspective.find("aspectRatio")) aspect = v->number(1e-2f, 1e2f);
+  } else if (type.string() == "orthographic") {
+    const JsonNode orthographic = camera.get("orthographic");
+    // Half of what is seen; a negative one turns the picture, which is left as it is.
+    const auto half = [&](const char* name) {
+      const float magnitude = std::abs(orthographic.get(name).number());
+      if (!(magnitude > 0 && magnitude <= kMaxCoordinate / 2))
+        orthographic.get(name).fail_expected("a length over 0, at most 5e5 m");
+      return magnitude;
+    };
+    out.projection = Projection::kOrthographic;
+    out.height = 2 * half("ymag");
+    aspect = std::clamp(2 * half("xmag") / out.height, 1e-2f, 1e2f);
+  } else {
+    type.fail_expected("perspective or orthographic");
+  }
+  if (aspect) {
     // As many pixels as the default, about.
-    const double root = std::sqrt(static_cast<double>(aspect->number(1e-2f, 1e2f)));
+    const double root = std::sqrt(static_cast<double>(*aspect));
     const int most = import.limits.max_dimension_px;
     scene.width = std::clamp(static_cast<int>(std::lround(512 * root)), 1, most);
     scene.height = std::clamp(static_cast<int>(std::lround(512 / root)), 1, most);
   }
-  Camera& out = scene.camera;
   out.position = position_of(to_world, node);
   // As far as its distance from the origin, so that its rounding turns the view by nothing.
   out.target = out.position - unit_column(to_world, 2, node) * std::max(1.0f, length(out.position));
   out.up = unit_column(to_world, 1, node);
   out.mirrored = to_world.determinant() < 0;
-  return true;
 }
 
 }  // namespace qray

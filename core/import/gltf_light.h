@@ -8,8 +8,8 @@ namespace qray {
 // `index_node`: "light" of a node's extension.
 PunctualLight read_gltf_light(const JsonNode& index_node, const Transform& to_world,
                               GltfImport& import);
-// False where it is none that can be drawn, of which was warned. Sets the picture's size too.
-bool read_gltf_camera(const JsonNode& camera, const JsonNode& node, const Transform& to_world,
+// Sets the picture's size too.
+void read_gltf_camera(const JsonNode& camera, const JsonNode& node, const Transform& to_world,
                       GltfImport& import);
 
 }  // namespace qray

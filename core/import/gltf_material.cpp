@@ -29,11 +29,11 @@ GltfMaterials::Converted GltfMaterials::convert_new(int index) {
     m.name = "glTF's default";
   } else {
     const JsonNode node = import_.document.at("materials", index);
-    import_.expect_extensions(
-        node,
-        {"KHR_materials_clearcoat", "KHR_materials_emissive_strength", "KHR_materials_ior",
-         "KHR_materials_pbrSpecularGlossiness", "KHR_materials_sheen", "KHR_materials_specular",
-         "KHR_materials_transmission", "KHR_materials_unlit", "KHR_materials_volume"});
+    import_.expect_extensions(node, {"KHR_materials_anisotropy", "KHR_materials_clearcoat",
+                                     "KHR_materials_emissive_strength", "KHR_materials_ior",
+                                     "KHR_materials_pbrSpecularGlossiness", "KHR_materials_sheen",
+                                     "KHR_materials_specular", "KHR_materials_transmission",
+                                     "KHR_materials_unlit", "KHR_materials_volume"});
     if (const auto name = node.find("name")) m.name = name->string();
     uv_set_.reset();
     out.unlit = find_extension(node, "KHR_materials_unlit").has_value();
@@ -119,6 +119,15 @@ void GltfMaterials::read_layers(const JsonNode& node, Material& m) {
     for (int i = 0; i < 3; ++i)
       m.specular.value[i] = std::min(m.specular.value[i] * tint[i], 1000.0f);
     m.specular.texture = texture(*e, "specularColorTexture", /*srgb=*/true);
+  }
+  if (const auto e = find_extension(node, "KHR_materials_anisotropy")) {
+    m.anisotropy = {share(*e, "anisotropyStrength", 0),
+                    texture(*e, "anisotropyTexture", /*srgb=*/false), 2};
+    if (const auto turn = e->find("anisotropyRotation"))
+      m.anisotropy_rad = std::remainder(turn->number(-kMaxCoordinate, kMaxCoordinate), 2 * kPi);
+    if (m.anisotropic() && m.anisotropy.texture.valid())
+      import_.warn(e->get("anisotropyTexture"),
+                   "its strengths are drawn, all in the direction of anisotropyRotation");
   }
   if (const auto e = find_extension(node, "KHR_materials_sheen")) {
     m.sheen = {color(*e, "sheenColorFactor", Rgb{0.0f}, 1),

@@ -134,8 +134,8 @@ class GltfReader {
       if (has_camera_)
         import_.warn(place.get("camera"), "only the first camera is used");
       else
-        has_camera_ =
-            read_gltf_camera(document_.at("cameras", node.camera), place, to_world, import_);
+        read_gltf_camera(document_.at("cameras", node.camera), place, to_world, import_);
+      has_camera_ = true;
     }
     if (node.mesh < 0) return;
     if (const auto instances = find_extension(place, "EXT_mesh_gpu_instancing"))
@@ -246,7 +246,6 @@ namespace {
 // Extensions that are left out, and the member without which, or with 0 of which, they change
 // nothing.
 constexpr std::pair<std::string_view, std::string_view> kNeutralExtensions[] = {
-    {"KHR_materials_anisotropy", "anisotropyStrength"},
     {"KHR_materials_diffuse_transmission", "diffuseTransmissionFactor"},
     {"KHR_materials_dispersion", "dispersion"},
     {"KHR_materials_iridescence", "iridescenceFactor"},

@@ -77,19 +77,21 @@ const Kind& read_kind(const JsonNode& node) {
       {"diffuse", MaterialKind::kDiffuse, {"reflectance"}},
       {"conductor",
        MaterialKind::kConductor,
-       {"metal", "eta", "k", "roughness", "microfacets", "specular"}},
+       {"metal", "eta", "k", "roughness", "anisotropy", "anisotropy_deg", "microfacets",
+        "specular"}},
       {"dielectric",
        MaterialKind::kDielectric,
-       {"ior", "roughness", "microfacets", "specular", "transmittance", "absorption"}},
+       {"ior", "roughness", "anisotropy", "anisotropy_deg", "microfacets", "specular",
+        "transmittance", "absorption"}},
       {"thin_dielectric", MaterialKind::kThinDielectric, {"ior", "specular", "transmittance"}},
       {"plastic",
        MaterialKind::kPlastic,
        {"reflectance", "ior", "roughness", "microfacets", "specular", "nonlinear"}},
       {"principled",
        MaterialKind::kPrincipled,
-       {"reflectance", "ior", "roughness", "specular", "specular_weight", "metallic",
-        "transmission", "thin", "absorption", "clearcoat", "clearcoat_roughness", "sheen",
-        "sheen_roughness"}},
+       {"reflectance", "ior", "roughness", "anisotropy", "anisotropy_deg", "specular",
+        "specular_weight", "metallic", "transmission", "thin", "absorption", "clearcoat",
+        "clearcoat_roughness", "sheen", "sheen_roughness"}},
       {"blend", MaterialKind::kBlend, {"first", "second", "weight"}},
   };
   const JsonNode type = node.get("type");
@@ -157,6 +159,7 @@ Material read_material(const JsonNode& node, const TextureNames& textures,
     const char* key;
     FloatParam& param;
   } numbers[] = {{"roughness", m.roughness},
+                 {"anisotropy", m.anisotropy},
                  {"specular_weight", m.specular_weight},
                  {"metallic", m.metallic},
                  {"transmission", m.transmission},
@@ -171,6 +174,8 @@ Material read_material(const JsonNode& node, const TextureNames& textures,
     else if (v->string() != "ggx")
       v->fail_expected("one of ggx, beckmann");
   }
+  if (const auto v = node.find("anisotropy_deg"))
+    m.anisotropy_rad = v->number(-360, 360) * (kPi / 180);
   if (const auto v = node.find("ior")) m.ior = v->number();
   if (const auto v = node.find("absorption")) m.absorption = v->number_or_rgb();
   if (const auto v = node.find("thin")) m.thin = v->boolean();

@@ -44,13 +44,30 @@ class JsonReader {
 
  private:
   void read_camera(const JsonNode& node) {
-    node.only({"position", "target", "up", "vertical_fov_deg", "aperture_radius", "focus_distance",
-               "mirrored"});
     Camera& camera = out_.scene.camera;
+    if (const auto v = node.find("projection")) {
+      const std::optional<Projection> named = projection_named(v->string());
+      if (!named) v->fail_expected("perspective, orthographic or equirectangular");
+      camera.projection = *named;
+    }
+    std::vector<std::string_view> members = {"projection", "position", "target", "up", "mirrored"};
+    if (camera.projection != Projection::kEquirectangular) {
+      members.push_back("aperture_radius");
+      members.push_back("focus_distance");
+    }
+    if (camera.projection == Projection::kPerspective) {
+      members.push_back("vertical_fov_deg");
+      camera.vertical_fov_deg = node.get("vertical_fov_deg").number();
+    }
+    if (camera.projection == Projection::kOrthographic) {
+      members.push_back("height");
+      camera.height = node.get("height").number();
+      if (!(camera.height > 0)) node.get("height").fail_expected("a length over 0");
+    }
+    node.only(members);
     camera.position = node.get("position").vec3();
     camera.target = node.get("target").vec3();
     if (const auto v = node.find("up")) camera.up = v->vec3();
-    camera.vertical_fov_deg = node.get("vertical_fov_deg").number();
     if (const auto v = node.find("aperture_radius")) camera.aperture_radius = v->number();
     if (const auto v = node.find("focus_distance")) camera.focus_distance = v->number();
     if (const auto v = node.find("mirrored")) camera.mirrored = v->boolean();

@@ -202,12 +202,22 @@ Material MitsubaMaterials::plastic(const MitsubaNode& bsdf, bool rough) {
 }
 
 Material MitsubaMaterials::principled(const MitsubaNode& bsdf) {
-  import_.expect_only(bsdf, {"base_color", "roughness", "metallic", "spec_trans", "eta", "specular",
-                             "clearcoat", "clearcoat_gloss"});
+  import_.expect_only(bsdf, {"base_color", "roughness", "anisotropic", "metallic", "spec_trans",
+                             "eta", "specular", "clearcoat", "clearcoat_gloss"});
   Material m;
   m.kind = MaterialKind::kPrincipled;
   m.reflectance = textures_.find_color(bsdf, "base_color", Rgb{0.5f});
   m.roughness = textures_.find_share(bsdf, "roughness", 0.5f);
+  // Burley 2012, "Physically Based Shading at Disney", section 5.4.
+  if (const float share = textures_.find_share(bsdf, "anisotropic", 0).value; share > 0) {
+    const float aspect = std::sqrt(1 - 0.9f * std::min(share, 1.0f));
+    const float alpha = sqr(m.roughness.value);
+    if (m.roughness.texture.valid())
+      import_.warn(*find_parameter(bsdf, "anisotropic"),
+                   "with a textured roughness it is left out");
+    else
+      set_roughness(m, std::min(alpha / aspect, 1.0f), alpha * aspect);
+  }
   m.metallic = textures_.find_share(bsdf, "metallic", 0);
   m.transmission = textures_.find_share(bsdf, "spec_trans", 0);
   m.clearcoat = textures_.find_share(bsdf, "clearcoat", 0);
@@ -237,7 +247,7 @@ Material MitsubaMaterials::glossy_over_diffuse(const MitsubaNode& bsdf, bool two
     const double exponent = std::clamp(find_number(bsdf, "exponent").value_or(30), 0.0, 1e6);
     gloss.roughness.value = static_cast<float>(std::pow(2 / (exponent + 2), 0.25));
   } else {
-    gloss.roughness = textures_.find_roughness(bsdf, 0.1f);
+    textures_.find_roughness(bsdf, gloss);
   }
   // f = (1 - w) kd / (1 - w) + w ks / w.
   const float kd = max_component(base.reflectance.value), ks = max_component(gloss.specular.value);
@@ -334,7 +344,7 @@ double MitsubaMaterials::relative_ior(const MitsubaNode& bsdf, const char* insid
 }
 
 void MitsubaMaterials::read_roughness(const MitsubaNode& bsdf, Material& material) {
-  material.roughness = textures_.find_roughness(bsdf, 0.1f);
+  textures_.find_roughness(bsdf, material);
   const std::string* distribution = find_text(bsdf, "distribution");
   const std::string name = distribution ? *distribution : "beckmann";
   if (name == "ggx") return;

@@ -204,9 +204,9 @@ struct Neutral {
   std::string_view tints = {};  // it says nothing either where this one does not
 };
 constexpr Neutral kNeutral[] = {
-    {"anisotropic", 0}, {"flatness", 0},  {"diff_trans", 0},          {"sheen", 0},
-    {"shift", 0},       {"spec_tint", 0}, {"specular_tint", 0},       {"stretch", 1},
-    {"subsurface", 0},  {"emission", 0},  {"sheen_tint", 0, "sheen"},
+    {"flatness", 0},  {"diff_trans", 0},          {"sheen", 0},   {"shift", 0},
+    {"spec_tint", 0}, {"specular_tint", 0},       {"stretch", 1}, {"subsurface", 0},
+    {"emission", 0},  {"sheen_tint", 0, "sheen"},
 };
 
 bool says_nothing(const MitsubaNode& plugin, std::string_view name) {

@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "core/scene/value_ranges.h"
+
 namespace qray {
 namespace {
 
@@ -55,6 +57,18 @@ double half_height(const MitsubaNode& sensor, double aspect) {
   find_parameter(sensor, "fov_axis")->fail("expected x, y, diagonal, smaller or larger");
 }
 
+// The picture's width is 2 in the sensor's space.
+float orthographic_height(const MitsubaNode& sensor, const Transform& to_world, double aspect,
+                          MitsubaImport& import) {
+  const float across = length(to_world.column(0)), upward = length(to_world.column(1));
+  if (std::abs(across - upward) > 1e-3f * upward)
+    import.warn(sensor, "the picture is as wide as its height asks for: the map stretches it");
+  const double height = 2 * static_cast<double>(upward) / aspect;
+  if (!(height > 0 && height <= static_cast<double>(kMaxCoordinate)))
+    sensor.fail("expected a map that gives the picture a height over 0, at most 1e6 m");
+  return static_cast<float>(height);
+}
+
 // Mitsuba's camera looks along its +z and has its +x at the picture's left, which is right-handed.
 // A map that mirrors, mirrors the picture.
 void place(Camera& camera, const Transform& to_world) {
@@ -92,18 +106,27 @@ void read_sensor(const MitsubaNode& sensor, MitsubaImport& import) {
     const MitsubaNode& node = import.document.resolve(child);
     if (node.tag == "film") read_film(node, import);
   }
-  const bool lens = sensor.type == "thinlens";
-  if (!lens && sensor.type != "perspective")
+  const bool lens = sensor.type == "thinlens" || sensor.type == "telecentric";
+  Camera& camera = scene.camera;
+  if (sensor.type == "orthographic" || sensor.type == "telecentric")
+    camera.projection = Projection::kOrthographic;
+  else if (sensor.type == "spherical")
+    camera.projection = Projection::kEquirectangular;
+  else if (!lens && sensor.type != "perspective")
     import.warn(sensor, "sensors of type \"" + sensor.type + "\" are drawn as perspective");
   for (const char* name : {"principal_point_offset_x", "principal_point_offset_y"})
     if (const MitsubaNode* offset = find_parameter(sensor, name))
       import.warn(*offset, "the view is drawn about the picture's middle");
 
-  Camera& camera = scene.camera;
-  place(camera, find_transform(sensor, "to_world").value_or(Transform{}));
+  const Transform to_world = find_transform(sensor, "to_world").value_or(Transform{});
+  place(camera, to_world);
   const double aspect = static_cast<double>(scene.width) / scene.height;
-  camera.vertical_fov_deg =
-      static_cast<float>(std::atan(half_height(sensor, aspect)) * 360 / std::numbers::pi);
+  if (camera.projection == Projection::kOrthographic) {
+    camera.height = orthographic_height(sensor, to_world, aspect, import);
+  } else if (camera.projection == Projection::kPerspective) {
+    camera.vertical_fov_deg =
+        static_cast<float>(std::atan(half_height(sensor, aspect)) * 360 / std::numbers::pi);
+  }
   if (!lens) return;
   const double radius = find_number(sensor, "aperture_radius").value_or(0);
   if (!(radius >= 0)) find_parameter(sensor, "aperture_radius")->fail("expected a radius from 0");

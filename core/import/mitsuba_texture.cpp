@@ -90,26 +90,41 @@ FloatParam MitsubaTextures::find_opacity(const MitsubaNode& plugin) {
   return opacity;
 }
 
-// The sharpest of the two where they differ by direction is not had: the root of their product.
-float MitsubaTextures::read_alpha_value(const MitsubaNode& plugin, const MitsubaNode& parameter) {
-  double alpha = parse_number(parameter, parameter.need("value"));
-  if (parameter.name == "alpha_u") {
-    const double other = find_number(plugin, "alpha_v").value_or(alpha);
-    if (alpha < 0 || other < 0) parameter.fail("expected a roughness from 0");
-    if (alpha != other) import_.warn(parameter, "roughness is drawn the same in all directions");
-    alpha = std::sqrt(alpha * other);
-  }
+float MitsubaTextures::read_alpha_value(const MitsubaNode& parameter) {
+  const double alpha = parse_number(parameter, parameter.need("value"));
   if (!(alpha >= 0)) parameter.fail("expected a roughness from 0, got " + std::to_string(alpha));
   if (alpha > 1) import_.warn(parameter, "a roughness over 1 is drawn as 1");
   return static_cast<float>(std::min(alpha, 1.0));
 }
 
-FloatParam MitsubaTextures::find_roughness(const MitsubaNode& plugin, float fallback) {
+void MitsubaTextures::find_roughness(const MitsubaNode& plugin, Material& out) {
+  const MitsubaNode* const u = find_parameter(plugin, "alpha_u");
+  const MitsubaNode* const v = find_parameter(plugin, "alpha_v");
+  const auto is_texture = [&](const MitsubaNode& parameter) {
+    return import_.document.resolve(parameter).tag == "texture";
+  };
+  if (!find_parameter(plugin, "alpha") && u && v) {
+    if (!is_texture(*u) && !is_texture(*v))
+      return set_roughness(out, read_alpha_value(*u), read_alpha_value(*v));
+    import_.warn(*v, "roughness is drawn the same in all directions, as alpha_u has it");
+  }
+  out.roughness = find_isotropic(plugin);
+}
+
+void set_roughness(Material& out, float alpha_u, float alpha_v) {
+  const float least = std::min(alpha_u, alpha_v), most = std::max(alpha_u, alpha_v);
+  out.roughness.value = std::sqrt(least);
+  if (most > least) out.anisotropy.value = std::sqrt((most - least) / (1 - least));
+  if (alpha_v > alpha_u) out.anisotropy_rad = kPi / 2;
+}
+
+FloatParam MitsubaTextures::find_isotropic(const MitsubaNode& plugin) {
+  constexpr float kUsualAlpha = 0.1f;
   const MitsubaNode* parameter = find_parameter(plugin, "alpha");
   if (!parameter) parameter = find_parameter(plugin, "alpha_u");
-  if (!parameter) return {std::sqrt(fallback), {}, 0};
+  if (!parameter) return {std::sqrt(kUsualAlpha), {}, 0};
   const MitsubaNode& node = import_.document.resolve(*parameter);
-  if (node.tag != "texture") return {std::sqrt(read_alpha_value(plugin, *parameter)), {}, 0};
+  if (node.tag != "texture") return {std::sqrt(read_alpha_value(*parameter)), {}, 0};
   // The picture's root, pixel by pixel.
   const ColorParam alpha = read(node);
   if (!alpha.texture.valid()) return {std::sqrt(std::min(luminance(alpha.value), 1.0f)), {}, 0};

@@ -5,6 +5,9 @@
 
 namespace qray {
 
+// Microfacets of one alpha in the direction in which u grows and one in which v does, up to 1.
+void set_roughness(Material& out, float alpha_u, float alpha_v);
+
 class MitsubaTextures {
  public:
   explicit MitsubaTextures(MitsubaImport& import) : import_(import) {}
@@ -16,8 +19,8 @@ class MitsubaTextures {
   FloatParam find_share(const MitsubaNode& plugin, std::string_view name, float fallback);
   // A mask: a picture's alpha where it has one.
   FloatParam find_opacity(const MitsubaNode& plugin);
-  // GGX alpha as our roughness, its root.
-  FloatParam find_roughness(const MitsubaNode& plugin, float fallback);
+  // Alpha as our roughness, its root; with two of them, anisotropy too.
+  void find_roughness(const MitsubaNode& plugin, Material& out);
   // pre: node.tag == "texture".
   ColorParam read(const MitsubaNode& node);
   // The same picture, not decoded: normals are numbers, whatever the file says.
@@ -29,7 +32,8 @@ class MitsubaTextures {
   ColorParam read_scale(const MitsubaNode& node);
   TextureId add(Texture texture);
   TextureId add_in_memory(const MitsubaNode& node, const Image& image, const Texture& like);
-  float read_alpha_value(const MitsubaNode& plugin, const MitsubaNode& parameter);
+  FloatParam find_isotropic(const MitsubaNode& plugin);
+  float read_alpha_value(const MitsubaNode& parameter);
 
   MitsubaImport& import_;
   std::map<const MitsubaNode*, ColorParam> known_;

@@ -50,11 +50,11 @@ std::optional<float> seen_at(const Shown& shown, const ViewBuffer& from, size_t 
   const int x = static_cast<int>(std::floor(at->x)), y = static_cast<int>(std::floor(at->y));
   if (x < 0 || y < 0 || x >= shown.view.width || y >= shown.view.height) return {};
   const size_t i = shown.view.index(x, y);
-  const float distance = length(from.points[point] - shown.view.camera.position());
+  const float distance = shown.view.camera.distance(from.points[point]);
   if (shown.view.surfaces[i] != from.surfaces[point] ||
       dot(shown.view.normal(i), from.normal(point)) < ViewBuffer::kLeastCosine ||
       std::abs(dot(from.normal(point), shown.view.points[i] - from.points[point])) >
-          2 * shown.view.camera.pixel_angle() * distance ||
+          2 * shown.view.camera.cone().at(distance) ||
       !within_surface(shown.view, x, y))
     return {};
   return shown.luminance[i];

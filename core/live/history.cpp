@@ -23,11 +23,11 @@ struct Reprojection {
     if (dot(n, n) == 0) return true;  // the environment
     if (dot(n, before.normal(tap)) < ViewBuffer::kLeastCosine) return false;
     const Vec3 p = now.points[i], off = before.points[tap] - p;
-    const float distance = length(p - before.camera.position());
+    const float distance = before.camera.distance(p);
     if (now.surfaces[i] >> kMirrorShift)
-      return std::abs(length(before.points[tap] - before.camera.position()) - distance) <
+      return std::abs(before.camera.distance(before.points[tap]) - distance) <
              kMirroredDistance * distance;
-    return std::abs(dot(n, off)) < kMostPixelsOff * before.camera.pixel_angle() * distance;
+    return std::abs(dot(n, off)) < kMostPixelsOff * before.camera.cone().at(distance);
   }
 
   PixelHistory pixel(size_t i) const {
@@ -61,9 +61,8 @@ struct Reprojection {
     sum.light *= 1 / weights;
     sum.square /= weights;
     // What was seen from farther away, in fewer pixels, is surer of less.
-    const float ratio = length(p - now.camera.position()) /
-                        std::max(length(p - before.camera.position()), 1e-20f) *
-                        (now.camera.pixel_angle() / before.camera.pixel_angle());
+    const float ratio = now.camera.cone().at(now.camera.distance(p)) /
+                        std::max(before.camera.cone().at(before.camera.distance(p)), 1e-20f);
     const float kind = now.kind(i);
     const bool surface = now.surfaces[i] != Seen{}.surface;
     const bool glossy =

@@ -32,7 +32,7 @@ Rgb emitted_in_pixel(const PreparedScene& scene, float diagonal, const CameraRay
     const float down = (static_cast<float>(k) + 0.5f) / static_cast<float>(side * side);
     const Ray ray =
         camera.ray({static_cast<float>(x) + across, static_cast<float>(y) + down}, {0.5f, 0.5f});
-    sum += see(scene, ray, diagonal, camera.pixel_angle()).emitted;
+    sum += see(scene, ray, diagonal, camera.cone()).emitted;
   }
   return sum / static_cast<float>(side * side);
 }
@@ -71,7 +71,7 @@ ViewBuffer see_view(const PreparedScene& scene, const Camera& camera, int width,
     for (int x = 0; x < width; ++x) {
       const Ray ray = view.camera.ray({static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f},
                                       {0.5f, 0.5f});
-      const Seen seen = see(scene, ray, diagonal, view.camera.pixel_angle());
+      const Seen seen = see(scene, ray, diagonal, view.camera.cone());
       const size_t i = view.index(x, y);
       std::copy(seen.features.begin(), seen.features.end(),
                 view.features.data().begin() + static_cast<std::ptrdiff_t>(i * kFeatureChannels));

@@ -17,14 +17,19 @@ bool tangents(const TriangleEdges& e, Vec3 ns, Tangents& out) {
   return length(out.du) > 1e-12f && length(out.dv) > 1e-12f;
 }
 
+// Unit, and orthogonal to both.
+Vec3 bitangent_of(Vec3 ns, Vec3 tangent, Vec3 dv) {
+  const Vec3 bitangent = cross(ns, tangent);
+  return dot(bitangent, dv) < 0 ? -bitangent : bitangent;  // a mirrored chart
+}
+
 Vec3 mapped(const MaterialTextures& textures, const Material& m, TexturePoint at, Vec3 ns,
             const Tangents& t) {
   const Rgb texel = textures.rgb(m.normal_map, at);
   const float x = (2 * texel.r - 1) * m.normal_scale, y = (2 * texel.g - 1) * m.normal_scale;
   const float z = std::max(2 * texel.b - 1, 1e-3f);
   const Vec3 tangent = normalize(t.du);
-  Vec3 bitangent = cross(ns, tangent);
-  if (dot(bitangent, t.dv) < 0) bitangent = -bitangent;  // a mirrored chart
+  const Vec3 bitangent = bitangent_of(ns, tangent, t.dv);
   return normalize(tangent * x + bitangent * y + ns * z);
 }
 
@@ -56,6 +61,14 @@ TriangleEdges triangle_edges(const Mesh& mesh, const Transform* to_world, uint32
   }
   const Vec2 uv = mesh.uvs[v[0]];
   return {p[1] - p[0], p[2] - p[0], mesh.uvs[v[1]] - uv, mesh.uvs[v[2]] - uv};
+}
+
+Frame uv_frame(const TriangleEdges& edges, Vec3 n, float turn) {
+  Tangents t;
+  if (!tangents(edges, n, t)) return Frame(n);
+  const Vec3 tangent = normalize(t.du);
+  const Vec3 x = tangent * std::cos(turn) + bitangent_of(n, tangent, t.dv) * std::sin(turn);
+  return Frame(x, cross(n, x), n);
 }
 
 Vec3 seen_normal(Vec3 n, Vec3 ng, Vec3 wo) {

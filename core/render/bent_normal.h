@@ -5,6 +5,7 @@
 // return no place is black for facing away from who sees it. Any thread.
 #pragma once
 
+#include "core/math/frame.h"
 #include "core/render/material_textures.h"
 #include "core/scene/surface.h"
 
@@ -17,6 +18,10 @@ struct TriangleEdges {
 };
 // Of a mesh with uvs; `to_world`: an instance's, or null.
 TriangleEdges triangle_edges(const Mesh& mesh, const Transform* to_world, uint32_t triangle);
+
+// About the unit normal n, with x in the triangle's uv directions: `turn` radians from the one in
+// which u grows toward the one in which v does. Where they are none: any x.
+Frame uv_frame(const TriangleEdges& edges, Vec3 n, float turn);
 
 // In place of the surface's ns, seen from wo. World space, unit.
 Vec3 bent_normal(const MaterialTextures& textures, const Material& material,

@@ -36,8 +36,9 @@ Rgb value_at(const PreparedScene& scene, DebugView view, const GuideInspector* g
   if (shows_guide(view)) return guide_color(view, *guide, learned, *seen);
   if (view == DebugView::kAlbedo) {
     const MaterialShading& material = scene.resolve(*seen->mesh, seen->point.uv, 0.5f);
-    return material.bsdf->albedo(material.bsdf->at(scene.shading_point(material, seen->point),
-                                                   Frame(seen->point.ns).to_local(-ray.d)));
+    const Frame frame = scene.frame_at(material, seen->hit, seen->point.ns);
+    return material.bsdf->albedo(
+        material.bsdf->at(scene.shading_point(material, seen->point), frame.to_local(-ray.d)));
   }
   const Vec3 n = seen->point.ns * 0.5f;
   return {n.x + 0.5f, n.y + 0.5f, n.z + 0.5f};
@@ -58,11 +59,12 @@ std::optional<SeenSurface> surface_seen(const PreparedScene& scene, const Ray& r
   if (!scene.accel->intersect(ray, hit)) return std::nullopt;
   const SurfacePoint point = scene.surface_at(ray, hit);
   const MeshShading& mesh = scene.meshes[hit.mesh.value];
-  SeenSurface seen{point, &mesh, dot(point.ng, ray.d) > 0 ? -point.ng : point.ng, {}};
+  SeenSurface seen{point, hit, &mesh, dot(point.ng, ray.d) > 0 ? -point.ng : point.ng, {}};
   const MaterialShading& material = scene.resolve(mesh, point.uv, 0.5f);
   if (material.kind != BsdfKind::kDelta) {
     const BsdfPoint bsdf_at =
-        material.bsdf->at(scene.shading_point(material, point), Frame(point.ns).to_local(-ray.d));
+        material.bsdf->at(scene.shading_point(material, point),
+                          scene.frame_at(material, hit, point.ns).to_local(-ray.d));
     seen.guided = {material.bsdf->parts(bsdf_at).base_chance, material.kind == BsdfKind::kMixed};
   }
   return seen;

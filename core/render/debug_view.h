@@ -31,6 +31,7 @@ constexpr bool shows_guide(DebugView view) { return view >= DebugView::kState; }
 
 struct SeenSurface {
   SurfacePoint point;
+  Hit hit;
   const MeshShading* mesh;
   Vec3 facing;                          // the geometric normal on the side that is seen
   std::optional<GuidedSurface> guided;  // none: a mirror or clear glass, where no guide is asked

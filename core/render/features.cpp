@@ -30,7 +30,7 @@ Rgb emitted_at(const PreparedScene& scene, const MeshShading& mesh, const Surfac
 
 }  // namespace
 
-Seen see(const PreparedScene& scene, Ray ray, float diagonal, float pixel_angle) {
+Seen see(const PreparedScene& scene, Ray ray, float diagonal, PixelCone pixel) {
   Rgb tint{1}, emitted;
   float length = 0;
   for (int mirrors = 0; mirrors <= kMostMirrors; ++mirrors) {
@@ -40,12 +40,12 @@ Seen see(const PreparedScene& scene, Ray ray, float diagonal, float pixel_angle)
         emitted = scene.lights.environment_radiance(ray.d);
       break;
     }
-    const SurfacePoint at = scene.surface_at(ray, hit, (length + hit.t) * pixel_angle);
+    const SurfacePoint at = scene.surface_at(ray, hit, pixel.at(length + hit.t));
     const MeshShading& mesh = scene.meshes[hit.mesh.value];
     const Rgb shines = emitted_at(scene, mesh, at, ray.d);
     if (mirrors == 0) emitted = shines;
     const MaterialShading& material = scene.resolve(mesh, at.uv, 0.5f);
-    const Frame frame(at.ns);
+    const Frame frame = scene.frame_at(material, hit, at.ns);
     const Vec3 wo = frame.to_local(-ray.d);
     const BsdfPoint bsdf_at = material.bsdf->at(scene.shading_point(material, at), wo);
     length += hit.t;
@@ -87,7 +87,7 @@ Result<Image> render_features(const PreparedScene& scene, const RenderSettings& 
     for (int x = 0; x < settings.width; ++x) {
       const Ray ray =
           camera.ray({static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f}, {0.5f, 0.5f});
-      const Seen seen = see(scene, ray, diagonal, camera.pixel_angle());
+      const Seen seen = see(scene, ray, diagonal, camera.cone());
       for (int k = 0; k < kFeatureChannels; ++k)
         image.at(x, y, k) = seen.features[static_cast<size_t>(k)];
     }

@@ -27,8 +27,8 @@ struct Seen {
   Rgb emitted{};  // toward here by what the ray meets first
 };
 constexpr int kMirrorShift = 27;
-// `diagonal`: of the scene; `pixel_angle`: radians across a pixel.
-Seen see(const PreparedScene& scene, Ray ray, float diagonal, float pixel_angle);
+// `diagonal`: of the scene; `pixel`: what the ray stands for.
+Seen see(const PreparedScene& scene, Ray ray, float diagonal, PixelCone pixel);
 
 // Of the settings' size and camera. kCanceled when stopped.
 Result<Image> render_features(const PreparedScene& scene, const RenderSettings& settings,

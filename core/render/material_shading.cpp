@@ -10,10 +10,12 @@ MaterialShading material_shading(const Material& m, const Bsdf* bsdf,
   s.constant = constant_point(m);
   s.emits = m.emits();
   for (const TextureId id :
-       {m.reflectance.texture, m.roughness.texture, m.specular.texture, m.transmittance.texture,
-        m.sheen.texture, m.sheen_roughness.texture, m.metallic.texture, m.transmission.texture,
-        m.clearcoat.texture, m.clearcoat_roughness.texture, m.specular_weight.texture})
+       {m.reflectance.texture, m.roughness.texture, m.anisotropy.texture, m.specular.texture,
+        m.transmittance.texture, m.sheen.texture, m.sheen_roughness.texture, m.metallic.texture,
+        m.transmission.texture, m.clearcoat.texture, m.clearcoat_roughness.texture,
+        m.specular_weight.texture})
     s.textured = s.textured || id.valid();
+  s.anisotropic = m.anisotropic();
   s.bends = m.normal_map.valid() || m.bump_map.texture.valid();
   s.masked = m.opacity.texture.valid() || m.opacity.value < 1;
   if (m.kind == MaterialKind::kBlend) {

@@ -19,10 +19,13 @@ struct MaterialShading {
   bool masked = false;        // rays may pass; for a blend its parts counted
   bool blends = false;        // resolved to one of two others at every hit
   bool one_sided = false;     // black from behind
+  bool anisotropic = false;   // wants frames that follow the uv directions
   bool bounds_solid = false;  // what passes it is inside or outside from then on
 
   // Whether the place on the surface matters.
-  bool needs_uv() const { return textured || bends || masked || blends || emission_textured(); }
+  bool needs_uv() const {
+    return textured || bends || masked || blends || anisotropic || emission_textured();
+  }
   bool emission_textured() const { return emits && material->emission.texture.valid(); }
 };
 

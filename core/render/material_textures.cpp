@@ -23,6 +23,7 @@ ShadingPoint MaterialTextures::point(const Material& m, TexturePoint uv) const {
   ShadingPoint sp;
   sp.reflectance = color(m.reflectance, uv);
   sp.roughness = number(m.roughness, uv);
+  sp.anisotropy = number(m.anisotropy, uv);
   sp.specular = color(m.specular, uv);
   sp.transmittance = color(m.transmittance, uv);
   sp.sheen = color(m.sheen, uv);

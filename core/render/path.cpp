@@ -49,9 +49,9 @@ PathTracer::PathTracer(const PreparedScene& scene, const LightPick& lights,
       settings_(settings),
       connects_(!lights.empty() && (settings.nee || lights.has_punctual())),
       textured_(!scene.textures->empty()),
-      pixel_angle_(
+      pixel_(
           CameraRays(settings.camera.value_or(scene.scene.camera), settings.width, settings.height)
-              .pixel_angle()),
+              .cone()),
       guide_(guide),
       guide_expects_(guide && guide->expects()),
       learner_(guide) {}
@@ -79,7 +79,10 @@ void PathTracer::sample(const Ray& ray, Sampler& sampler, GuideDelta* learn, flo
 
 Rgb PathTracer::walk(const Ray& ray, Sampler& sampler, float pixel_deviation, Rgb& pixel) {
   if (lights_.empty()) return {};  // black, whatever the path
-  PathState path{.ray = ray, .spread = pixel_angle_, .pixel_deviation = pixel_deviation};
+  PathState path{.ray = ray,
+                 .spread = pixel_.angle,
+                 .width = pixel_.width,
+                 .pixel_deviation = pixel_deviation};
   for (;;) {
     // Drawn before the ray is traced: the processor then does both at once.
     const VertexNumbers u = VertexNumbers::draw(sampler);
@@ -103,7 +106,7 @@ Rgb PathTracer::walk(const Ray& ray, Sampler& sampler, float pixel_deviation, Rg
     // 3. What the surface is made of, and what the guide knows about it.
     const MaterialShading& material = material_at(hit, wo, surface, u.u_blend);
     if (material.one_sided && cos_geometric < 0) break;
-    PathVertex v = vertex_at(path, material, surface, wo, cos_geometric, hit.t);
+    PathVertex v = vertex_at(path, material, hit, surface, wo, cos_geometric);
     ask_guide(path, v, cos_geometric > 0);
 
     // 4. Light straight from a light.
@@ -216,10 +219,11 @@ inline const MaterialShading& PathTracer::material_at(const Hit& hit, Vec3 wo,
 }
 
 inline PathVertex PathTracer::vertex_at(const PathState& path, const MaterialShading& material,
-                                        const SurfacePoint& surface, Vec3 wo, float cos_geometric,
-                                        float distance) const {
+                                        const Hit& hit, const SurfacePoint& surface, Vec3 wo,
+                                        float cos_geometric) const {
   const bool shading_normal_usable = dot(wo, surface.ns) * cos_geometric > 0;
-  const Frame frame(shading_normal_usable ? surface.ns : surface.ng);
+  const Frame frame =
+      scene_.frame_at(material, hit, shading_normal_usable ? surface.ns : surface.ng);
   const Vec3 wo_local = frame.to_local(wo);
   const ShadingPoint sp = scene_.shading_point(material, surface);
   return {.surface = surface,
@@ -228,7 +232,7 @@ inline PathVertex PathTracer::vertex_at(const PathState& path, const MaterialSha
           .kind = material.kind,
           .bsdf_at = material.kind == BsdfKind::kDiffuse ? BsdfPoint(sp, wo_local)
                                                          : material.bsdf->at(sp, wo_local),
-          .ray_offset = ray_offset(surface.p, distance),
+          .ray_offset = ray_offset(surface.p, hit.t),
           .material = material,
           .inside = path.inside};
 }

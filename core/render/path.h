@@ -79,9 +79,8 @@ class PathTracer {
   void add_emission(PathState& path, const Hit& hit, const SurfacePoint& surface, float cos_light);
   const MaterialShading& material_at(const Hit& hit, Vec3 wo, SurfacePoint& surface,
                                      float u_blend) const;
-  PathVertex vertex_at(const PathState& path, const MaterialShading& material,
-                       const SurfacePoint& surface, Vec3 wo, float cos_geometric,
-                       float distance) const;
+  PathVertex vertex_at(const PathState& path, const MaterialShading& material, const Hit& hit,
+                       const SurfacePoint& surface, Vec3 wo, float cos_geometric) const;
   void ask_guide(const PathState& path, PathVertex& v, bool from_front);
   bool add_direct_light(PathState& path, const PathVertex& v, float u_light, Vec2 u_light_point,
                         Rgb& pixel);
@@ -102,7 +101,7 @@ class PathTracer {
   const RenderSettings& settings_;
   const bool connects_;  // surfaces to lights
   const bool textured_;
-  const float pixel_angle_;  // radians across a pixel
+  const PixelCone pixel_;
   const GuideSampler* guide_;
   const bool guide_expects_;
   enum class Guiding { kOff, kWatch, kOn };  // kWatch only looks up, so that the guide can learn

@@ -92,6 +92,13 @@ void PreparedScene::bend(const MaterialShading& material, const Hit& hit, Vec3 w
                            triangle_edges(*m.mesh, m.to_world, hit.triangle), surface, wo);
 }
 
+Frame PreparedScene::turned_frame(const MaterialShading& material, const Hit& hit, Vec3 n) const {
+  const MeshShading& m = meshes[hit.mesh.value];
+  if (m.mesh->uvs.empty()) return Frame(n);
+  return uv_frame(triangle_edges(*m.mesh, m.to_world, hit.triangle), n,
+                  material.material->anisotropy_rad);
+}
+
 float PreparedScene::opacity(const MaterialShading& material, TexturePoint uv) const {
   if (!material.masked) return 1;
   const Material& m = *material.material;

@@ -56,6 +56,11 @@ struct PreparedScene {
   }
   // Turns the shading normal by the material's images, as seen from wo.
   void bend(const MaterialShading& material, const Hit& hit, Vec3 wo, SurfacePoint& surface) const;
+  // What the material's BSDF calls local, about the unit normal n.
+  Frame frame_at(const MaterialShading& material, const Hit& hit, Vec3 n) const {
+    return material.anisotropic ? turned_frame(material, hit, n) : Frame(n);
+  }
+  Frame turned_frame(const MaterialShading& material, const Hit& hit, Vec3 n) const;
   // The material itself, or the part of a blend that u in [0, 1) picks.
   const MaterialShading& resolve(const MaterialShading& material, TexturePoint uv, float u) const;
   // Radiance that a triangle's front emits; less where it is not opaque.

@@ -41,6 +41,11 @@ struct Material {
   // Diffuse: albedo; plastic: albedo of the base; principled: base colour.
   ColorParam reflectance{Rgb{0.5f}};
   FloatParam roughness{};  // 0 = smooth, 1 = roughest; alpha = roughness^2
+  // Conductor, dielectric, principled: along one direction alpha is raised by this share squared of
+  // what it lacks to 1 (KHR_materials_anisotropy). That direction: radians from the one in which u
+  // grows, toward the one in which v does.
+  FloatParam anisotropy{};
+  float anisotropy_rad = 0;
   Microfacets microfacets = Microfacets::kGgx;
   Rgb eta{0.2f, 0.92f, 1.1f};  // conductor: complex index of refraction eta + i k
   Rgb k{3.9f, 2.45f, 2.14f};
@@ -80,6 +85,7 @@ struct Material {
   ColorParam emission{};
   bool emission_two_sided = false;
 
+  bool anisotropic() const { return anisotropy.value > 0; }
   bool emits() const { return max_component(emission.value) > 0; }
 };
 

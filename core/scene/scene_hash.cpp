@@ -163,6 +163,10 @@ Digest hash_materials(const Scene& scene, const std::vector<Digest>& textures) {
     out.f32(m.alpha_cutoff);
     add.texture(m.normal_map);
     out.f32(m.normal_scale);
+    if (m.anisotropic()) {  // others keep the hashes that they had before
+      add.number(m.anisotropy);
+      out.f32(m.anisotropy_rad);
+    }
     for (const bool flag : {m.nonlinear, m.thin, m.two_sided}) out.u8(flag ? 1 : 0);
   }
   for (size_t m = 0; m < scene.meshes.size(); ++m) {

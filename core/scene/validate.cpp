@@ -75,6 +75,8 @@ Status check_material(const Material& m, size_t index, size_t textures) {
   for (const Status& status :
        {check_param(at + "/reflectance", m.reflectance, 1, textures),
         check_param(at + "/roughness", m.roughness, textures),
+        check_param(at + "/anisotropy", m.anisotropy, textures),
+        check_range(at + "/anisotropy_rad", m.anisotropy_rad, -kMaxTurn, kMaxTurn),
         check_range(at + "/eta", m.eta, 0, kMaxIndex),
         check_range(at + "/k", m.k, 0, kMaxIndex),
         check_range(at + "/ior", m.ior, 1, 4),
@@ -310,6 +312,7 @@ Status validate_camera(const Camera& camera) {
   Status status = check_range("/camera/aperture_radius", camera.aperture_radius, 0, kMaxCoordinate);
   if (status.ok())
     status = check_range("/camera/focus_distance", camera.focus_distance, 0, kMaxCoordinate);
+  if (status.ok()) status = check_range("/camera/height", camera.height, 0, kMaxCoordinate);
   if (!status.ok()) return status;
   const Vec3 view = camera.target - camera.position;
   if (!(length(view) > 1e-6f))

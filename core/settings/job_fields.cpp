@@ -218,6 +218,18 @@ void add_camera(FieldTable& out) {
       camera_field("focus_distance", FieldType::kNumber,
                    "The distance along the view at which everything is sharp. 0 is the target's.",
                    "Focus distance", "m", length));
+  Field projection = camera_field(
+      "projection", FieldType::kChoice,
+      "How the picture shows the scene: in perspective, by parallel rays (orthographic), or all "
+      "around (equirectangular, a picture twice as wide as high).",
+      "Projection", "", {0.0, 0.0});
+  for (const std::string_view name : kProjectionNames)
+    projection.choices.push_back({std::string(name)});
+  out.push_back(std::move(projection));
+  out.push_back(camera_field("height", FieldType::kNumber,
+                             "What an orthographic picture shows from its lower edge to its upper "
+                             "one. 0 is what the field of view spans at the target.",
+                             "Height shown", "m", length));
 }
 
 void add_queue(FieldTable& out) {

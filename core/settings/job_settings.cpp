@@ -23,6 +23,8 @@ std::optional<CameraRequest> camera_request(const JobRequest& request) {
   put("camera/vertical_fov_deg", camera.vertical_fov_deg);
   put("camera/aperture_radius", camera.aperture_radius);
   put("camera/focus_distance", camera.focus_distance);
+  put("camera/projection", camera.projection);
+  put("camera/height", camera.height);
   return camera == CameraRequest() ? std::nullopt : std::optional(camera);
 }
 
@@ -36,6 +38,9 @@ Camera camera_of(const CameraRequest& request, Camera camera) {
   put(request.vertical_fov_deg, camera.vertical_fov_deg);
   put(request.aperture_radius, camera.aperture_radius);
   put(request.focus_distance, camera.focus_distance);
+  put(request.height, camera.height);
+  if (request.projection)
+    camera.projection = projection_named(*request.projection).value_or(camera.projection);
   return camera;
 }
 

@@ -10,6 +10,8 @@ namespace qray {
 struct CameraRequest {
   std::optional<Vector3> position, target, up;
   std::optional<double> vertical_fov_deg, aperture_radius, focus_distance;
+  std::optional<std::string> projection;  // one of kProjectionNames
+  std::optional<double> height;
   bool operator==(const CameraRequest&) const = default;
 };
 

@@ -28,7 +28,9 @@ CameraRequest request_of(const Camera& c) {
           array_of(c.up),
           static_cast<double>(c.vertical_fov_deg),
           static_cast<double>(c.aperture_radius),
-          static_cast<double>(c.focus_distance)};
+          static_cast<double>(c.focus_distance),
+          std::string(name_of(c.projection)),
+          static_cast<double>(c.height)};
 }
 
 }  // namespace

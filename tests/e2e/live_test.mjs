@@ -117,6 +117,47 @@ test('a job renders the view', async () => {
   request.camera.position.forEach((v, i) => assert.ok(Math.abs(v - camera.position[i]) < 1e-4));
 });
 
+test('an equirectangular picture is looked around in', async () => {
+  const id = await all.server.post({ scene: 'cornell-box', width: 256, height: 128, samples: 4,
+    method: 'none',
+    camera: { position: [0, 1, 0.5], target: [0, 1, 0], projection: 'equirectangular' } });
+  await all.server.wait_until(id, ({ state }) => state === 'succeeded');
+  const around = await all.browser.page(`${all.server.url}/#job=${id}`);
+  await around.locator('.panel-around').first().click();
+  await wait_for(around, async () => {
+    const pixel = new Uint8Array(4);
+    const gl = document.getElementById('picture')?.getContext('webgl2');
+    gl?.readPixels(gl.drawingBufferWidth / 2, gl.drawingBufferHeight / 2, 1, 1, gl.RGBA,
+      gl.UNSIGNED_BYTE, pixel);
+    return pixel[0] > 8;
+  });
+  // The left wall is red, the right one green.
+  const middle = () => around.evaluate(() => {
+    const canvas = document.getElementById('picture');
+    const copy = new OffscreenCanvas(1, 1).getContext('2d');
+    copy.drawImage(canvas, canvas.width / 2 - 4, canvas.height / 2 - 4, 8, 8, 0, 0, 1, 1);
+    return [...copy.getImageData(0, 0, 1, 1).data];
+  });
+  const stage = await around.locator('#stage').boundingBox();
+  const drag = async (dx) => {
+    const [x, y] = [stage.x + stage.width / 2 - dx / 2, stage.y + stage.height / 2];
+    await around.mouse.move(x, y);
+    await around.mouse.down();
+    await around.mouse.move(x + dx, y, { steps: 4 });
+    await around.mouse.up();
+  };
+  const quarter = Math.PI / 2 / 1.2 * stage.height;
+  await drag(quarter / 2);
+  await drag(quarter / 2);
+  const [red, green] = await middle();
+  assert.ok(red > 2 * green, `left: ${red} ${green}`);
+  await screenshot(around, 'around');
+  for (let i = 0; i < 4; ++i) await drag(-quarter / 2);
+  const [less_red, more_green] = await middle();
+  assert.ok(more_green > less_red, `right: ${less_red} ${more_green}`);
+  await around.close();
+});
+
 test('nothing scrolls sideways on a phone, where a finger orbits', async () => {
   const phone = await all.browser.page(`${all.server.url}/live.html#scene=cornell-box`,
     { width: 390, height: 844, hasTouch: true, colorScheme: 'dark' });

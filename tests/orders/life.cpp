@@ -1,12 +1,12 @@
 #include "tests/orders/life.h"
 
-#include <OpenImageIO/imageio.h>
 #include <spdlog/spdlog.h>
 #include <sqlite3.h>
 #include <sys/mman.h>
 #include <unistd.h>
 
 #include <csignal>
+#include <cstdlib>
 #include <cstring>
 #include <set>
 #include <thread>
@@ -41,8 +41,7 @@ struct Ground {
   Ground() {
     spdlog::set_level(spdlog::level::off);
     // Threads that the library of pictures had would be missing in the lives.
-    OIIO::attribute("threads", 1);
-    OIIO::attribute("exr_threads", -1);
+    setenv("OPENIMAGEIO_OPTIONS", "threads=1,exr_threads=-1", 1);
     // One thread runs at a time, and none meets another inside SQLite: its locks are left out.
     sqlite3_config(SQLITE_CONFIG_SINGLETHREAD);
     write_text(scratch / "scenes/box/scene.json", kBoxScene);

@@ -41,7 +41,8 @@ TEST(JobRequest, EveryField) {
       "nee":false, "seconds":2.5, "seed":18446744073709551615,
       "table":"0123456789abcdef0123456789abcdef", "max_depth":3, "learning_samples":0, "gate":false,
       "guide":{"alpha":0.5, "gamma":1, "grid":7}, "camera":{"position":[0,1,3], "target":[0,1,0],
-      "up":[0,1,0], "vertical_fov_deg":40, "aperture_radius":0.1, "focus_distance":2},
+      "up":[0,1,0], "vertical_fov_deg":40, "aperture_radius":0.1, "focus_distance":2,
+      "projection":"orthographic", "height":3},
       "priority":-5, "labels":{"project":"lobby"}})");
   EXPECT_EQ(r.given(field::kWidth), 512);
   EXPECT_EQ(r.given(field::kHeight), 256);
@@ -59,6 +60,8 @@ TEST(JobRequest, EveryField) {
   EXPECT_EQ(*r.find("guide/grid"), FieldValue(int64_t{7}));
   EXPECT_EQ(*r.find("camera/position"), FieldValue(Vector3{0, 1, 3}));
   EXPECT_EQ(*r.find("camera/focus_distance"), FieldValue(2.0));
+  EXPECT_EQ(*r.find("camera/projection"), FieldValue("orthographic"));
+  EXPECT_EQ(*r.find("camera/height"), FieldValue(3.0));
   EXPECT_EQ(r.given(field::kPriority), -5);
   EXPECT_EQ(r.given(field::kLabels), (Labels{{"project", "lobby"}}));
 }

@@ -152,6 +152,32 @@ TEST(BsdfEnergy, WhitePrincipledDielectricKeepsAll) {
   }
 }
 
+// Its layers are weighed by the table of isotropic albedos, looked up by how rough it is along the
+// direction. That is near where the anisotropy is moderate. At 1 and seen across, facets send
+// grazing light aside that the table takes for mirrored.
+TEST(BsdfEnergy, WhiteAnisotropicDielectricKeepsNearlyAll) {
+  for (const float roughness : {0.1f, 0.4f, 0.7f})
+    for (const float anisotropy : {0.4f, 0.6f, 1.0f}) {
+      Material m = white(MaterialKind::kPrincipled, roughness);
+      m.anisotropy.value = anisotropy;
+      const test::BsdfCase c = test::make_case("", m);
+      m.metallic.value = 1;
+      const test::BsdfCase metal = test::make_case("", m);
+      uint64_t seed = 1;
+      for (const Vec3 wo : {test::direction(0, 0), test::direction(45, 5), test::direction(60, 85),
+                            test::direction(80, 20), test::direction(88, 90)}) {
+        const test::Moments mean = mean_weight(c, wo, seed, false, kSamples / 4);
+        const test::Moments of_metal = mean_weight(metal, wo, seed++, false, kSamples / 4);
+        const std::string at = "roughness " + std::to_string(roughness) + " anisotropy " +
+                               std::to_string(anisotropy) + " from " + test::text(wo);
+        const double off = anisotropy < 1 ? 0.03 : 0.06, dark = anisotropy < 1 ? 0.07 : 0.4;
+        EXPECT_LT(mean.mean(), 1 + 4 * mean.standard_error() + off) << at;
+        EXPECT_GT(mean.mean(), 1 - 4 * mean.standard_error() - dark) << at;
+        EXPECT_LE(of_metal.mean(), 1 + 4 * of_metal.standard_error() + 2e-3) << at;
+      }
+    }
+}
+
 TEST(BsdfEnergy, PlasticThatIsNotNonlinearIsAsBrightAsItsBase) {
   // Under a field of light the base gives rho of what passes the coat, whatever rho.
   for (const float roughness : {0.0f, 0.3f, 0.8f})

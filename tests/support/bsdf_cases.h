@@ -73,6 +73,15 @@ inline std::vector<BsdfCase> principled_cases() {
     m.sheen_roughness.value = 1;
     m.clearcoat.value = 0.5f;
   });
+  add("brushed metal", 0.2f, [](Material& m) {
+    m.metallic.value = 1;
+    m.anisotropy.value = 0.7f;
+  });
+  add("brushed dielectric", 0.4f, [](Material& m) { m.anisotropy.value = 0.6f; });
+  add("brushed half glass", 0.3f, [](Material& m) {
+    m.anisotropy.value = 0.5f;
+    m.transmission.value = 0.5f;
+  });
   add("all", 0.3f, [](Material& m) {
     m.metallic.value = 0.2f;
     m.transmission.value = 0.5f;
@@ -120,6 +129,20 @@ inline std::vector<BsdfCase> density_cases() {
       cases.push_back(make_case("Beckmann kind " + std::to_string(static_cast<int>(kind)) +
                                     " roughness " + std::to_string(roughness),
                                 m));
+    }
+  }
+  for (const MaterialKind kind : {MaterialKind::kConductor, MaterialKind::kDielectric}) {
+    for (const float anisotropy : {0.3f, 1.0f}) {
+      for (const Microfacets microfacets : {Microfacets::kGgx, Microfacets::kBeckmann}) {
+        Material m = material_of(kind, 0.3f);
+        m.anisotropy.value = anisotropy;
+        m.microfacets = microfacets;
+        cases.push_back(make_case("brushed kind " + std::to_string(static_cast<int>(kind)) +
+                                      " anisotropy " + std::to_string(anisotropy) +
+                                      " microfacets " +
+                                      std::to_string(static_cast<int>(microfacets)),
+                                  m));
+      }
     }
   }
   for (BsdfCase& c : principled_cases()) cases.push_back(std::move(c));

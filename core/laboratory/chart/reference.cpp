@@ -101,6 +101,10 @@ std::filesystem::path reference_path(const std::filesystem::path& cache, std::st
   for (float v : {c.position.x, c.position.y, c.position.z, c.target.x, c.target.y, c.target.z,
                   c.up.x, c.up.y, c.up.z, c.vertical_fov_deg, c.aperture_radius, c.focus_distance})
     key.f32(v);
+  if (c.projection != Projection::kPerspective) {  // the others keep their names
+    key.u32(static_cast<uint32_t>(c.projection));
+    key.f32(c.height);
+  }
   for (int v : {s.width, s.height, s.max_depth, static_cast<int>(s.nee)})
     key.u32(static_cast<uint32_t>(v));
   key.string(scene.hash.whole().hex() + s.method);

@@ -10,11 +10,11 @@ namespace {
 TEST(Installed, TheProgramsPrefixIsLookedAtFirst) {
   const test::ScratchFolder scratch;
   const std::filesystem::path bin = scratch.path() / "bin";
-  EXPECT_EQ(installed_or("scenes", "source/scenes", bin), "source/scenes");
-  const std::filesystem::path installed = scratch.path() / "share/qray/scenes";
+  EXPECT_EQ(beside_program("share/x", "source/x", bin), "source/x");
+  const std::filesystem::path installed = scratch.path() / "share/x";
   std::filesystem::create_directories(installed);
-  EXPECT_EQ(installed_or("scenes", "source/scenes", bin), installed);
-  EXPECT_EQ(installed_or("web", "source/web", bin), "source/web");
+  EXPECT_EQ(beside_program("share/x", "source/x", bin), installed);
+  EXPECT_EQ(beside_program("share/y", "source/y", bin), "source/y");
 }
 
 TEST(Installed, ABuildTreeUsesItsSources) {

@@ -73,6 +73,37 @@ TEST(Ggx, BeckmannsNormalsCoverTheirArea) {
   }
 }
 
+// Seen straight on, slopes in x are to those in y as the alphas are.
+TEST(Ggx, AnisotropyStretchesSlopesAlongX) {
+  const float anisotropy = 0.6f, roughness = 0.5f;
+  const float alpha_y = sqr(roughness), alpha_x = lerp(sqr(anisotropy), alpha_y, 1.0f);
+  for (const Microfacets microfacets : {Microfacets::kGgx, Microfacets::kBeckmann}) {
+    const Ggx ggx(roughness, microfacets, anisotropy);
+    std::vector<float> x, y;
+    double sum = 0;
+    constexpr int kSteps = 300;
+    const Vec3 up{0, 0, 1};
+    for (int i = 0; i < kSteps * kSteps; ++i) {
+      const Vec3 h = ggx.sample_visible(up, {(static_cast<float>(i / kSteps) + 0.5f) / kSteps,
+                                             (static_cast<float>(i % kSteps) + 0.5f) / kSteps});
+      x.push_back(std::abs(h.x / h.z));
+      y.push_back(std::abs(h.y / h.z));
+      if (microfacets == Microfacets::kBeckmann) {
+        const Vec3 wi = reflect(up, h);
+        if (wi.z > 0) sum += static_cast<double>(ggx.weight(h, up, wi));
+      }
+    }
+    const auto middle = [](std::vector<float>& v) {
+      std::nth_element(v.begin(), v.begin() + std::ssize(v) / 2, v.end());
+      return v[v.size() / 2];
+    };
+    EXPECT_NEAR(middle(x) / middle(y), alpha_x / alpha_y, 0.03f);
+    EXPECT_NEAR(ggx.roughness_along({1, 0, 0}), std::sqrt(alpha_x), 1e-5f);
+    EXPECT_NEAR(ggx.roughness_along({0, 1, 0}), roughness, 1e-5f);
+    EXPECT_LE(sum, kSteps * kSteps);
+  }
+}
+
 TEST(Bsdf, KindsFollowTheMaterial) {
   const auto kind = [](MaterialKind k, float roughness, float ior = 1.5f) {
     return make_bsdf(test::material_of(k, roughness, ior))->kind();

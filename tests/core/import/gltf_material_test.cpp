@@ -249,12 +249,29 @@ TEST(GltfMaterial, PicturesInsideTheFileKeepTheirBytes) {
   }
 }
 
+TEST(GltfMaterial, Anisotropy) {
+  const test::SceneFolder folder;
+  const LoadedScene plain = load_with(folder, R"({"extensions": {"KHR_materials_anisotropy": {
+    "anisotropyStrength": 0.6, "anisotropyRotation": 7}}})");
+  EXPECT_EQ(material_of(plain).anisotropy.value, 0.6f);
+  EXPECT_NEAR(material_of(plain).anisotropy_rad, 7 - 2 * kPi, 1e-5f);
+  EXPECT_EQ(plain.warnings, std::vector<std::string>{});
+  const LoadedScene textured = load_with(folder, R"({"extensions": {"KHR_materials_anisotropy": {
+    "anisotropyStrength": 0.6, "anisotropyTexture": {"index": 1}}}})");
+  EXPECT_EQ(picture(textured, material_of(textured).anisotropy.texture), "p1.png");
+  EXPECT_EQ(material_of(textured).anisotropy.channel, 2);
+  EXPECT_EQ(textured.warnings,
+            std::vector<std::string>{
+                "a.gltf:/materials/0/extensions/KHR_materials_anisotropy/anisotropyTexture: its "
+                "strengths are drawn, all in the direction of anisotropyRotation"});
+}
+
 TEST(GltfMaterial, WhatIsNotReadIsAWarning) {
   const test::SceneFolder folder;
   const std::string at = "a.gltf:/materials/0/extensions/";
   for (const auto& [name, strength] :
-       {std::pair<std::string, std::string>{"KHR_materials_anisotropy", "anisotropyStrength"},
-        {"KHR_materials_diffuse_transmission", "diffuseTransmissionFactor"},
+       {std::pair<std::string, std::string>{"KHR_materials_diffuse_transmission",
+                                            "diffuseTransmissionFactor"},
         {"KHR_materials_iridescence", "iridescenceFactor"},
         {"KHR_materials_dispersion", "dispersion"}}) {
     const auto warnings = [&](const std::string& members) {

@@ -134,7 +134,7 @@ TEST(GltfScene, CamerasLookAlongTheirNodesMinusZ) {
   text.json["cameras"] = {
       {{"type", "perspective"},
        {"perspective", {{"yfov", std::numbers::pi / 3}, {"znear", 0.1}, {"aspectRatio", 4}}}},
-      {{"type", "orthographic"}}};
+      {{"type", "orthographic"}, {"orthographic", {{"xmag", 3}, {"ymag", -1.5}}}}};
   text.json["nodes"] = {{{"mesh", 0}, {"children", {1, 2}}},
                         {{"camera", 0}, {"translation", {1, 2, 3}}, {"scale", {2, 2, -2}}},
                         {{"camera", 0}}};
@@ -152,11 +152,16 @@ TEST(GltfScene, CamerasLookAlongTheirNodesMinusZ) {
 
   text.json["nodes"][1] = {{"camera", 1}};
   text.json["nodes"][2] = json::object();
-  const LoadedScene fitted = load_gltf(folder, text);
-  EXPECT_GT(fitted.scene.camera.position.z, 0.5f);
-  EXPECT_EQ(fitted.warnings,
-            std::vector<std::string>{"a.gltf:/cameras/1/type: orthographic cameras are not drawn: "
-                                     "a view that shows all is"});
+  const LoadedScene parallel = load_gltf(folder, text);
+  EXPECT_EQ(parallel.scene.camera.projection, Projection::kOrthographic);
+  EXPECT_EQ(parallel.scene.camera.height, 3);
+  EXPECT_EQ(parallel.scene.width, 724);  // twice as wide as high
+  EXPECT_EQ(parallel.scene.height, 362);
+  EXPECT_EQ(parallel.warnings, std::vector<std::string>{});
+
+  text.json["cameras"][1]["orthographic"]["ymag"] = 0;
+  EXPECT_EQ(folder.failure("a.gltf", text.gltf()),
+            "a.gltf:/cameras/1/orthographic/ymag: expected a length over 0, at most 5e5 m, got 0");
 }
 
 TEST(GltfScene, LightsShineAlongTheirNodesMinusZ) {

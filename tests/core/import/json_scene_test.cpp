@@ -206,6 +206,47 @@ TEST(JsonScene, InstancesPlaceAllMeshesOfAName) {
       << far.error().text();
 }
 
+TEST(JsonScene, EveryProjectionHasItsMembers) {
+  const test::SceneFolder folder;
+  const auto camera = [&](const std::string& members) {
+    return folder.load("scene.json", document("\"camera\": {\"position\": [0, 1, 3], "
+                                              "\"target\": [0, 1, 0], " +
+                                                  members + "}",
+                                              kMaterials, kMeshes));
+  };
+  const auto parallel = camera(R"("projection": "orthographic", "height": 2.5)");
+  ASSERT_TRUE(parallel.ok()) << parallel.error().text();
+  EXPECT_EQ(parallel.value().scene.camera.projection, Projection::kOrthographic);
+  EXPECT_EQ(parallel.value().scene.camera.height, 2.5f);
+  const auto around = camera(R"("projection": "equirectangular", "mirrored": true)");
+  ASSERT_TRUE(around.ok()) << around.error().text();
+  EXPECT_EQ(around.value().scene.camera.projection, Projection::kEquirectangular);
+  for (const auto& [members, error] : std::vector<std::pair<std::string, std::string>>{
+           {R"("projection": "fisheye")",
+            "/projection: expected perspective, orthographic or equirectangular, got \"fisheye\""},
+           {R"("projection": "orthographic")", ": \"height\" is missing"},
+           {R"("projection": "orthographic", "height": 0)",
+            "/height: expected a length over 0, got 0"},
+           {R"("vertical_fov_deg": 40, "height": 2)", "/height: unknown field"},
+           {R"("projection": "equirectangular", "aperture_radius": 1)",
+            "/aperture_radius: unknown field"}}) {
+    const auto loaded = camera(members);
+    ASSERT_FALSE(loaded.ok()) << members;
+    EXPECT_TRUE(loaded.error().text().starts_with("scene.json:/camera" + error))
+        << loaded.error().text();
+  }
+}
+
+TEST(JsonScene, AnisotropyIsInDegrees) {
+  const test::SceneFolder folder;
+  const auto loaded = folder.load(
+      "scene.json", with_materials(R"({"name": "a", "type": "conductor", "metal": "gold",
+        "roughness": 0.3, "anisotropy": 0.7, "anisotropy_deg": -90})"));
+  ASSERT_TRUE(loaded.ok()) << loaded.error().text();
+  EXPECT_EQ(loaded.value().scene.materials[0].anisotropy.value, 0.7f);
+  EXPECT_NEAR(loaded.value().scene.materials[0].anisotropy_rad, -kPi / 2, 1e-6f);
+}
+
 TEST(JsonScene, NamesThePlaceOfEveryFault) {
   const struct {
     std::string text;

@@ -77,7 +77,25 @@ TEST_F(MitsubaMaterial, AlphaIsRoughnessSquared) {
   const Material two =
       of("<bsdf type=\"roughconductor\"><float name=\"alphaU\" value=\"0.1\"/>"
          "<float name=\"alphaV\" value=\"0.4\"/></bsdf>");
-  EXPECT_NEAR(two.roughness.value * two.roughness.value, 0.2f, 1e-6f);
+  EXPECT_FALSE(warned());
+  EXPECT_NEAR(sqr(two.roughness.value), 0.1f, 1e-6f);
+  EXPECT_NEAR(0.1f + sqr(two.anisotropy.value) * 0.9f, 0.4f, 1e-6f);  // along v
+  EXPECT_NEAR(two.anisotropy_rad, kPi / 2, 1e-6f);
+  EXPECT_FALSE(of("<bsdf type=\"roughconductor\"><float name=\"alphaU\" value=\"1\"/>"
+                  "<float name=\"alphaV\" value=\"1\"/></bsdf>")
+                   .anisotropic());
+}
+
+TEST_F(MitsubaMaterial, DisneysAnisotropyStretchesAlongU) {
+  const Material m =
+      of("<bsdf type=\"principled\"><float name=\"roughness\" value=\"0.5\"/>"
+         "<float name=\"anisotropic\" value=\"0.8\"/></bsdf>",
+         "3.0.0");
+  const float aspect = std::sqrt(1 - 0.72f), least = 0.25f * aspect;
+  EXPECT_FALSE(warned());
+  EXPECT_NEAR(sqr(m.roughness.value), least, 1e-6f);
+  EXPECT_NEAR(least + sqr(m.anisotropy.value) * (1 - least), 0.25f / aspect, 1e-6f);
+  EXPECT_EQ(m.anisotropy_rad, 0);
 }
 
 TEST_F(MitsubaMaterial, MetalsByNameAndByNumber) {
@@ -147,7 +165,6 @@ TEST_F(MitsubaMaterial, WhatSaysNothingIsNoWarning) {
                "<float name=\"specTint\" value=\"0\"/>"
                "<float name=\"flatness\" value=\"0\"/>"));
   EXPECT_FALSE(warnings("<float name=\"sheen_tint\" value=\"1\"/>"));
-  EXPECT_TRUE(warnings("<float name=\"anisotropic\" value=\"0.5\"/>"));
   EXPECT_TRUE(warnings("<rgb name=\"sheen\" value=\"0, 0.1, 0\"/>"));
   EXPECT_TRUE(
       warnings("<float name=\"sheen\" value=\"1\"/>"

@@ -76,6 +76,38 @@ TEST(MitsubaSensor, FieldOfViewByEachAxis) {
   EXPECT_NEAR(fov("<float name=\"focal_length\" value=\"44\"/>"), film, 1e-3f);
 }
 
+TEST(MitsubaSensor, OrthographicSpansItsMapAcross) {
+  const auto of = [](const std::string& type, const std::string& scale) {
+    return load(with_sensor("<sensor type=\"" + type + "\"><transform name=\"toWorld\"><scale " +
+                            scale +
+                            "/><lookat origin=\"0 0 5\" target=\"0 0 0\" up=\"0 1 0\"/>"
+                            "</transform><float name=\"apertureRadius\" value=\"0.1\"/>"
+                            "<film type=\"hdrfilm\"><integer name=\"width\" value=\"200\"/>"
+                            "<integer name=\"height\" value=\"100\"/></film></sensor>"));
+  };
+  const LoadedScene loaded = of("orthographic", "value=\"3\"");
+  const Camera& camera = loaded.scene.camera;
+  EXPECT_EQ(camera.projection, Projection::kOrthographic);
+  EXPECT_NEAR(camera.height, 3, 1e-5f);  // 6 across, half as high
+  EXPECT_EQ(camera.aperture_radius, 0);
+  EXPECT_EQ(loaded.warnings.size(), 1u);  // nothing emits light
+  const CameraRays rays(camera, 200, 100);
+  EXPECT_NEAR(rays.ray({0, 50}, {}).o.x, -3, 1e-5f);
+  EXPECT_EQ(of("telecentric", "value=\"3\"").scene.camera.aperture_radius, 0.1f);
+  EXPECT_EQ(of("orthographic", "x=\"3\"").warnings.size(), 2u);
+}
+
+TEST(MitsubaSensor, SphericalLooksAllAroundItsZ) {
+  const LoadedScene loaded = load(
+      with_sensor("<sensor type=\"spherical\"><transform name=\"toWorld\"><lookat origin=\"1 2 3\" "
+                  "target=\"1 2 -7\" up=\"0 1 0\"/></transform></sensor>"));
+  EXPECT_EQ(loaded.scene.camera.projection, Projection::kEquirectangular);
+  EXPECT_EQ(loaded.warnings.size(), 1u);  // nothing emits light
+  const CameraRays rays(loaded.scene.camera, 8, 4);
+  EXPECT_LT(rays.ray({4, 2}, {}).d.z, -0.99f);
+  EXPECT_GT(rays.ray({6, 2}, {}).d.x, 0.99f);
+}
+
 // Mitsuba counts edges: 1 shows lights alone, 2 their light on surfaces.
 TEST(MitsubaIntegrator, DepthIsTakenWhereItIsGiven) {
   const auto depth = [](const std::string& integrator) {

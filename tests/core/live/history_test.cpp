@@ -43,6 +43,35 @@ History ramp(int width, int height) {
   return history;
 }
 
+// A metre to the side is as many pixels of an orthographic picture near as far; a picture of all
+// directions from the same place is found whole but for its edges.
+TEST(History, IsFoundInOtherProjections) {
+  TaskPool pool(2);
+  const auto scene = walls(true);
+  Camera camera = camera_at(0);
+  camera.projection = Projection::kOrthographic;
+  camera.height = 4;
+  const ViewBuffer before = see_view(*scene, camera, kSide, kSide, pool);
+  camera.position.x = camera.target.x = 5.25f * 4 / kSide;
+  const ViewBuffer now = see_view(*scene, camera, kSide, kSide, pool);
+  const History moved = reproject(before, ramp(kSide, kSide), now, pool);
+  const int middle = kSide / 2;
+  for (const auto& [x, y] : {std::pair{3, 9}, {50, 60}, {30, 1}, {middle - 5, middle}}) {
+    const PixelHistory& h = moved[now.index(x, y)];  // the last: of the wall in front
+    EXPECT_NEAR(h.light.r, static_cast<float>(x) + 5.25f, 1e-2);
+    EXPECT_NEAR(h.samples, 3, 0.05);
+  }
+
+  camera = camera_at(0);
+  camera.projection = Projection::kEquirectangular;
+  const ViewBuffer around = see_view(*scene, camera, 2 * kSide, kSide, pool);
+  const History same = reproject(around, ramp(2 * kSide, kSide), around, pool);
+  for (int x = 1; x < 2 * kSide - 1; ++x) {
+    ASSERT_NEAR(same[around.index(x, kSide / 2)].light.r, x, 1e-2);
+    ASSERT_NEAR(same[around.index(x, kSide / 2)].samples, 3, 0.05);
+  }
+}
+
 TEST(History, IsFoundWhereTheSurfaceWasSeenBefore) {
   TaskPool pool(2);
   const auto scene = walls(false);

@@ -77,6 +77,23 @@ TEST(BentNormal, ATriangleWithoutAnAreaInUvStaysAsItIs) {
   expect_near(chart.normal(), {0, 0, 1}, 1e-4f);
 }
 
+TEST(UvFrame, TurnsFromUTowardV) {
+  const float turn = kPi / 6, cosine = std::cos(turn), sine = std::sin(turn);
+  const auto frame = [turn](Vec2 uv1, Vec2 uv2) {
+    return uv_frame({{2, 0, 0}, {0, 3, 0}, uv1, uv2}, {0, 0, 1}, turn);
+  };
+  expect_near(frame({1, 0}, {0, 1}).x, {cosine, sine, 0});
+  expect_near(frame({1, 0}, {0, 1}).y, {-sine, cosine, 0});
+  expect_near(frame({-1, 0}, {0, 1}).x, {-cosine, sine, 0});  // a mirrored chart
+  expect_near(frame({0, 1}, {1, 0}).x, {sine, cosine, 0});    // u along y
+  const Vec3 bent = normalize({0.3f, 0.1f, 1});
+  const Frame about = uv_frame({{2, 0, 0}, {0, 3, 0}, {1, 0}, {0, 1}}, bent, 0);
+  expect_near(about.z, bent);
+  EXPECT_NEAR(dot(about.x, bent), 0, 1e-6f);
+  EXPECT_GT(about.x.x, 0.95f);
+  expect_near(frame({}, {}).x, Frame({0, 0, 1}).x);  // no uv directions
+}
+
 TEST(BentNormal, IsSeenAndMirrorsAboveTheSurface) {
   test::Random random(9);
   const auto direction = [&] {

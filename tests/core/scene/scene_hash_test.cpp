@@ -63,6 +63,8 @@ TEST(SceneHash, EachChangeShowsInItsPartAlone) {
       {"kind", kMaterialPart, [](Scene& s) { s.materials[1].kind = MaterialKind::kPlastic; }},
       {"reflectance", kMaterialPart, [](Scene& s) { s.materials[1].reflectance.value.g = 0.1f; }},
       {"roughness", kMaterialPart, [](Scene& s) { s.materials[1].roughness.value = 0.1f; }},
+      {"anisotropy", kMaterialPart, [](Scene& s) { s.materials[1].anisotropy.value = 0.1f; }},
+      {"a turn of nothing", kNone, [](Scene& s) { s.materials[1].anisotropy_rad = 1; }},
       {"eta", kMaterialPart, [](Scene& s) { s.materials[1].eta.g = 0.1f; }},
       {"k", kMaterialPart, [](Scene& s) { s.materials[1].k.g = 0.1f; }},
       {"ior", kMaterialPart, [](Scene& s) { s.materials[1].ior = 1.1f; }},

@@ -1,5 +1,3 @@
-#include "core/image/picture_reader.h"
-
 #include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
 
@@ -7,7 +5,9 @@
 #include <string_view>
 #include <vector>
 
-namespace qray {
+#include "core/openimageio/entry.h"
+
+namespace qray::openimageio {
 namespace {
 
 constexpr int kRowsAtOnce = 64;
@@ -107,4 +107,4 @@ Status read_picture_rows(const std::filesystem::path& path, const Bytes* bytes, 
   }
 }
 
-}  // namespace qray
+}  // namespace qray::openimageio

@@ -1,15 +1,13 @@
-#include "core/image/image_io.h"
-
 #include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
 
 #include <algorithm>
 #include <exception>
 
-#include "core/base/file.h"
 #include "core/image/tonemap.h"
+#include "core/openimageio/entry.h"
 
-namespace qray {
+namespace qray::openimageio {
 namespace {
 
 constexpr std::string_view kPrefix = "qray:";
@@ -159,20 +157,8 @@ Result<ImageMetadata> read_image_metadata(const std::filesystem::path& path) {
   });
 }
 
-Status write_image(const std::filesystem::path& path, const Image& image,
-                   const ImageMetadata& metadata) {
-  const std::string extension = path.extension().string();
-  if (extension != ".exr" && extension != ".png") {
-    return Error{ErrorCode::kUnsupported, "expected a name ending in .exr or .png", path.string()};
-  }
-  const ImageFormat format = extension == ".exr" ? ImageFormat::kExr : ImageFormat::kPng;
-  const Result<Bytes> bytes = encode_image(format, image, metadata);
-  if (!bytes.ok()) return Error{bytes.error().code, bytes.error().message, path.string()};
-  return write_file_atomic(path, bytes.value());
-}
-
 Result<Bytes> encode_image(ImageFormat format, const Image& image, const ImageMetadata& metadata) {
   return guarded("", [&] { return encode_unguarded(format, image, metadata); });
 }
 
-}  // namespace qray
+}  // namespace qray::openimageio
