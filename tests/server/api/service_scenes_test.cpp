@@ -286,10 +286,10 @@ TEST_F(ServiceScenes, OneThatTakesTooMuchMemoryIsEndedAndTheServerGoesOn) {
   GTEST_SKIP() << "addresses are not limited in this build";
 #endif
   s_.stop();
-  s_.config.import_mib = 1024;
+  s_.config.import_mib = 512;
   s_.start();
   expect_fault(post_files({{"a.obj", tall_obj(2'400'000)}}, 422), "/files/a.obj",
-               "1024 MiB: it takes more memory");
+               "512 MiB: it takes more memory");
   EXPECT_EQ(post_files({{"a.obj", tall_obj(1)}}, 201)["triangles"], 2) << "small ones still fit";
 }
 
