@@ -1,4 +1,4 @@
-// The recovery network: from the known pixels of a picture and the features of all of them to the
+// The recovery network of what is sampled in blocks: from the known pixels of a picture and the features of all of them to the
 // whole picture. It works on blocks of 2 x 2 pixels, of which pixel 0 (top left) is known:
 //
 //   input    colour / (albedo + kAlbedoFloor), as x / (1 + x); its noise; the 4 pixels' features
@@ -46,6 +46,8 @@ std::array<float, kDistances> feature_distances(const float* pixel, const float*
 struct Network {
   int hidden = 16;            // a multiple of 16
   std::vector<float> values;  // by the offsets below
+  // For pictures of all pixels (pyramid.h); none: as for others, four times.
+  std::vector<float> pyramid{};
 
   // Where each part begins in `values`. Weights lie [tap][input][output].
   struct Parts {

@@ -1,0 +1,63 @@
+#include "core/recover/pyramid.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "core/math/hash.h"
+
+namespace qray {
+namespace {
+
+constexpr std::array<float, kDistances> kFirstScales{5.6f, 1250, 0.5f, 50};
+constexpr int kC = kPyramidChannels;
+
+constexpr std::array<PyramidLayer, kPyramidParts> kLayers = [] {
+  std::array<PyramidLayer, kPyramidParts> layers{};
+  layers[kFirstLayer] = {1, kPyramidInputs, kC, 0, 0};
+  for (int part = kDown1; part <= kUp1; ++part)
+    layers[static_cast<size_t>(part)] = {3, kC, kC, 0, 0};
+  for (PyramidPart part : {kHead4, kHead3, kHead2}) layers[part] = {1, kC, kCellLogits, 0, 0};
+  layers[kHead1] = {1, kC, 2 * kCellLogits, 0, 0};
+  layers[kHead0] = {1, kC, kBlock * kCellLogits, 0, 0};
+  size_t at = 0;
+  for (PyramidLayer& layer : layers) {
+    layer.weights = at;
+    layer.bias = at + static_cast<size_t>(layer.side * layer.side * layer.inputs * layer.outputs);
+    at = layer.bias + static_cast<size_t>(layer.outputs);
+  }
+  return layers;
+}();
+
+// Uniform in (-1, 1).
+float symmetric(uint64_t& state) {
+  state = mix64(state + 0x9e3779b97f4a7c15u);
+  return static_cast<float>(static_cast<double>(state >> 11) * 0x1p-52 - 1);
+}
+
+}  // namespace
+
+PyramidLayer pyramid_layer(PyramidPart part) { return kLayers[static_cast<size_t>(part)]; }
+
+size_t pyramid_scales() {
+  const PyramidLayer& last = kLayers.back();
+  return last.bias + static_cast<size_t>(last.outputs);
+}
+
+size_t pyramid_size() { return pyramid_scales() + size_t{kPyramidLevels * 2 * kDistances}; }
+
+std::vector<float> untrained_pyramid(uint64_t seed) {
+  std::vector<float> values(pyramid_size(), 0);
+  for (int part = kFirstLayer; part <= kUp1; ++part) {
+    const PyramidLayer layer = kLayers[static_cast<size_t>(part)];
+    // He's: variance 2 over the inputs.
+    const float width =
+        std::sqrt(6.0f / static_cast<float>(layer.side * layer.side * layer.inputs));
+    for (size_t i = layer.weights; i < layer.bias; ++i) values[i] = width * symmetric(seed);
+  }
+  for (size_t i = pyramid_scales(), k = 0; i < values.size(); ++i, ++k)
+    values[i] = std::log(kFirstScales[k % kDistances]);
+  return values;
+}
+
+}  // namespace qray
