@@ -13,9 +13,9 @@ constexpr int kWallCells = 32;  // a side of a wall's pattern
 constexpr int kSphereRings = 24, kSphereSides = 48;
 constexpr int kSkyWidth = 64, kSkyHeight = 32;
 
-class Numbers {
+class Draws {
  public:
-  explicit Numbers(uint64_t seed) : state_(mix64(seed)) {}
+  explicit Draws(uint64_t seed) : state_(mix64(seed)) {}
   float between(float low, float high) {
     state_ = mix64(state_ + 0x9e3779b97f4a7c15u);
     return low + (high - low) * to_unit_float(static_cast<uint32_t>(state_ >> 32));
@@ -35,7 +35,7 @@ class Numbers {
 // A colour for each vertex of a wall, by its column and row.
 class Pattern {
  public:
-  explicit Pattern(Numbers& n)
+  explicit Pattern(Draws& n)
       : kind_(n.below(4)),
         period_(1 << n.below(4)),
         seed_(static_cast<uint64_t>(n.below(1 << 20))),
@@ -62,9 +62,9 @@ class Pattern {
   Rgb a_, b_;
 };
 
-class Room {
+class RoomMaker {
  public:
-  explicit Room(uint64_t seed) : n_(seed) {
+  explicit RoomMaker(uint64_t seed) : n_(seed) {
     scene_.name = "generated " + std::to_string(seed);
     size_ = {n_.between(3, 8), n_.between(2.4f, 4), n_.between(3, 8)};
     add_walls_and_light();
@@ -284,13 +284,13 @@ class Room {
     }
   }
 
-  Numbers n_;
+  Draws n_;
   Scene scene_;
   Vec3 size_;
 };
 
 }  // namespace
 
-Scene generated_scene(uint64_t seed) { return Room(seed).take(); }
+Scene generated_scene(uint64_t seed) { return RoomMaker(seed).take(); }
 
 }  // namespace qray

@@ -1,15 +1,11 @@
 #include "core/recover/pyramid.h"
 
-#include <algorithm>
 #include <array>
 #include <cmath>
-
-#include "core/math/hash.h"
 
 namespace qray {
 namespace {
 
-constexpr std::array<float, kDistances> kFirstScales{5.6f, 1250, 0.5f, 50};
 constexpr int kC = kPyramidChannels;
 
 constexpr std::array<PyramidLayer, kPyramidParts> kLayers = [] {
@@ -29,12 +25,6 @@ constexpr std::array<PyramidLayer, kPyramidParts> kLayers = [] {
   return layers;
 }();
 
-// Uniform in (-1, 1).
-float symmetric(uint64_t& state) {
-  state = mix64(state + 0x9e3779b97f4a7c15u);
-  return static_cast<float>(static_cast<double>(state >> 11) * 0x1p-52 - 1);
-}
-
 }  // namespace
 
 PyramidLayer pyramid_layer(PyramidPart part) { return kLayers[static_cast<size_t>(part)]; }
@@ -50,10 +40,8 @@ std::vector<float> untrained_pyramid(uint64_t seed) {
   std::vector<float> values(pyramid_size(), 0);
   for (int part = kFirstLayer; part <= kUp1; ++part) {
     const PyramidLayer layer = kLayers[static_cast<size_t>(part)];
-    // He's: variance 2 over the inputs.
-    const float width =
-        std::sqrt(6.0f / static_cast<float>(layer.side * layer.side * layer.inputs));
-    for (size_t i = layer.weights; i < layer.bias; ++i) values[i] = width * symmetric(seed);
+    fill_at_random(std::span(values).subspan(layer.weights, layer.bias - layer.weights),
+                   layer.side * layer.side * layer.inputs, seed);
   }
   for (size_t i = pyramid_scales(), k = 0; i < values.size(); ++i, ++k)
     values[i] = std::log(kFirstScales[k % kDistances]);
