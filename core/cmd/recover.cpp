@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <numeric>
+#include <span>
 
 #include "core/base/file.h"
 #include "core/cmd/commands.h"
@@ -18,6 +19,8 @@
 #include "core/recover/joint_bilateral.h"
 #include "core/recover/ladder.h"
 #include "core/recover/recover.h"
+#include "core/scene/scene_hash.h"
+#include "core/scene/validate.h"
 
 namespace qray::cmd {
 namespace {
@@ -26,7 +29,7 @@ constexpr int kViewsOverGenerated = 4;  // views of a real scene over those of a
 
 struct RecoverOptions {
   std::vector<std::string> scenes, weights;
-  std::string scene, table_in, method = "none", out;
+  std::string scene, table_in, method = "none", out, blocks;
   int threads = default_threads(), held_out = 8, hidden = 0, generated = 0, pyramid_steps = 0;
   ScreenshotOptions views;
   TrainOptions train;
@@ -121,6 +124,37 @@ void print_rungs(const Ladder& ladder) {
   }
 }
 
+// The ladder's choice, the size that was asked for, or what a file holds.
+Result<Rung> block_network(const RecoverOptions& o, std::span<const TrainingView> views,
+                           size_t held_out, TaskPool& pool, std::stop_token stop) {
+  if (!o.blocks.empty()) {
+    Result<WeightsFile> file = read_weights(o.blocks);
+    if (!file) return file.error();
+    WeightsFile& w = file.value();
+    return Rung{o.blocks,
+                std::move(w.network),
+                static_cast<int>(w.steps),
+                0,
+                {w.held_out.begin(), w.held_out.end()}};
+  }
+  ProgressLine line(o.quiet);
+  const SteadyClock clock;
+  const double start = clock.seconds();
+  Result<Ladder> climbed =
+      climb(views, held_out, o.train, pool, std::move(stop),
+            [&](const std::string& rung, const TrainProgress& p) {
+              line.show("training, " + rung, p.step / static_cast<double>(p.steps),
+                        std::to_string(p.step) + " steps", clock.seconds() - start);
+            });
+  line.finish();
+  if (!climbed) return climbed.error();
+  Ladder& ladder = climbed.value();
+  for (size_t i = 0; o.hidden > 0 && i < ladder.rungs.size(); ++i)
+    if (ladder.rungs[i].network.hidden == o.hidden) ladder.chosen = i;
+  print_rungs(ladder);
+  return std::move(ladder.rungs[ladder.chosen]);
+}
+
 Status train_weights(const RecoverOptions& o) {
   if (Status s = check_writable(o.out); !s) return s;
   if (o.held_out >= o.views.views)
@@ -132,32 +166,21 @@ Status train_weights(const RecoverOptions& o) {
   Result<std::vector<TrainingView>> views = all_views(o, pool, stop.token(), held_out, last);
   if (!views) return views.error();
 
-  ProgressLine line(o.quiet);
-  const SteadyClock clock;
-  const double start = clock.seconds();
-  Result<Ladder> climbed =
-      climb(views.value(), held_out, o.train, pool, stop.token(),
-            [&](const std::string& rung, const TrainProgress& p) {
-              line.show("training, " + rung, p.step / static_cast<double>(p.steps),
-                        std::to_string(p.step) + " steps", clock.seconds() - start);
-            });
-  line.finish();
-  if (!climbed) return climbed.error();
-  Ladder& ladder = climbed.value();
-  for (size_t i = 0; o.hidden > 0 && i < ladder.rungs.size(); ++i)
-    if (ladder.rungs[i].network.hidden == o.hidden) ladder.chosen = i;
-  print_rungs(ladder);
-  const Rung& chosen = ladder.rungs[ladder.chosen];
+  Result<Rung> blocks = block_network(o, views.value(), held_out, pool, stop.token());
+  if (!blocks) return blocks.error();
+  const Rung& chosen = blocks.value();
   std::vector<float> pyramid;
   if (o.pyramid_steps > 0) {
     TrainOptions options = o.train;
     options.steps = o.pyramid_steps;
-    const double begun = clock.seconds();
+    ProgressLine line(o.quiet);
+    const SteadyClock clock;
+    const double start = clock.seconds();
     Result<TrainedPyramid> trained =
         train_pyramid(untrained_pyramid(options.seed), views.value(), held_out, options, pool,
                       stop.token(), [&](const TrainProgress& p) {
                         line.show("training, pyramid", p.step / static_cast<double>(p.steps),
-                                  std::to_string(p.step) + " steps", clock.seconds() - begun);
+                                  std::to_string(p.step) + " steps", clock.seconds() - start);
                       });
     line.finish();
     if (!trained) return trained.error();
@@ -305,6 +328,8 @@ void add_recover(CLI::App& app, int& exit_code) {
       ->capture_default_str();
   train_command->add_option("--hidden", train_options->hidden, "keep this size, whatever is better")
       ->check(CLI::IsMember({16, 32}));
+  train_command->add_option("--blocks", train_options->blocks,
+                            "a file whose network for blocks is taken instead of training one");
   train_command
       ->add_option("--generated", train_options->generated,
                    "made-up rooms to learn from, too; a quarter as many views of each")
