@@ -337,7 +337,7 @@ void add_recover(CLI::App& app, int& exit_code) {
       ->capture_default_str();
   train_command
       ->add_option("--pyramid-steps", train_options->pyramid_steps,
-                   "of training the network for all pixels; 0: the default one's is used")
+                   "of training the network for all pixels; 0: none")
       ->check(CLI::Range(0, 1000000))
       ->capture_default_str();
   train_command->add_option("-o,--out", train_options->out, "weights.qrw")->required();
