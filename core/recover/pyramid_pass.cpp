@@ -80,26 +80,6 @@ std::ptrdiff_t pitch_of(int width) { return (width + kLanes - 1) / kLanes * kLan
 
 }  // namespace
 
-float exposure_of(const Image& colour) {
-  constexpr int kSide = 16;
-  constexpr float kBlack = 1e-8f;
-  double sum = 0;
-  int count = 0;
-  for (int top = 0; top < colour.height(); top += kSide)
-    for (int left = 0; left < colour.width(); left += kSide) {
-      double light = 0;
-      int pixels = 0;
-      for (int y = top; y < std::min(top + kSide, colour.height()); ++y)
-        for (int x = left; x < std::min(left + kSide, colour.width()); ++x, ++pixels)
-          for (int c = 0; c < kColour; ++c) light += static_cast<double>(colour.at(x, y, c));
-      light /= kColour * pixels;
-      if (light <= static_cast<double>(kBlack)) continue;
-      sum += std::log(light);
-      ++count;
-    }
-  return count > 0 ? static_cast<float>(0.5 * std::exp(-sum / count)) : 1.0f;
-}
-
 PyramidPass::PyramidPass(Target target)
     : loops_(target == Target::kBest && has_avx512() ? &avx512_pyramid_loops()
                                                      : &common_pyramid_loops()) {}
@@ -295,26 +275,18 @@ void PyramidPass::filter(std::span<const float> values, int l, bool learns, Task
           row.coarse_colour[slot] = coarse.row[slot];
           row.coarse_features[slot] = coarse.row[slot] + kColour * coarse.pitch;
         }
-      const float* from = nullptr;
-      if (l == 0) {
-        if (y % 2 == 0) {
-          const PyramidLayer layer = pyramid_layer(kHead0);
-          const CellGrid out{head0.data(), 0, 1, level.width / 2, layer.outputs};
-          loops_->convolve_row(
-              CellGrid{up_[1].at(pair, 0), up_[1].row, 1, up_[1].width, up_[1].channels}, layer,
-              &values[layer.weights], &values[layer.bias], 1, out, 0);
-        }
-        for (int x = 0; x < level.width; ++x) {
-          from = &head0[static_cast<size_t>(x / 2 * kBlock + 2 * (y % 2) + x % 2) * kCellLogits];
-          for (int t = 0; t < kPyramidTaps; ++t)
-            logits[static_cast<size_t>(t * coarse.pitch + x)] = from[t];
-        }
-      } else {
-        for (int x = 0; x < level.width; ++x) {
-          from = head_[l].at(y, x);
-          for (int t = 0; t < kPyramidTaps; ++t)
-            logits[static_cast<size_t>(t * coarse.pitch + x)] = from[t];
-        }
+      if (l == 0 && y % 2 == 0) {
+        const PyramidLayer layer = pyramid_layer(kHead0);
+        const CellGrid in{up_[1].at(pair, 0), up_[1].row, 1, up_[1].width, up_[1].channels};
+        const CellGrid out{head0.data(), 0, 1, level.width / 2, layer.outputs};
+        loops_->convolve_row(in, layer, &values[layer.weights], &values[layer.bias], 1, out, 0);
+      }
+      for (int x = 0; x < level.width; ++x) {
+        const int pixel = x / 2 * kBlock + 2 * (y % 2) + x % 2;
+        const float* from =
+            l == 0 ? &head0[static_cast<size_t>(pixel * kCellLogits)] : head_[l].at(y, x);
+        for (int t = 0; t < kPyramidTaps; ++t)
+          logits[static_cast<size_t>(t * coarse.pitch + x)] = from[t];
       }
       row.logits = logits.data();
       row.scales = scales;
