@@ -12,6 +12,7 @@
 #include "core/image/tonemap.h"
 #include "core/import/resolve_scene.h"
 #include "core/job/run_job.h"
+#include "core/recover/included_networks.h"
 
 namespace qray::cmd {
 namespace {
@@ -107,7 +108,7 @@ Result<std::optional<Recovery>> find_recovery(const std::string& name) {
     return included.error();
   Result<WeightsFile> file = read_weights(name);
   if (!file) return file.error();
-  return std::optional(Recovery{file.value().id, std::move(file.value().network)});
+  return std::optional(Recovery{file.value().id, with_pyramid(std::move(file.value().network))});
 }
 
 Status write_text(const std::filesystem::path& path, std::string_view text) {

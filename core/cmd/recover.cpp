@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <numeric>
+#include <span>
 
 #include "core/base/file.h"
 #include "core/cmd/commands.h"
@@ -12,19 +13,24 @@
 #include "core/cmd/render_options.h"
 #include "core/cmd/report.h"
 #include "core/cmd/stop_on_signal.h"
+#include "core/laboratory/generated_scene.h"
 #include "core/laboratory/screenshots.h"
 #include "core/recover/included_networks.h"
 #include "core/recover/joint_bilateral.h"
 #include "core/recover/ladder.h"
 #include "core/recover/recover.h"
+#include "core/scene/scene_hash.h"
+#include "core/scene/validate.h"
 
 namespace qray::cmd {
 namespace {
 
+constexpr int kViewsOverGenerated = 4;  // views of a real scene over those of a generated one
+
 struct RecoverOptions {
   std::vector<std::string> scenes, weights;
-  std::string scene, table_in, method = "none", out;
-  int threads = default_threads(), held_out = 8, hidden = 0;
+  std::string scene, table_in, method = "none", out, blocks;
+  int threads = default_threads(), held_out = 8, hidden = 0, generated = 0, pyramid_steps = 0;
   ScreenshotOptions views;
   TrainOptions train;
   bool quiet = false;
@@ -37,11 +43,26 @@ struct Album {
   std::string name;
 };
 
+// The included scene or file of that name or, where there is none, the generated one of the seed.
+Result<std::shared_ptr<const PreparedScene>> scene_of(const std::string& name, uint64_t seed,
+                                                      int threads, ProgressLine& line,
+                                                      std::stop_token stop) {
+  if (!name.empty()) return prepare_named_scene(name, threads, line, std::move(stop));
+  Scene scene = generated_scene(seed);
+  if (Result<ValidateReport> valid = validate(scene); !valid) return valid.error();
+  const Result<SceneHash> hash = hash_scene(scene);
+  if (!hash) return hash.error();
+  Result<std::shared_ptr<PreparedScene>> prepared =
+      prepare_scene(std::move(scene), hash.value(), threads);
+  if (!prepared) return prepared.error();
+  return std::shared_ptr<const PreparedScene>(std::move(prepared).value());
+}
+
 Result<Album> take_album(const std::string& name, const RecoverOptions& o, TaskPool& pool,
                          std::stop_token stop) {
   ProgressLine line(o.quiet);
   Result<std::shared_ptr<const PreparedScene>> scene =
-      prepare_named_scene(name, o.threads, line, stop);
+      scene_of(name, o.views.seed, o.threads, line, stop);
   if (!scene) return scene.error();
   RenderOptions render;
   render.scene = name;
@@ -56,8 +77,8 @@ Result<Album> take_album(const std::string& name, const RecoverOptions& o, TaskP
   const double start = clock.seconds();
   Result<std::vector<TrainingView>> views = take_screenshots(
       *scene.value(), settings.value(), table.value(), o.views, pool, stop, clock, [&](int done) {
-        line.show(name, done / static_cast<double>(o.views.views), std::to_string(done) + " views",
-                  clock.seconds() - start);
+        line.show(scene.value()->scene.name, done / static_cast<double>(o.views.views),
+                  std::to_string(done) + " views", clock.seconds() - start);
       });
   line.finish();
   if (!views) return views.error();
@@ -81,6 +102,14 @@ Result<std::vector<TrainingView>> all_views(const RecoverOptions& o, TaskPool& p
     std::move(apart, views.end(), std::back_inserter(kept));
     last = std::move(album).value();
   }
+  RecoverOptions made_up = o;
+  made_up.views.views = std::max(1, o.views.views / kViewsOverGenerated);
+  for (int i = 0; i < o.generated; ++i) {
+    made_up.views.seed = o.views.seed + static_cast<uint64_t>(i);
+    Result<Album> album = take_album("", made_up, pool, stop);
+    if (!album) return album.error();
+    std::ranges::move(album.value().views, std::back_inserter(taught));
+  }
   held_out = kept.size();
   std::move(kept.begin(), kept.end(), std::back_inserter(taught));
   return taught;
@@ -95,6 +124,37 @@ void print_rungs(const Ladder& ladder) {
   }
 }
 
+// The ladder's choice, the size that was asked for, or what a file holds.
+Result<Rung> block_network(const RecoverOptions& o, std::span<const TrainingView> views,
+                           size_t held_out, TaskPool& pool, std::stop_token stop) {
+  if (!o.blocks.empty()) {
+    Result<WeightsFile> file = read_weights(o.blocks);
+    if (!file) return file.error();
+    WeightsFile& w = file.value();
+    return Rung{o.blocks,
+                std::move(w.network),
+                static_cast<int>(w.steps),
+                0,
+                {w.held_out.begin(), w.held_out.end()}};
+  }
+  ProgressLine line(o.quiet);
+  const SteadyClock clock;
+  const double start = clock.seconds();
+  Result<Ladder> climbed =
+      climb(views, held_out, o.train, pool, std::move(stop),
+            [&](const std::string& rung, const TrainProgress& p) {
+              line.show("training, " + rung, p.step / static_cast<double>(p.steps),
+                        std::to_string(p.step) + " steps", clock.seconds() - start);
+            });
+  line.finish();
+  if (!climbed) return climbed.error();
+  Ladder& ladder = climbed.value();
+  for (size_t i = 0; o.hidden > 0 && i < ladder.rungs.size(); ++i)
+    if (ladder.rungs[i].network.hidden == o.hidden) ladder.chosen = i;
+  print_rungs(ladder);
+  return std::move(ladder.rungs[ladder.chosen]);
+}
+
 Status train_weights(const RecoverOptions& o) {
   if (Status s = check_writable(o.out); !s) return s;
   if (o.held_out >= o.views.views)
@@ -106,26 +166,33 @@ Status train_weights(const RecoverOptions& o) {
   Result<std::vector<TrainingView>> views = all_views(o, pool, stop.token(), held_out, last);
   if (!views) return views.error();
 
-  ProgressLine line(o.quiet);
-  const SteadyClock clock;
-  const double start = clock.seconds();
-  Result<Ladder> climbed =
-      climb(views.value(), held_out, o.train, pool, stop.token(),
-            [&](const std::string& rung, const TrainProgress& p) {
-              line.show("training, " + rung, p.step / static_cast<double>(p.steps),
-                        std::to_string(p.step) + " steps", clock.seconds() - start);
-            });
-  line.finish();
-  if (!climbed) return climbed.error();
-  Ladder& ladder = climbed.value();
-  for (size_t i = 0; o.hidden > 0 && i < ladder.rungs.size(); ++i)
-    if (ladder.rungs[i].network.hidden == o.hidden) ladder.chosen = i;
-  print_rungs(ladder);
-  const Rung& chosen = ladder.rungs[ladder.chosen];
+  Result<Rung> blocks = block_network(o, views.value(), held_out, pool, stop.token());
+  if (!blocks) return blocks.error();
+  const Rung& chosen = blocks.value();
+  std::vector<float> pyramid;
+  if (o.pyramid_steps > 0) {
+    TrainOptions options = o.train;
+    options.steps = o.pyramid_steps;
+    ProgressLine line(o.quiet);
+    const SteadyClock clock;
+    const double start = clock.seconds();
+    Result<TrainedPyramid> trained =
+        train_pyramid(untrained_pyramid(options.seed), views.value(), held_out, options, pool,
+                      stop.token(), [&](const TrainProgress& p) {
+                        line.show("training, pyramid", p.step / static_cast<double>(p.steps),
+                                  std::to_string(p.step) + " steps", clock.seconds() - start);
+                      });
+    line.finish();
+    if (!trained) return trained.error();
+    std::printf("%-12s %10.5f %8d\n", "pyramid", mean_of(trained.value().held_out),
+                trained.value().steps);
+    pyramid = std::move(trained.value().values);
+  }
   WeightsFile file;
   file.program = QRAY_VERSION;
-  file.scene = o.scenes.size() == 1 ? last.name : std::to_string(o.scenes.size()) + " scenes";
-  if (o.scenes.size() == 1) {
+  const size_t scenes = o.scenes.size() + static_cast<size_t>(o.generated);
+  file.scene = scenes == 1 ? last.name : std::to_string(scenes) + " scenes";
+  if (scenes == 1) {
     file.geometry = last.hash.geometry;
     file.materials = last.hash.materials;
     file.lights = last.hash.lights;
@@ -133,6 +200,7 @@ Status train_weights(const RecoverOptions& o) {
   file.steps = static_cast<uint32_t>(chosen.steps);
   for (double e : chosen.held_out) file.held_out.push_back(static_cast<float>(std::max(e, 0.0)));
   file.network = chosen.network;
+  file.network.pyramid = std::move(pyramid);
   file.id = weights_id(file);
   return write_file_atomic(o.out, encode_weights(file));
 }
@@ -204,10 +272,11 @@ Status info(const RecoverOptions& o) {
   const WeightsFile& w = read.value();
   const std::vector<double> errors(w.held_out.begin(), w.held_out.end());
   std::printf(
-      "id         %s\nscene      %s\nprogram    %s\nhidden     %d\nvalues     %zu\n"
+      "id         %s\nscene      %s\nprogram    %s\nhidden     %d\nvalues     %zu, and %zu of the "
+      "pyramid\n"
       "steps      %u\nheld out   %.5f (%zu views)\n",
       w.id.c_str(), w.scene.c_str(), w.program.c_str(), w.network.hidden, w.network.values.size(),
-      w.steps, errors.empty() ? 0.0 : mean_of(errors), errors.size());
+      w.network.pyramid.size(), w.steps, errors.empty() ? 0.0 : mean_of(errors), errors.size());
   return {};
 }
 
@@ -259,6 +328,18 @@ void add_recover(CLI::App& app, int& exit_code) {
       ->capture_default_str();
   train_command->add_option("--hidden", train_options->hidden, "keep this size, whatever is better")
       ->check(CLI::IsMember({16, 32}));
+  train_command->add_option("--blocks", train_options->blocks,
+                            "a file whose network for blocks is taken instead of training one");
+  train_command
+      ->add_option("--generated", train_options->generated,
+                   "made-up rooms to learn from, too; a quarter as many views of each")
+      ->check(CLI::Range(0, 1000))
+      ->capture_default_str();
+  train_command
+      ->add_option("--pyramid-steps", train_options->pyramid_steps,
+                   "of training the network for all pixels; 0: none")
+      ->check(CLI::Range(0, 1000000))
+      ->capture_default_str();
   train_command->add_option("-o,--out", train_options->out, "weights.qrw")->required();
   run(train_command, train_weights, train_options);
 

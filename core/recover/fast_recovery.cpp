@@ -7,8 +7,6 @@
 #include "core/recover/lanes.h"
 
 namespace qray {
-namespace {
-
 bool has_avx512() {
 #if defined(__x86_64__)
   return __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512vl") &&
@@ -17,8 +15,6 @@ bool has_avx512() {
   return false;
 #endif
 }
-
-}  // namespace
 
 FastRecovery::FastRecovery(const Network& net, int width, int height, Target target)
     : values_(net.values),

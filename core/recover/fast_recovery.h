@@ -12,6 +12,9 @@
 
 namespace qray {
 
+// Whether the processor has the instructions that the fastest loops take.
+bool has_avx512();
+
 class FastRecovery {
  public:
   enum class Target { kBest, kCommon };  // of the processor

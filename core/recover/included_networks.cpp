@@ -29,4 +29,11 @@ Result<Network> included_network(std::string_view name) {
   return Error{ErrorCode::kInvalid, "there is no network '" + std::string(name) + "'", "/recover"};
 }
 
+Network with_pyramid(Network network) {
+  if (!network.pyramid.empty()) return network;
+  if (Result<Network> other = included_network("default"); other.ok())
+    network.pyramid = std::move(other.value().pyramid);
+  return network;
+}
+
 }  // namespace qray

@@ -15,4 +15,7 @@ inline Network no_network() { return {0, {}}; }
 // Else kInvalid.
 Result<Network> included_network(std::string_view name);
 
+// A file's network; where it has no pyramid, with the default one's.
+Network with_pyramid(Network network);
+
 }  // namespace qray

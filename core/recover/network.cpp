@@ -9,7 +9,6 @@
 namespace qray {
 namespace {
 
-constexpr std::array<float, kDistances> kFirstScales{5.6f, 1250, 0.5f, 50};
 constexpr float kFirstFalloff = 0.6f;   // of the logits of up taps, by squared distance in blocks
 constexpr float kFirstKnownLogit = -2;  // of the block's known pixel
 
@@ -22,6 +21,11 @@ float symmetric(uint64_t& state) {
 }
 
 }  // namespace
+
+void fill_at_random(std::span<float> weights, int inputs, uint64_t& seed) {
+  const float width = std::sqrt(6.0f / static_cast<float>(inputs));
+  for (float& w : weights) w = width * symmetric(seed);
+}
 
 std::array<float, kDistances> feature_distances(const float* pixel, const float* tap) {
   float normal = 0, albedo = 0;
@@ -52,13 +56,10 @@ Network untrained_network(int hidden, uint64_t seed) {
   Network net{hidden, {}};
   const Network::Parts parts = net.parts();
   net.values.assign(parts.size, 0);
-  // He's: variance 2 over the inputs.
-  const auto fill = [&](size_t begin, size_t end, int inputs) {
-    const float width = std::sqrt(6.0f / static_cast<float>(inputs));
-    for (size_t i = begin; i < end; ++i) net.values[i] = width * symmetric(seed);
-  };
-  fill(parts.weights1, parts.bias1, kInputs);
-  fill(parts.weights2, parts.bias2, kTaps * hidden);
+  const std::span<float> values = net.values;
+  fill_at_random(values.subspan(parts.weights1, parts.bias1 - parts.weights1), kInputs, seed);
+  fill_at_random(values.subspan(parts.weights2, parts.bias2 - parts.weights2), kTaps * hidden,
+                 seed);
   float* bias = &net.values[parts.bias3 + kUpLogits];
   for (int s = 0; s < kBlock; ++s, bias += kUpTaps) {
     const float sy = static_cast<float>(s / 2) / 2, sx = static_cast<float>(s % 2) / 2;

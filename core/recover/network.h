@@ -1,5 +1,6 @@
-// The recovery network: from the known pixels of a picture and the features of all of them to the
-// whole picture. It works on blocks of 2 x 2 pixels, of which pixel 0 (top left) is known:
+// The recovery network of what is sampled in blocks: from the known pixels of a picture and the
+// features of all of them to the whole picture. It works on blocks of 2 x 2 pixels, of which pixel
+// 0 (top left) is known:
 //
 //   input    colour / (albedo + kAlbedoFloor), as x / (1 + x); its noise; the 4 pixels' features
 //   layers   1x1 to `hidden`, leaky; 3x3 to `hidden`, leaky; 1x1 to kLogits
@@ -14,6 +15,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 namespace qray {
@@ -46,6 +48,8 @@ std::array<float, kDistances> feature_distances(const float* pixel, const float*
 struct Network {
   int hidden = 16;            // a multiple of 16
   std::vector<float> values;  // by the offsets below
+  // For pictures of all pixels (pyramid.h); none: as for others, four times.
+  std::vector<float> pyramid{};
 
   // Where each part begins in `values`. Weights lie [tap][input][output].
   struct Parts {
@@ -55,6 +59,13 @@ struct Network {
   };
   Parts parts() const;
 };
+
+// What the scales of distances begin with.
+constexpr std::array<float, kDistances> kFirstScales{5.6f, 1250, 0.5f, 50};
+
+// Weights of a layer with so many inputs to a unit, as He et al. begin ("Delving Deep into
+// Rectifiers", 2015): of variance 2 over the inputs. Moves the seed on.
+void fill_at_random(std::span<float> weights, int inputs, uint64_t& seed);
 
 // The joint bilateral filter that an untrained network is: no weight in the last layer.
 Network untrained_network(int hidden, uint64_t seed);

@@ -4,6 +4,7 @@
 
 #include "core/recover/bilinear.h"
 #include "core/recover/fast_recovery.h"
+#include "core/recover/pyramid_pass.h"
 #include "core/recover/shrink.h"
 
 namespace qray {
@@ -29,15 +30,14 @@ Image guess(const Network& net, const RecoveryInput& input, TaskPool& pool) {
   return recovery.run(input.features, input.colour, input.noise, pool);
 }
 
-}  // namespace
-
-Recovered recover_quarter(const Network& net, const RecoveryInput& input, TaskPool& pool) {
-  Image picture = guess(net, input, pool);
-  if (net.hidden == 0) return {std::move(picture)};
-  return balanced(std::move(picture), input.colour, 2, pool);
+Image pyramid_guess(std::span<const float> values, const RecoveryInput& input, TaskPool& pool) {
+  PyramidPass pass;
+  return pass.recover(
+      values, {input.features, input.colour, input.noise, exposure_of(input.colour)}, &pool);
 }
 
-Recovered recover_all(const Network& net, const RecoveryInput& input, TaskPool& pool) {
+// Of all pixels: the mean of what each of the four of the blocks makes of the picture.
+Image mean_of_guesses(const Network& net, const RecoveryInput& input, TaskPool& pool) {
   Image mean(input.colour.width(), input.colour.height(), 3);
   for (int dy : {0, 1})
     for (int dx : {0, 1}) {
@@ -49,7 +49,22 @@ Recovered recover_all(const Network& net, const RecoveryInput& input, TaskPool& 
         for (int x = 0; x < mean.width(); ++x)
           mean.set_rgb(x, y, mean.rgb(x, y) + part.rgb(x + dx, y + dy) * 0.25f);
     }
-  return balanced(shrink_towards(mean, input.colour, input.own_error, pool), input.colour, 1, pool);
+  return mean;
+}
+
+}  // namespace
+
+Recovered recover_quarter(const Network& net, const RecoveryInput& input, TaskPool& pool) {
+  Image picture = guess(net, input, pool);
+  if (net.hidden == 0) return {std::move(picture)};
+  return balanced(std::move(picture), input.colour, 2, pool);
+}
+
+Recovered recover_all(const Network& net, const RecoveryInput& input, TaskPool& pool) {
+  const Image guessed = net.pyramid.empty() ? mean_of_guesses(net, input, pool)
+                                            : pyramid_guess(net.pyramid, input, pool);
+  return balanced(shrink_towards(guessed, input.colour, input.own_error, pool), input.colour, 1,
+                  pool);
 }
 
 }  // namespace qray

@@ -20,9 +20,9 @@ struct RecoveryInput {
 // where there is no network.
 Recovered recover_quarter(const Network& net, const RecoveryInput& input, TaskPool& pool);
 
-// From all pixels: the mean of what each of the four pixels of the blocks makes of the picture, and
-// the samples by as much as they are surer (shrink.h), balanced with the samples. Denoises, with a
-// network of the same size.
+// From all pixels: what the network's pyramid makes of them or, where it has none, the mean of what
+// each of the four pixels of the blocks makes of the picture; and the samples by as much as they
+// are surer (shrink.h), balanced with the samples.
 Recovered recover_all(const Network& net, const RecoveryInput& input, TaskPool& pool);
 
 }  // namespace qray

@@ -8,14 +8,17 @@
 #include "core/base/check.h"
 #include "core/image/metrics.h"
 #include "core/math/hash.h"
+#include "core/recover/pyramid_pass.h"
 #include "core/recover/tile_pass.h"
 
 namespace qray {
 namespace {
 
 constexpr int kBatch = 8;
-constexpr int kTileBlocks = 32;  // a side
-constexpr float kRate = 3e-3f, kBeta1 = 0.9f, kBeta2 = 0.99f, kLastRate = 0.02f;
+constexpr int kTileBlocks = 32;         // a side
+constexpr int kPyramidTileBlocks = 48;  // of a larger reach
+constexpr float kRate = 3e-3f, kPyramidRate = 2e-3f, kBeta1 = 0.9f, kBeta2 = 0.99f,
+                kLastRate = 0.02f;
 constexpr float kScalesRate = 6;  // times the rate
 constexpr int kWarmUp = 20;       // steps
 constexpr double kMostGradient = 1;
@@ -31,37 +34,122 @@ struct Choice {
 };
 
 // A batch's tiles, from the seed and the step alone.
-Choice choose(uint64_t seed, int step, int tile, std::span<const TrainingView> views) {
+Choice choose(uint64_t seed, int step, int tile, int blocks, std::span<const TrainingView> views) {
   uint64_t bits = mix64(mix64(seed) + static_cast<uint64_t>(step * kBatch + tile));
   const auto below = [&](int n) {
     bits = mix64(bits + 1);
     return static_cast<int>(bits >> 33) % n;
   };
   Choice c{static_cast<size_t>(below(static_cast<int>(views.size()))), 0, 0, {}};
-  const int room = views[c.view].features.width() / 2 - kTileBlocks + 1;
+  const int room = std::max(1, views[c.view].features.width() / 2 - blocks + 1);
   c.y = below(room), c.x = below(room);
   const int flip = below(8);
   c.flip = {(flip & 1) != 0, (flip & 2) != 0, (flip & 4) != 0};
   return c;
 }
 
-// One tile of a batch: its own memory, so that threads share nothing.
-struct TileWork {
-  TilePass pass;
-  std::vector<float> d_result, gradient;
-  double loss = 0;
+using Values = std::span<const float>;
 
-  void run(const Network& net, const TrainingView& view, const Choice& c, Loss kind,
-           std::span<const float> back2, std::span<const float> back3) {
-    gradient.assign(net.values.size(), 0);
+// A network that is taught.
+class Pupil {
+ public:
+  virtual ~Pupil() = default;
+  virtual int tile_blocks() const = 0;
+  virtual size_t scales() const = 0;  // where they begin in the values
+  virtual float rate() const = 0;
+  virtual int fall(int steps) const = 0;  // of the rate: over how many of the last steps
+  virtual bool may_stop_early() const = 0;
+  virtual void begin_step(Values) {}
+  // The loss of a batch's tile; adds the gradient of its logarithm: a dark noisy view counts no
+  // more than a clean one. Tiles are run by several threads.
+  virtual double run(size_t tile, Values values, const TrainingView& view, const Choice& c,
+                     Loss kind, std::span<float> gradient) = 0;
+  virtual double error(Values values, const TrainingView& view) const = 0;
+};
+
+void of_logarithm(std::vector<float>& d_result, double loss) {
+  for (float& d : d_result) d /= static_cast<float>(loss + kLeastLoss);
+}
+
+class BlockPupil final : public Pupil {
+ public:
+  explicit BlockPupil(int hidden) : shape_{hidden, {}}, passes_(kBatch) {}
+  int tile_blocks() const override { return kTileBlocks; }
+  size_t scales() const override { return shape_.parts().scales; }
+  float rate() const override { return kRate; }
+  int fall(int) const override { return kLook; }
+  bool may_stop_early() const override { return true; }
+
+  void begin_step(Values values) override {
+    const Network::Parts at = shape_.parts();
+    net_ = network(values);
+    back2_ = transposed(&values[at.weights2], kTaps, shape_.hidden, shape_.hidden);
+    back3_ = transposed(&values[at.weights3], 1, shape_.hidden, kLogits);
+  }
+  double run(size_t i, Values, const TrainingView& view, const Choice& c, Loss kind,
+             std::span<float> gradient) override {
     const BlockTile tile =
         tile_of(view.features, view.input, view.noise, c.y, c.x, kTileBlocks, kTileBlocks, c.flip);
     const std::vector<float> target = target_of(view, c.y, c.x, kTileBlocks, kTileBlocks, c.flip);
-    loss = loss_of(kind, pass.forward(net, tile), tile.albedo, target, d_result);
-    // The gradient of the loss' logarithm: a dark noisy view counts no more than a clean one.
-    for (float& d : d_result) d /= static_cast<float>(loss + kLeastLoss);
-    pass.backward(net, tile, d_result, back2, back3, gradient);
+    std::vector<float> d_result;
+    const double loss =
+        loss_of(kind, passes_[i].forward(net_, tile), tile.albedo, target, d_result);
+    of_logarithm(d_result, loss);
+    passes_[i].backward(net_, tile, d_result, back2_, back3_, gradient);
+    return loss;
   }
+  double error(Values values, const TrainingView& view) const override {
+    return recovery_error(network(values), view);
+  }
+
+ private:
+  Network network(Values values) const { return {shape_.hidden, {values.begin(), values.end()}}; }
+
+  Network shape_, net_;
+  std::vector<float> back2_, back3_;
+  std::vector<TilePass> passes_;
+};
+
+class PyramidPupil final : public Pupil {
+ public:
+  PyramidPupil() : passes_(kBatch) {}
+  int tile_blocks() const override { return kPyramidTileBlocks; }
+  size_t scales() const override { return pyramid_scales(); }
+  float rate() const override { return kPyramidRate; }
+  int fall(int steps) const override { return steps / 2; }
+  bool may_stop_early() const override { return false; }
+
+  double run(size_t i, Values values, const TrainingView& view, const Choice& c, Loss kind,
+             std::span<float> gradient) override {
+    const auto part = [&](const Image& image) {
+      const int side = std::min(2 * kPyramidTileBlocks, image.width());
+      return turned(image, 2 * c.y, 2 * c.x, side, side, c.flip);
+    };
+    const Image features = part(view.features);
+    Image target = part(view.target);
+    // Errors count as they are seen in a picture of usual brightness.
+    const float exposure = exposure_of(view.input);
+    std::vector<float> albedo;
+    albedo.reserve(target.data().size());
+    for (int y = 0; y < features.height(); ++y)
+      for (int x = 0; x < features.width(); ++x)
+        for (int k = 0; k < kColour; ++k)
+          albedo.push_back(exposure * (features.at(x, y, k) + kAlbedoFloor));
+    for (float& v : target.data()) v *= exposure;
+    const Image result = passes_[i].forward(
+        values, {features, part(view.input), part(view.noise), exposure}, nullptr, true);
+    std::vector<float> d_result;
+    const double loss = loss_of(kind, result.data(), albedo, target.data(), d_result);
+    of_logarithm(d_result, loss);
+    passes_[i].backward(values, d_result, gradient);
+    return loss;
+  }
+  double error(Values values, const TrainingView& view) const override {
+    return pyramid_error(values, view);
+  }
+
+ private:
+  std::vector<PyramidPass> passes_;
 };
 
 class Adam {
@@ -69,24 +157,24 @@ class Adam {
   explicit Adam(size_t size) : first_(size), second_(size) {}
 
   // The mean of the batch's gradients, shortened to kMostGradient.
-  void step(Network& net, std::span<TileWork> batch, float rate) {
-    std::vector<float>& mean = batch[0].gradient;
+  void step(std::vector<float>& values, size_t scales, std::span<std::vector<float>> batch,
+            float rate) {
+    std::vector<float>& mean = batch[0];
     double square = 0;
     for (size_t i = 0; i < mean.size(); ++i) {
-      for (size_t k = 1; k < batch.size(); ++k) mean[i] += batch[k].gradient[i];
+      for (size_t k = 1; k < batch.size(); ++k) mean[i] += batch[k][i];
       mean[i] /= static_cast<float>(batch.size());
       square += static_cast<double>(mean[i]) * static_cast<double>(mean[i]);
     }
     const float shorten =
         static_cast<float>(std::min(1.0, kMostGradient / std::sqrt(square + 1e-20)));
     power1_ *= kBeta1, power2_ *= kBeta2;
-    const size_t scales = net.parts().scales;
     for (size_t i = 0; i < mean.size(); ++i) {
       const float g = mean[i] * shorten;
       first_[i] = kBeta1 * first_[i] + (1 - kBeta1) * g;
       second_[i] = kBeta2 * second_[i] + (1 - kBeta2) * g * g;
-      net.values[i] -= (i >= scales ? kScalesRate * rate : rate) * (first_[i] / (1 - power1_)) /
-                       (std::sqrt(second_[i] / (1 - power2_)) + 1e-8f);
+      values[i] -= (i >= scales ? kScalesRate * rate : rate) * (first_[i] / (1 - power1_)) /
+                   (std::sqrt(second_[i] / (1 - power2_)) + 1e-8f);
     }
   }
 
@@ -98,7 +186,8 @@ class Adam {
 // The rate rises at first and, in the last steps, falls along a cosine to kLastRate of its height.
 class Schedule {
  public:
-  explicit Schedule(int steps) : end_(steps), fall_(std::max(0, steps - kLook)) {}
+  Schedule(int steps, float height, int fall)
+      : height_(height), end_(steps), fall_(std::max(0, steps - fall)) {}
 
   void end_soon(int step) {
     if (step >= fall_) return;
@@ -110,22 +199,71 @@ class Schedule {
     const float part =
         std::max(0.0f, static_cast<float>(step - fall_) / static_cast<float>(end_ - fall_));
     const float height = 0.5f * (1 - kLastRate) * (1 + std::cos(std::numbers::pi_v<float> * part));
-    return kRate * std::min(1.0f, static_cast<float>(step + 1) / kWarmUp) * (height + kLastRate);
+    return height_ * std::min(1.0f, static_cast<float>(step + 1) / kWarmUp) * (height + kLastRate);
   }
 
  private:
+  float height_;
   int end_, fall_;
 };
 
-std::vector<double> errors_of(const Network& net, std::span<const TrainingView> views,
-                              TaskPool& pool) {
+std::vector<double> errors_of(const Pupil& pupil, Values values,
+                              std::span<const TrainingView> views, TaskPool& pool) {
   std::vector<double> errors(views.size());
-  pool.run(views.size(), [&](size_t i, int) { errors[i] = recovery_error(net, views[i]); });
+  pool.run(views.size(), [&](size_t i, int) { errors[i] = pupil.error(values, views[i]); });
   return errors;
 }
 
 double mean_of(const std::vector<double>& v) {
   return std::accumulate(v.begin(), v.end(), 0.0) / static_cast<double>(v.size());
+}
+
+struct Taught {
+  std::vector<float> values;
+  int steps = 0;
+  std::vector<double> held_out;
+};
+
+Result<Taught> teach(Pupil& pupil, std::vector<float> start, std::span<const TrainingView> views,
+                     size_t held_out, const TrainOptions& options, TaskPool& pool,
+                     std::stop_token stop,
+                     const std::function<void(const TrainProgress&)>& on_step) {
+  QRAY_CHECK(held_out >= 1 && views.size() > held_out);
+  const std::span<const TrainingView> taught = views.first(views.size() - held_out);
+  const std::span<const TrainingView> kept = views.last(held_out);
+  Taught result{std::move(start), 0, {}};
+  std::vector<float>& values = result.values;
+  Adam adam(values.size());
+  std::vector<std::vector<float>> gradients(kBatch);
+  std::vector<double> losses(kBatch);
+  Schedule schedule(options.steps, pupil.rate(), pupil.fall(options.steps));
+  TrainProgress progress{0, options.steps, 0, 0};
+  result.held_out = errors_of(pupil, values, kept, pool);
+  double before = progress.held_out = mean_of(result.held_out);
+  while (result.steps < schedule.end()) {
+    if (stop.stop_requested()) return Error{ErrorCode::kCanceled, "canceled", ""};
+    pupil.begin_step(values);
+    pool.run(kBatch, [&](size_t i, int) {
+      gradients[i].assign(values.size(), 0);
+      const Choice c =
+          choose(options.seed, result.steps, static_cast<int>(i), pupil.tile_blocks(), taught);
+      losses[i] = pupil.run(i, values, taught[c.view], c, options.loss, gradients[i]);
+    });
+    const double loss = mean_of(losses);
+    adam.step(values, pupil.scales(), gradients, schedule.rate(result.steps));
+    progress.step = ++result.steps;
+    progress.loss = progress.step == 1 ? loss : 0.98 * progress.loss + 0.02 * loss;
+    if (result.steps % kLook == 0 || result.steps == schedule.end()) {
+      result.held_out = errors_of(pupil, values, kept, pool);
+      progress.held_out = mean_of(result.held_out);
+      if (pupil.may_stop_early() && progress.held_out > (1 - kLeastGain) * before)
+        schedule.end_soon(result.steps);
+      before = progress.held_out;
+      progress.steps = schedule.end();
+    }
+    on_step(progress);
+  }
+  return result;
 }
 
 }  // namespace
@@ -149,45 +287,34 @@ double recovery_error(const Network& net, const TrainingView& view) {
   return sum / static_cast<double>(result.size()) - view.target_relmse;
 }
 
+double pyramid_error(std::span<const float> values, const TrainingView& view) {
+  PyramidPass pass;
+  const Image picture = pass.recover(
+      values, {view.features, view.input, view.noise, exposure_of(view.input)}, nullptr);
+  return picture_error(picture, view);
+}
+
 Result<Trained> train(Network start, std::span<const TrainingView> views, size_t held_out,
                       const TrainOptions& options, TaskPool& pool, std::stop_token stop,
                       const std::function<void(const TrainProgress&)>& on_step) {
-  QRAY_CHECK(held_out >= 1 && views.size() > held_out);
-  const std::span<const TrainingView> taught = views.first(views.size() - held_out);
-  const std::span<const TrainingView> kept = views.last(held_out);
-  Trained trained{std::move(start), 0, {}};
-  Network& net = trained.network;
-  const Network::Parts at = net.parts();
-  Adam adam(net.values.size());
-  std::vector<TileWork> batch(kBatch);
-  Schedule schedule(options.steps);
-  TrainProgress progress{0, options.steps, 0, 0};
-  trained.held_out = errors_of(net, kept, pool);
-  double before = progress.held_out = mean_of(trained.held_out);
-  while (trained.steps < schedule.end()) {
-    if (stop.stop_requested()) return Error{ErrorCode::kCanceled, "canceled", ""};
-    const std::vector<float> back2 =
-        transposed(&net.values[at.weights2], kTaps, net.hidden, net.hidden);
-    const std::vector<float> back3 = transposed(&net.values[at.weights3], 1, net.hidden, kLogits);
-    pool.run(kBatch, [&](size_t i, int) {
-      const Choice c = choose(options.seed, trained.steps, static_cast<int>(i), taught);
-      batch[i].run(net, taught[c.view], c, options.loss, back2, back3);
-    });
-    double loss = 0;
-    for (const TileWork& work : batch) loss += work.loss / kBatch;
-    adam.step(net, batch, schedule.rate(trained.steps));
-    progress.step = ++trained.steps;
-    progress.loss = progress.step == 1 ? loss : 0.98 * progress.loss + 0.02 * loss;
-    if (trained.steps % kLook == 0 || trained.steps == schedule.end()) {
-      trained.held_out = errors_of(net, kept, pool);
-      progress.held_out = mean_of(trained.held_out);
-      if (progress.held_out > (1 - kLeastGain) * before) schedule.end_soon(trained.steps);
-      before = progress.held_out;
-      progress.steps = schedule.end();
-    }
-    on_step(progress);
-  }
-  return trained;
+  BlockPupil pupil(start.hidden);
+  Result<Taught> taught = teach(pupil, std::move(start.values), views, held_out, options, pool,
+                                std::move(stop), on_step);
+  if (!taught) return taught.error();
+  Taught& t = taught.value();
+  return Trained{{start.hidden, std::move(t.values)}, t.steps, std::move(t.held_out)};
+}
+
+Result<TrainedPyramid> train_pyramid(std::vector<float> start, std::span<const TrainingView> views,
+                                     size_t held_out, const TrainOptions& options, TaskPool& pool,
+                                     std::stop_token stop,
+                                     const std::function<void(const TrainProgress&)>& on_step) {
+  PyramidPupil pupil;
+  Result<Taught> taught =
+      teach(pupil, std::move(start), views, held_out, options, pool, std::move(stop), on_step);
+  if (!taught) return taught.error();
+  Taught& t = taught.value();
+  return TrainedPyramid{std::move(t.values), t.steps, std::move(t.held_out)};
 }
 
 }  // namespace qray

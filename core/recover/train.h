@@ -13,6 +13,7 @@
 #include "core/base/task_pool.h"
 #include "core/recover/loss.h"
 #include "core/recover/network.h"
+#include "core/recover/pyramid.h"
 #include "core/recover/training_view.h"
 
 namespace qray {
@@ -41,9 +42,22 @@ Result<Trained> train(Network start, std::span<const TrainingView> views, size_t
                       const TrainOptions& options, TaskPool& pool, std::stop_token stop,
                       const std::function<void(const TrainProgress&)>& on_step);
 
+struct TrainedPyramid {
+  std::vector<float> values;
+  int steps = 0;
+  std::vector<double> held_out;
+};
+
+// The same of the pyramid (pyramid.h): of all pixels of the views, and all of the steps.
+Result<TrainedPyramid> train_pyramid(std::vector<float> start, std::span<const TrainingView> views,
+                                     size_t held_out, const TrainOptions& options, TaskPool& pool,
+                                     std::stop_token stop,
+                                     const std::function<void(const TrainProgress&)>& on_step);
+
 // relMSE of a picture of the view, what is the target's own left out: it may be below 0.
 double picture_error(const Image& picture, const TrainingView& view);
 // The same of the whole view, recovered.
 double recovery_error(const Network& net, const TrainingView& view);
+double pyramid_error(std::span<const float> values, const TrainingView& view);
 
 }  // namespace qray

@@ -77,4 +77,17 @@ std::vector<float> target_of(const TrainingView& view, int y, int x, int height,
   return target;
 }
 
+Image turned(const Image& image, int y, int x, int height, int width, Flip flip) {
+  QRAY_CHECK(!flip.exchange || image.width() == image.height());
+  const Turn turn{image, flip};
+  Image out(width, height, image.channels());
+  for (int ty = 0; ty < height; ++ty)
+    for (int tx = 0; tx < width; ++tx) {
+      int px = x + tx, py = y + ty;
+      turn(px, py);
+      for (int c = 0; c < image.channels(); ++c) out.at(tx, ty, c) = image.at(px, py, c);
+    }
+  return out;
+}
+
 }  // namespace qray

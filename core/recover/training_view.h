@@ -29,4 +29,7 @@ BlockTile tile_of(const Image& features, const Image& input, const Image& noise,
 std::vector<float> target_of(const TrainingView& view, int y, int x, int height, int width,
                              Flip flip);
 
+// height x width pixels of a turned square picture, from pixel (y, x) on.
+Image turned(const Image& image, int y, int x, int height, int width, Flip flip);
+
 }  // namespace qray

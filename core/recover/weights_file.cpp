@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/recover/pyramid.h"
+
 namespace qray {
 namespace {
 
@@ -44,9 +46,14 @@ Bytes encode_weights(const WeightsFile& weights) {
   for (float v : weights.held_out) body.f32(v);
   body.u32(static_cast<uint32_t>(weights.network.hidden));
   for (float v : weights.network.values) body.f32(v);
+  const std::vector<float>& pyramid = weights.network.pyramid;
+  if (!pyramid.empty()) {
+    body.u32(static_cast<uint32_t>(pyramid.size()));
+    for (float v : pyramid) body.f32(v);
+  }
   ByteWriter out;
   out.u64(kMagic);
-  out.u32(kWeightsFormatVersion);
+  out.u32(pyramid.empty() ? 1 : kWeightsFormatVersion);
   out.u32(kFeatureLayout);
   out.u32(crc32c(body.data()));
   out.bytes(body.data());
@@ -62,7 +69,8 @@ Result<WeightsFile> decode_weights(std::span<const uint8_t> bytes) {
   ByteReader in(bytes);
   if (in.u64() != kMagic)
     return corrupt(in, "not qray's weights: the first 8 bytes are not QRAYRCV1");
-  if (const uint32_t version = in.u32(); version != kWeightsFormatVersion)
+  const uint32_t version = in.u32();
+  if (version < 1 || version > kWeightsFormatVersion)
     return unsupported("weights format version", version, kWeightsFormatVersion, 8);
   if (const uint32_t layout = in.u32(); layout != kFeatureLayout)
     return unsupported("feature layout", layout, kFeatureLayout, 12);
@@ -88,11 +96,19 @@ Result<WeightsFile> decode_weights(std::span<const uint8_t> bytes) {
     return corrupt(in, "expected 0, 16, 32, 48 or 64 hidden units");
   weights.network.hidden = static_cast<int>(hidden);
   const size_t size = hidden > 0 ? weights.network.parts().size : 0;
-  if (in.remaining() != 4 * size)
-    return corrupt(in, "wrong size for " + std::to_string(size) + " values");
+  const size_t pyramid = version > 1 ? pyramid_size() : 0;
+  if (in.remaining() != 4 * size + (pyramid > 0 ? 4 + 4 * pyramid : 0))
+    return corrupt(in, "wrong size for " + std::to_string(size) + " values and a pyramid of " +
+                           std::to_string(pyramid));
   for (size_t i = 0; i < size; ++i) {
     weights.network.values.push_back(in.f32());
     all_good = all_good && good(weights.network.values.back());
+  }
+  if (pyramid > 0 && in.u32() != pyramid)
+    return corrupt(in, "expected a pyramid of " + std::to_string(pyramid) + " values");
+  for (size_t i = 0; i < pyramid; ++i) {
+    weights.network.pyramid.push_back(in.f32());
+    all_good = all_good && good(weights.network.pyramid.back());
   }
   if (!all_good) return corrupt(in, "a value is not finite, or out of range");
   if (weights.id != weights_id(weights)) return corrupt(in, "its id is not that of its values");

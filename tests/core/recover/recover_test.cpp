@@ -9,6 +9,7 @@
 #include "core/recover/included_networks.h"
 #include "core/recover/joint_bilateral.h"
 #include "core/recover/ladder.h"
+#include "core/recover/pyramid.h"
 #include "tests/support/random.h"
 
 namespace qray {
@@ -78,6 +79,42 @@ TEST(Recover, AllPixelsMakeABetterPictureThanAQuarter) {
   const double all = relmse(recover_all(net, input_of(view), pool).picture, view.target);
   EXPECT_LT(all, 0.6 * quarter);
   EXPECT_LT(all, 0.2 * relmse(view.input, view.target));
+}
+
+TEST(Recover, APyramidIsUsedForAllPixels) {
+  const TrainingView view = corner(0.9f, 3);
+  TaskPool pool(2);
+  Network net = untrained_network(16, 1);
+  const Image before = recover_all(net, input_of(view), pool).picture;
+  net.pyramid = untrained_pyramid(1);
+  const Image after = recover_all(net, input_of(view), pool).picture;
+  EXPECT_GT(relmse(after, before), 0);
+  EXPECT_LT(relmse(after, view.target), 0.2 * relmse(view.input, view.target));
+  // As bright as the samples in all, and odd sides too.
+  RecoveryInput odd = input_of(view);
+  for (Image* image : {&odd.features, &odd.colour, &odd.noise, &odd.own_error}) {
+    Image part(kRecoverSide - 3, kRecoverSide - 9, image->channels());
+    for (int y = 0; y < part.height(); ++y)
+      for (int x = 0; x < part.width(); ++x)
+        for (int c = 0; c < part.channels(); ++c) part.at(x, y, c) = image->at(x, y, c);
+    *image = std::move(part);
+  }
+  const Image picture = recover_all(net, odd, pool).picture;
+  EXPECT_EQ(picture.width(), kRecoverSide - 3);
+  double got = 0, light = 0;
+  for (size_t i = 0; i < picture.data().size(); ++i)
+    got += static_cast<double>(picture.data()[i]),
+        light += static_cast<double>(odd.colour.data()[i]);
+  EXPECT_NEAR(got / light, 1, 0.05);
+}
+
+TEST(Recover, AFilesNetworkWithoutAPyramidTakesTheDefaultOnes) {
+  const Network taken = with_pyramid(untrained_network(16, 1));
+  EXPECT_EQ(taken.values, untrained_network(16, 1).values);
+  EXPECT_EQ(taken.pyramid, included_network("default").value().pyramid);
+  Network own = untrained_network(16, 1);
+  own.pyramid = untrained_pyramid(5);
+  EXPECT_EQ(with_pyramid(own).pyramid, untrained_pyramid(5));
 }
 
 // A shade of albedo .8 whose samples are noisy, and in it a piece that shines at radiance 16

@@ -55,6 +55,29 @@ TEST(Train, AnyNumberOfThreadsMakesTheSameNetwork) {
   EXPECT_EQ(trained_for(1, 20).network.values, trained_for(3, 20).network.values);
 }
 
+TrainedPyramid pyramid_for(int threads, int steps) {
+  std::vector<TrainingView> views;
+  for (uint64_t seed = 1; seed <= 6; ++seed) views.push_back(stripes(seed));
+  TaskPool pool(threads);
+  Result<TrainedPyramid> trained = train_pyramid(untrained_pyramid(1), views, 2, {.steps = steps},
+                                                 pool, {}, [](const TrainProgress&) {});
+  EXPECT_TRUE(trained.ok());
+  return std::move(trained).value();
+}
+
+TEST(Train, ThePyramidLearnsToo) {
+  const TrainingView unseen = stripes(77);
+  const double before = pyramid_error(untrained_pyramid(1), unseen);
+  const TrainedPyramid trained = pyramid_for(2, 60);
+  EXPECT_EQ(trained.steps, 60);
+  EXPECT_EQ(trained.held_out.size(), 2u);
+  EXPECT_LT(pyramid_error(trained.values, unseen), 0.6 * before);
+}
+
+TEST(Train, AnyNumberOfThreadsMakesTheSamePyramid) {
+  EXPECT_EQ(pyramid_for(1, 4).values, pyramid_for(3, 4).values);
+}
+
 TEST(Train, StopsWhenAsked) {
   std::vector<TrainingView> views{stripes(1), stripes(2)};
   TaskPool pool(2);

@@ -4,6 +4,8 @@
 
 #include <limits>
 
+#include "core/recover/pyramid.h"
+
 namespace qray {
 namespace {
 
@@ -32,6 +34,30 @@ TEST(WeightsFile, ComesBackAsItWas) {
   EXPECT_EQ(read.value().network.hidden, 16);
   EXPECT_EQ(read.value().network.values, w.network.values);
   EXPECT_EQ(encode_weights(read.value()), bytes);
+}
+
+TEST(WeightsFile, APyramidComesBackToo) {
+  WeightsFile w = some_weights();
+  const Bytes without = encode_weights(w);
+  EXPECT_EQ(without[8], 1) << "files without one are of the version that older programs read";
+  w.network.pyramid = untrained_pyramid(1);
+  w.id = weights_id(w);
+  const Bytes bytes = encode_weights(w);
+  EXPECT_EQ(bytes[8], 2);
+  EXPECT_LT(bytes.size(), size_t{512} << 10);
+  const Result<WeightsFile> read = decode_weights(bytes);
+  ASSERT_TRUE(read.ok()) << read.error().text();
+  EXPECT_EQ(read.value().network.values, w.network.values);
+  EXPECT_EQ(read.value().network.pyramid, w.network.pyramid);
+  for (const size_t size : {bytes.size() - 1, bytes.size() - 4, without.size()})
+    EXPECT_FALSE(decode_weights(std::span(bytes).first(size)).ok()) << size;
+  w.network.pyramid[9] = std::numeric_limits<float>::infinity();
+  w.id = weights_id(w);
+  EXPECT_FALSE(decode_weights(encode_weights(w)).ok());
+  w.network.pyramid.resize(9);
+  std::fill(w.network.pyramid.begin(), w.network.pyramid.end(), 0.0f);
+  w.id = weights_id(w);
+  EXPECT_FALSE(decode_weights(encode_weights(w)).ok()) << "of another size";
 }
 
 TEST(WeightsFile, AnyCutAndAnyFlippedBitIsRefused) {
@@ -70,13 +96,13 @@ TEST(WeightsFile, WhatMayNotStandInItIsRefusedUnderARightChecksum) {
 }
 
 TEST(WeightsFile, AnotherVersionOrLayoutIsSaidToBeOne) {
-  for (const size_t at : {8u, 12u}) {
+  for (const auto& [at, expected] : {std::pair{8u, "expected 2"}, {12u, "expected 1"}}) {
     Bytes bytes = encode_weights(some_weights());
     bytes[at] = 9;
     const Result<WeightsFile> read = decode_weights(bytes);
     ASSERT_FALSE(read.ok());
     EXPECT_EQ(read.error().code, ErrorCode::kUnsupported);
-    EXPECT_NE(read.error().text().find("expected 1"), std::string::npos) << read.error().text();
+    EXPECT_NE(read.error().text().find(expected), std::string::npos) << read.error().text();
   }
 }
 

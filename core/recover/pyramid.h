@@ -1,0 +1,72 @@
+// The network for pictures of which every pixel was sampled: a small U-net whose answers are the
+// weights of filters on five levels of the picture, from pixels (level 0) to squares of 16 x 16
+// (level 4). It never makes a colour itself.
+//
+//   input    of each block of 2 x 2 pixels: their colour / albedo in the picture's own exposure, as
+//            x / (1 + x), their noise and their features
+//   layers   1x1; then 3x3 at levels 1, 2, 3, 4 and back at 3, 2, 1, each on the mean of four
+//            cells, or on the coarser level beside its own (a sum); all of kPyramidChannels
+//   coarser  a cell's colour is a mean of its four, by a softmax of a logit of each
+//   finer    from level 4 down: a cell's result is a mean of the 9 colours around it and of the
+//            results of the 4 nearest cells of the coarser level, by a softmax of 13 logits, less
+//            the distances of the taps' features in learned scales
+//
+// So each result is a convex combination of colours around. With no weights in the heads it is a
+// joint bilateral filter on five levels. The shape is that of kernel-predicting denoisers (Vogels
+// et al., "Denoising with Kernel Prediction and Asymmetric Loss Functions", 2018). Any thread.
+#pragma once
+
+#include <vector>
+
+#include "core/recover/network.h"
+
+namespace qray {
+
+constexpr int kPyramidLevels = 5;
+constexpr int kPyramidSide = 1 << (kPyramidLevels - 1);  // pixels of the coarsest cells
+constexpr int kPyramidChannels = 32;
+constexpr int kPixelInputs = kColour + 1 + kFeatures;  // colour, noise, features
+constexpr int kPyramidInputs = kBlock * kPixelInputs;
+
+constexpr int kCoarseTaps = 4;
+constexpr int kPyramidTaps = kTaps + kCoarseTaps;
+constexpr int kCellLogits = 16;  // of a cell's filter, with padding
+// What follows the filter's logits in the head of a level: the logit by which a cell counts in the
+// coarser one and, of level 1, those of its four pixels too.
+constexpr int kCoarsenLogit = kPyramidTaps;
+constexpr int kPixelCoarsenLogits = kCoarsenLogit + 1;
+
+// A convolution; its weights lie [tap][input][output], then its biases.
+struct PyramidLayer {
+  int side, inputs, outputs;
+  size_t weights, bias;  // where they begin in the values
+};
+
+enum PyramidPart {
+  kFirstLayer,
+  kDown1,
+  kDown2,
+  kDown3,
+  kDown4,
+  kUp3,
+  kUp2,
+  kUp1,
+  kHead4,
+  kHead3,
+  kHead2,
+  kHead1,
+  kHead0,  // kCellLogits for each pixel of the block
+  kPyramidParts
+};
+
+PyramidLayer pyramid_layer(PyramidPart part);
+
+// Logarithms, kDistances for the taps of the level itself and as many for the coarser ones, level
+// by level.
+size_t pyramid_scales();
+size_t pyramid_size();  // of all values
+
+// Its heads have no weights yet.
+std::vector<float> untrained_pyramid(uint64_t seed);
+
+}  // namespace qray
