@@ -11,9 +11,9 @@
 namespace qray {
 namespace {
 
-struct Pictures {
+struct PyramidPictures {
   Image features, colour, noise;
-  Pictures(int width, int height, uint64_t seed)
+  PyramidPictures(int width, int height, uint64_t seed)
       : features(width, height, kFeatures), colour(width, height, 3), noise(width, height, 1) {
     test::Random random(seed);
     for (Image* image : {&features, &colour, &noise})
@@ -33,7 +33,7 @@ std::vector<float> shaken(uint64_t seed) {
 
 TEST(PyramidPass, GradientsAreThoseOfFiniteDifferences) {
   // Not a multiple of the coarsest cells, so that what goes on beyond the edges counts too.
-  const Pictures p(36, 28, 3);
+  const PyramidPictures p(36, 28, 3);
   std::vector<float> values = shaken(5), gradient(values.size(), 0), d_result;
   PyramidPass pass;
   const Image start = pass.forward(values, p.input(), nullptr, true);
@@ -81,7 +81,7 @@ TEST(PyramidPass, GradientsAreThoseOfFiniteDifferences) {
 }
 
 TEST(PyramidPass, InventsNothing) {
-  const Pictures p(50, 34, 7);
+  const PyramidPictures p(50, 34, 7);
   PyramidPass pass;
   const Image result = pass.forward(shaken(2), p.input(), nullptr, false);
   for (int c = 0; c < 3; ++c) {
@@ -100,7 +100,7 @@ TEST(PyramidPass, InventsNothing) {
 }
 
 TEST(PyramidPass, UntrainedItKeepsAnEdgeOfTheFeatures) {
-  Pictures p(48, 32, 1);
+  PyramidPictures p(48, 32, 1);
   const int edge = 21;  // within a cell of every level
   for (int y = 0; y < 32; ++y)
     for (int x = 0; x < 48; ++x)
@@ -118,7 +118,7 @@ TEST(PyramidPass, UntrainedItKeepsAnEdgeOfTheFeatures) {
 }
 
 TEST(PyramidPass, AnyProcessorMakesTheSamePicture) {
-  const Pictures p(100, 70, 9);
+  const PyramidPictures p(100, 70, 9);
   const std::vector<float> values = shaken(4);
   PyramidPass best, common(PyramidPass::Target::kCommon);
   const Image a = best.forward(values, p.input(), nullptr, false),
@@ -127,7 +127,7 @@ TEST(PyramidPass, AnyProcessorMakesTheSamePicture) {
 }
 
 TEST(PyramidPass, AnyNumberOfThreadsMakesTheSameBits) {
-  const Pictures p(100, 70, 9);
+  const PyramidPictures p(100, 70, 9);
   const std::vector<float> values = shaken(4);
   PyramidPass one, many;
   TaskPool pool(3);
