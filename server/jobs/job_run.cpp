@@ -8,12 +8,12 @@
 #include "proto/events.h"
 #include "server/jobs/job_moments.h"
 #include "server/jobs/load_ticker.h"
-#include "server/jobs/memory_needed.h"
-#include "server/jobs/network_choice.h"
 #include "server/jobs/progress_ticker.h"
-#include "server/jobs/table_choice.h"
 #include "server/jobs/wait.h"
 #include "server/operation/metrics.h"
+#include "server/policy/memory_needed.h"
+#include "server/policy/network_choice.h"
+#include "server/policy/table_choice.h"
 
 namespace qray::server {
 namespace {
@@ -25,7 +25,9 @@ constexpr const char* kOtherBuild =
 }  // namespace
 
 Status JobRun::try_move(JobState to, const JobStore::Change& change) {
-  Result<JobRecord> moved = context_.stores.jobs.move(id_, to, change);
+  JobStore::Change mine = change;
+  if (to != JobState::kPreparing) mine.claim = job_.claim;
+  Result<JobRecord> moved = context_.stores.jobs.move(id_, to, mine);
   if (moved.ok()) {
     job_ = std::move(moved).value();
     return {};
@@ -177,7 +179,7 @@ Result<JobRun::Rendered> JobRun::begin() {
 
 Result<JobRun::Rendered> JobRun::run_to_end(StartingGuide start, const std::string& network,
                                             SnapshotReader* resume_from) {
-  const ProgressTicker ticker(context_.stores.jobs, *running_, learns(settings_));
+  const ProgressTicker ticker(context_.stores.jobs, *running_, job_.claim, learns(settings_));
   const std::optional<TableHeader> parent = start.table;
   const std::string id = parent ? parent->id : std::string();
   warm_ = !id.empty();
@@ -195,9 +197,9 @@ Result<JobRun::Rendered> JobRun::run_to_end(StartingGuide start, const std::stri
   context_.keeper.start({scene_->hash.whole().hex(), id, recovery ? recovery->name : std::string(),
                          warnings_, mixed_builds_});
   Result<JobResult> result =
-      run_guided_job(*scene_, settings_, std::move(start), running_->film(), context_.pool,
-                     *running_, context_.stop, context_.clock, recovery ? &*recovery : nullptr,
-                     {&context_.keeper, resume_from});
+      context_.render(*scene_, settings_, std::move(start), running_->film(), context_.pool,
+                      *running_, context_.stop, context_.clock, recovery ? &*recovery : nullptr,
+                      {&context_.keeper, resume_from});
   running_->on_pass(nullptr);
   if (!moments.failure().empty()) warn(moments.failure());
   if (!result.ok()) return result.error();
@@ -245,12 +247,11 @@ Status JobRun::finish(Rendered rendered) {
     const TableHeader& header = table->header;
     change.events.push_back(
         {0, id_.text(), "table", proto::table_event(id_.text(), header.id, header.parents)});
-    change.also = [&, bytes = bytes.value()](Database::Session& session) {
-      return TableStore::record(
-          session, *table,
-          {header.id, job_.request.get(field::kScene), header.method, header.parents,
-           context_.now_ms(), bytes, stats.states, header.samples_seen, id_.text()});
-    };
+    change.table = TableStore::row_of(
+        *table,
+        {header.id, job_.request.get(field::kScene), header.method, header.parents,
+         context_.now_ms(), 0, stats.states, header.samples_seen, id_.text()},
+        bytes.value());
   }
   change.edit = [&](JobRecord& job) {
     job.progress = {1, stats.samples_per_pixel, stats.seconds};
@@ -301,6 +302,7 @@ void JobRun::end(const Error& error) {
   }
   if (to != JobState::kQueued) keep_partial_picture();
   context_.show(nullptr);
+  change.claim = job_.claim;
   change.edit = [&](JobRecord& job) {
     if (running_) job.progress = running_->progress();
     job.warnings = warnings_;

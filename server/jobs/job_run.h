@@ -11,6 +11,7 @@ struct RunContext {
   MemoryBudget& memory;
   const Clock& clock;
   const std::function<int64_t()>& now_ms;
+  const JobRunner::Render& render;
   std::function<void(std::shared_ptr<RunningJob>)> show;  // to readers; null: no more
   std::function<void()> got_somewhere;                    // its first state was written
   JobKeeper& keeper;

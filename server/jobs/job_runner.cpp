@@ -21,7 +21,7 @@ Error ended(JobState state) {
 }  // namespace
 
 JobRunner::JobRunner(Stores stores, const Limits& limits, const Clock& clock,
-                     std::function<int64_t()> now_ms)
+                     std::function<int64_t()> now_ms, Render render)
     : stores_(stores),
       limits_(limits),
       queue_(limits.max_queued),
@@ -29,6 +29,7 @@ JobRunner::JobRunner(Stores stores, const Limits& limits, const Clock& clock,
       memory_(limits.memory_bytes),
       clock_(clock),
       now_ms_(std::move(now_ms)),
+      render_(std::move(render)),
       submits_([this](std::span<const JobStore::Posted> posted) { return accept(posted); }) {}
 
 void JobRunner::start(const std::vector<JobRecord>& recovered) {
@@ -85,8 +86,9 @@ Status JobRunner::run(JobId id, std::stop_token stop) {
     if (alone_ == id) alone_.reset();
     ended_.notify_all();
   };
-  JobRun job(
-      {stores_, share, memory_, clock_, now_ms_, show, let_others_run, *keeper, cancel, stop}, id);
+  JobRun job({stores_, share, memory_, clock_, now_ms_, render_, show, let_others_run, *keeper,
+              cancel, stop},
+             id);
   {
     std::unique_lock lock(mutex_);
     if (alone) ++wait_to_be_alone_;

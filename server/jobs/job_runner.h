@@ -13,8 +13,8 @@
 #include "server/jobs/gather.h"
 #include "server/jobs/job_keeper.h"
 #include "server/jobs/job_queue.h"
-#include "server/jobs/memory_budget.h"
 #include "server/jobs/running_job.h"
+#include "server/policy/memory_budget.h"
 #include "server/store/job_store.h"
 #include "server/store/moment_store.h"
 #include "server/store/result_store.h"
@@ -45,8 +45,10 @@ class JobRunner {
     size_t max_queued = 1000;
     size_t memory_bytes = size_t{8} << 30;  // of all that run at once
   };
+  // `render`: what makes the pictures; tests have one that takes no time.
+  using Render = std::function<decltype(run_guided_job)>;
   JobRunner(Stores stores, const Limits& limits, const Clock& clock,
-            std::function<int64_t()> now_ms);
+            std::function<int64_t()> now_ms, Render render = run_guided_job);
   ~JobRunner() { stop(); }
 
   // Takes up the jobs that a restart found, then runs.
@@ -108,6 +110,7 @@ class JobRunner {
   MemoryBudget memory_;
   const Clock& clock_;
   std::function<int64_t()> now_ms_;
+  const Render render_;
 
   Gather<JobStore::Posted, Result<JobRecord>> submits_;
   std::mutex submit_mutex_;  // the queue's bound holds over several submits at once
