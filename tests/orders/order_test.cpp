@@ -18,7 +18,7 @@ int64_t number_of(const char* name, int64_t otherwise) {
 TEST(Orders, NoOrderOfRequestsLosesOrDoublesAnything) {
   if (qray::test::kSanitized)
     GTEST_SKIP() << "sanitizers have functions of the C library themselves";
-  const int64_t first = number_of("QRAY_FIRST_ORDER", 1), count = number_of("QRAY_ORDERS", 500);
+  const int64_t first = number_of("QRAY_FIRST_ORDER", 1), count = number_of("QRAY_ORDERS", 300);
   for (int64_t seed = first; seed < first + count; ++seed) {
     const Order order = random_order(static_cast<uint64_t>(seed));
     const std::string failure = try_order(order);
