@@ -6,6 +6,7 @@
 
 #include <cstdint>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace qray::server::test {
@@ -27,6 +28,8 @@ enum class Act {
   kCount
 };
 
+std::string_view to_string(Act act);
+
 struct Step {
   Act act = Act::kSleep;
   int job = 0, value = 0;
@@ -38,7 +41,6 @@ struct Order {
   int at_once = 1, max_queued = 10;
   std::vector<Step> steps[kClients];
 
-  size_t size() const;
   std::string text() const;
 };
 
