@@ -241,9 +241,10 @@ TEST_F(ServiceScenes, WhatTheServerHasBesidesIsNotToldFromWhatItHasNot) {
         ASSERT_TRUE(answer);
         Json said = Json::parse(answer->body);
         const bool made = answer->status == 201;
-        if (made)
-          EXPECT_EQ(s_.client().Delete("/v1/scenes/" + said["name"].get<std::string>())->status,
-                    204);
+        if (made) {
+          const std::string scene = said["name"];
+          EXPECT_EQ(s_.client().Delete("/v1/scenes/" + scene)->status, 204);
+        }
         std::string text = made ? said["warnings"].dump() : said["detail"].get<std::string>();
         for (size_t at; (at = text.find(path)) != std::string::npos;)
           text.replace(at, path.size(), "PATH");
