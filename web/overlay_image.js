@@ -1,6 +1,5 @@
 // A picture that the server makes, laid over one on the stage: what was learned, samples, noise, or
-// how two jobs differ. Fetched when what it shows changes, one at a time; the old one stays until
-// the new one is there.
+// how two jobs differ. Fetched one at a time; the old one stays until the new one is there.
 import { ApiError } from './api.js';
 
 // The text of a PNG's tEXt chunk of that name, '' when it has none.

@@ -38,7 +38,11 @@ Result<PictureSource::Which> PictureSource::which(const httplib::Request& req, c
 Result<std::shared_ptr<const Picture>> PictureSource::sampled(const JobRecord& job) const {
   auto picture = stores_.results.load(job.id);
   if (picture.ok()) return picture;
-  if (picture.error().code == ErrorCode::kNotFound) return nothing_yet();
+  if (picture.error().code == ErrorCode::kNotFound) {
+    // The files of a job that is deleted go after its row.
+    const Result<JobRecord> now = stores_.jobs.get(job.id);
+    return now.ok() ? nothing_yet() : now.error();
+  }
   spdlog::error("job={} {}", job.id.text(), picture.error().text());
   return picture.error();
 }

@@ -35,7 +35,7 @@ class Scene:
         self.options, self.scene, self.qray = options, scene, options.bin / "qray"
         self.name = re.sub(r"\W+", "-", scene.removeprefix("/")[-40:])
         said = subprocess.run([self.qray, "scene", "check", scene], text=True, capture_output=True, check=True).stdout
-        at, target = re.search(r"^camera +at (\S+), target (\S+)", said, re.M).groups()
+        at, target = re.search(r"^camera .*\bat (\S+), target (\S+)", said, re.M).groups()
         self.position, self.target = ([float(x) for x in words.split(",")] for words in (at, target))
 
     def render(self, out, method, seconds, seed, *more, camera=None):
