@@ -3,11 +3,14 @@
 #include <spdlog/spdlog.h>
 #include <sqlite3.h>
 #include <sys/mman.h>
+#include <sys/syscall.h>
 #include <unistd.h>
 
+#include <condition_variable>
 #include <csignal>
 #include <cstdlib>
 #include <cstring>
+#include <mutex>
 #include <set>
 #include <thread>
 
@@ -38,10 +41,31 @@ struct Ground {
   fs::path fresh = scratch / "fresh", data = scratch / "data";
   SceneStore scenes{scratch / "scenes", 1, size_t{1} << 30};
 
+  // The library of pictures starts threads while it is loaded, when nothing else can be looked up:
+  // each function that scheduler.cpp replaces is called once before.
+  static void look_functions_up() {
+    std::mutex mutex;
+    std::condition_variable changed;
+    bool ready = false;
+    std::unique_lock lock(mutex);
+    std::thread other([&] {
+      const std::lock_guard guard(mutex);
+      ready = true;
+      changed.notify_one();
+      changed.notify_all();
+    });
+    changed.wait(lock, [&] { return ready; });
+    lock.unlock();
+    other.join();
+    if (mutex.try_lock()) mutex.unlock();
+    (void)::syscall(SYS_getpid);
+  }
+
   Ground() {
     spdlog::set_level(spdlog::level::off);
     // Threads that the library of pictures had would be missing in the lives.
     setenv("OPENIMAGEIO_OPTIONS", "threads=1,exr_threads=-1", 1);
+    look_functions_up();
     // One thread runs at a time, and none meets another inside SQLite: its locks are left out.
     sqlite3_config(SQLITE_CONFIG_SINGLETHREAD);
     write_text(scratch / "scenes/box/scene.json", kBoxScene);
