@@ -41,8 +41,7 @@ struct Ground {
   fs::path fresh = scratch / "fresh", data = scratch / "data";
   SceneStore scenes{scratch / "scenes", 1, size_t{1} << 30};
 
-  // The library of pictures starts threads while it is loaded, when nothing else can be looked up:
-  // each function that scheduler.cpp replaces is called once before.
+  // Before the library of pictures is loaded, whose threads could not look scheduler.cpp's up.
   static void look_functions_up() {
     std::mutex mutex;
     std::condition_variable changed;
