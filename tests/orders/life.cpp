@@ -3,14 +3,11 @@
 #include <spdlog/spdlog.h>
 #include <sqlite3.h>
 #include <sys/mman.h>
-#include <sys/syscall.h>
 #include <unistd.h>
 
-#include <condition_variable>
 #include <csignal>
 #include <cstdlib>
 #include <cstring>
-#include <mutex>
 #include <set>
 #include <thread>
 
@@ -19,6 +16,7 @@
 #include "server/jobs/job_runner.h"
 #include "server/store/leftovers.h"
 #include "tests/crash/faults.h"
+#include "tests/orders/look_up.h"
 #include "tests/orders/scheduler.h"
 #include "tests/server/box_scene.h"
 #include "tests/support/scratch.h"
@@ -40,24 +38,6 @@ struct Ground {
                                                                  : fs::temp_directory_path()};
   fs::path fresh = scratch / "fresh", data = scratch / "data";
   SceneStore scenes{scratch / "scenes", 1, size_t{1} << 30};
-
-  // Before the library of pictures is loaded, whose threads could not look scheduler.cpp's up.
-  static void look_functions_up() {
-    std::mutex mutex;
-    std::condition_variable changed;
-    bool ready = false;
-    std::unique_lock lock(mutex);
-    std::thread other([&] {
-      const std::lock_guard guard(mutex);
-      ready = true;
-      changed.notify_one();
-      changed.notify_all();
-    });
-    changed.wait(lock, [&] { return ready; });
-    lock.unlock();
-    other.join();
-    (void)::syscall(SYS_getpid);
-  }
 
   Ground() {
     spdlog::set_level(spdlog::level::off);
