@@ -9,7 +9,8 @@ import { SignIn } from './sign_in.js';
 const by_id = (id) => document.getElementById(id);
 const kSwitches = ['learning', 'recovery', 'reprojection'];
 const kStageWords = { moving: 'moving: history and recovery',
-  settling: 'at rest: history and recovery', still: 'still: samples alone' };
+  settling: 'at rest: new samples displace the history',
+  still: 'at rest: samples, recovered where they are few' };
 const kMostSide = 640; // pixels of a picture on the page
 const kFrameMs = 75; // a camera waits for up to two frames, the one under way and its own
 

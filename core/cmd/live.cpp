@@ -22,6 +22,8 @@ namespace qray::cmd {
 namespace {
 
 constexpr double kAfterEvent = 0.5;  // seconds: what was seen before must be gone
+constexpr double kFlownSeconds = 1;  // before the camera rests
+constexpr int kRestMoments = 20;
 
 struct LiveOptions {
   std::string scene, flight, size, method = "adaptive", recover = "default", table_in, out, cache;
@@ -122,34 +124,66 @@ Status write_json(const LiveOptions& o, const std::vector<FlightMeasures>& all) 
   return write_text(std::filesystem::path(o.out) / "flight.jsonl", text);
 }
 
-// A camera at rest where the flight ends, against a job of the same samples.
-Status rest(const LiveOptions& o, const FlightRun& run, const Image& reference, TaskPool& pool,
-            std::stop_token stop) {
+struct Moment {
+  double seconds;  // since the camera came to rest
+  LiveFrame frame;
+};
+
+// Flies the last second and rests where it ends: the frames that are shown at kRestMoments moments.
+Result<std::vector<Moment>> moments_at_rest(const LiveOptions& o, const FlightRun& run,
+                                            TaskPool& pool, std::stop_token stop) {
   Result<std::unique_ptr<Guide>> guide = load_guide(*run.scene, run.settings.render, run.table);
   if (!guide) return guide.error();
   const SteadyClock clock;
   LiveView view(run.scene, run.settings, std::move(guide).value(), run.network, pool, clock);
-  const Camera camera = run.flight.at(run.flight.seconds());
-  view.set_camera(camera);
-  LiveFrame last;
-  for (const double start = clock.seconds(); clock.seconds() - start < o.rest;) {
+  const double end = run.flight.seconds(), start = clock.seconds();
+  std::vector<Moment> moments;
+  for (double now = 0; now < kFlownSeconds + o.rest; now = clock.seconds() - start) {
+    view.set_camera(run.flight.at(std::min(end, end - kFlownSeconds + now)));
     std::optional<LiveFrame> frame = view.next_frame(stop);
     if (!frame) return Error{ErrorCode::kCanceled, "canceled", ""};
-    last = std::move(*frame);
+    const double rested = clock.seconds() - start - kFlownSeconds;
+    if (frame->stage != LiveStage::kMoving &&
+        rested >= o.rest * static_cast<double>(moments.size() + 1) / kRestMoments)
+      moments.push_back({rested, std::move(*frame)});
+  }
+  return moments;
+}
+
+// A camera at rest where the flight ends: its pictures' errors as time passes, and at the end that
+// of a job of the same samples.
+Status rest(const LiveOptions& o, const FlightRun& run, const Image& reference, TaskPool& pool,
+            std::stop_token stop) {
+  const Result<std::vector<Moment>> moments = moments_at_rest(o, run, pool, stop);
+  if (!moments) return moments.error();
+  if (moments.value().empty())
+    return Error{ErrorCode::kInvalid, "expected more seconds: no frame was shown", "--rest"};
+  const auto print = [](const ImageDifference& d) {
+    std::printf("%9.6f %9.6f %7.4f %7.3f\n", d.relmse, d.relmse_trimmed, d.flip, d.mean_ratio);
+  };
+  std::printf("at rest, s  stage     side  samples    relMSE   trimmed    FLIP    mean\n");
+  for (const Moment& m : moments.value()) {
+    const Result<ImageDifference> error = image_difference(m.frame.picture, reference);
+    if (!error) return error.error();
+    std::printf("%10.2f  %-8s  %4.2f  %7.2f ", m.seconds,
+                std::string(live_stage_name(m.frame.stage)).c_str(), m.frame.scale,
+                m.frame.samples_per_pixel);
+    print(error.value());
+    const auto name = "rest-" + std::to_string(static_cast<int>(m.seconds * 1000)) + ".png";
+    if (Status s = write_image(std::filesystem::path(o.out) / name, m.frame.picture); !s) return s;
   }
   RenderSettings settings = run.settings.render;
-  settings.camera = camera;
-  settings.samples = std::max(1, static_cast<int>(last.samples_per_pixel));
+  settings.camera = run.flight.at(run.flight.seconds());
+  settings.samples = std::max(1, static_cast<int>(moments.value().back().frame.samples_per_pixel));
   Film film(settings.width, settings.height);
   RenderObserver nobody;
   const Result<JobResult> job =
-      run_job(*run.scene, settings, run.table, film, pool, nobody, stop, clock);
+      run_job(*run.scene, settings, run.table, film, pool, nobody, stop, SteadyClock());
   if (!job) return job.error();
-  const Image picture = film.develop();
-  const auto error = [&](const Image& image) { return relmse(image, reference); };
-  std::printf("at rest for %.1f s: %s, %.2f samples a pixel, relMSE %.6f; a job of %d: %.6f\n",
-              o.rest, std::string(live_stage_name(last.stage)).c_str(), last.samples_per_pixel,
-              error(last.picture), settings.samples, error(picture));
+  const Result<ImageDifference> error = image_difference(film.develop(), reference);
+  if (!error) return error.error();
+  std::printf("a job of as many samples       %7d ", settings.samples);
+  print(error.value());
   return {};
 }
 
@@ -260,8 +294,9 @@ void add_live(CLI::App& app, int& exit_code) {
   live->add_option("--reference-seconds", o->reference_seconds, "for each")
       ->check(CLI::Range(0.1, 86400.0))
       ->capture_default_str();
-  live->add_option("--rest", o->rest,
-                   "seconds at the flight's end, against a job of as many samples")
+  live->add_option(
+          "--rest", o->rest,
+          "seconds at the flight's end: the picture as they pass, and a job of as many samples")
       ->check(CLI::Range(0.0, 3600.0));
   live->add_option("--threads", o->threads, "default: one a processor")->check(CLI::Range(1, 1024));
   live->add_flag("-q,--quiet", o->quiet, "no progress");

@@ -18,6 +18,11 @@ class FrameBudget {
   double sampling_seconds(double elapsed) const {
     return std::max(seconds_ - elapsed - after_, kLeastShare * seconds_);
   }
+  // Of a camera that rests: no less than the picture takes afterwards, so that it gets on where
+  // recovery takes long.
+  double resting_seconds(double elapsed) const {
+    return std::max(sampling_seconds(elapsed), after_);
+  }
   double paths(double elapsed) const { return sampling_seconds(elapsed) * paths_per_second_; }
 
   void sampled(double paths, double seconds) {

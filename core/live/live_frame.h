@@ -28,8 +28,8 @@ struct LiveSettings {
 // What a frame shows.
 enum class LiveStage {
   kMoving,    // history and recovery
-  kSettling,  // the same, of a camera that rests
-  kStill,     // the samples since it rests alone
+  kSettling,  // the same, of a camera that rests: its samples displace what was seen before
+  kStill,     // its samples, and recovery where they are not sure
 };
 std::string_view live_stage_name(LiveStage stage);  // moving, settling, still
 

@@ -12,6 +12,8 @@ constexpr float kFewSamples = 4;   // tell no variance by themselves
 constexpr float kTotalWeight = 8;  // samples that the noise over all blocks around counts for
 constexpr float kLeastLight = 1e-3f;
 constexpr float kMostNoise = 16;
+constexpr float kManySamples = 32;  // tell a pixel's noise well
+constexpr float kSureErrors = 3;    // standard errors
 
 BlockHistory block_of(const ViewBuffer& view, const History& history, int bx, int by) {
   const size_t first = view.index(2 * bx, 2 * by);
@@ -36,6 +38,17 @@ BlockHistory block_of(const ViewBuffer& view, const History& history, int bx, in
   block.luminance = luminance(block.light);
   block.variance = square / block.samples;  // for now: the mean square
   return block;
+}
+
+// Of a pixel's light, `guess` being what recovery takes it for. A rare bright sample is noise by
+// what its own pixel's samples tell, whatever those around do; a single sample may be one. Where
+// all samples around were black, rare bright ones may have been missed.
+float standard_error(const PixelHistory& pixel, const BlockHistory& block, float guess) {
+  if (block.luminance == 0) return guess * kMostNoise / std::sqrt(pixel.samples);
+  const float n = pixel.samples, variance = pixel.variance();
+  const float own = n < 2 ? sqr(luminance(pixel.light)) : variance / (n - 1);
+  const float with_others = (n * variance + kTotalWeight * block.variance) / (n + kTotalWeight) / n;
+  return std::sqrt(std::max(own, with_others));
 }
 
 }  // namespace
@@ -136,10 +149,25 @@ Image recovered_picture(const ViewBuffer& view, const History& history, const Bl
       const Rgb albedo = view.albedo(i);
       samples.set_rgb(x, y, h.samples > 0 ? h.light * albedo : guess.rgb(x, y));
       // None: it is the guess already, and tells nothing of how far samples are from it.
-      if (h.samples > 0) own.at(x, y, 0) = luminance(albedo) * std::sqrt(b.variance / h.samples);
+      if (h.samples == 0) continue;
+      const float scale = std::max(luminance(albedo), kAlbedoFloor);
+      own.at(x, y, 0) = scale * standard_error(h, b, luminance(guess.rgb(x, y)) / scale);
     }
   });
-  return shrink_towards(guess, samples, own, pool);
+  Image picture = shrink_towards(guess, samples, own, pool);
+  // A pixel that has many samples knows by itself that it differs: edges, which are few among the
+  // pixels around.
+  pool.run(static_cast<size_t>(view.height), [&](size_t row, int) {
+    const int y = static_cast<int>(row);
+    for (int x = 0; x < view.width; ++x) {
+      if (history[view.index(x, y)].samples < kManySamples) continue;
+      const float distance = sqr(luminance(samples.rgb(x, y)) - luminance(picture.rgb(x, y)));
+      const float sure = sqr(kSureErrors * own.at(x, y, 0));
+      if (distance > sure)
+        picture.set_rgb(x, y, lerp(1 - sure / distance, picture.rgb(x, y), samples.rgb(x, y)));
+    }
+  });
+  return picture;
 }
 
 Image enlarged(const Image& picture, int width, int height, TaskPool& pool) {

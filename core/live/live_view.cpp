@@ -6,8 +6,6 @@
 namespace qray {
 namespace {
 
-constexpr double kSettlingSeconds = 1;
-
 int even_part(int side, double scale) {
   return std::max(2, static_cast<int>(std::lround(side * scale / 2)) * 2);
 }
@@ -35,6 +33,7 @@ LiveView::LiveView(std::shared_ptr<const PreparedScene> scene, LiveSettings sett
 
 void LiveView::forget_view() {
   looked_ = false;
+  if (resting_) history_ = resting_->known(history_);
   resting_.reset();
 }
 
@@ -60,11 +59,10 @@ void LiveView::set_scene(std::shared_ptr<const PreparedScene> scene) {
 }
 
 // Sees where the camera is now, and what is known of it.
-void LiveView::look(LiveFrame& frame) {
+void LiveView::look(LiveFrame& frame, double scale) {
   const double start = clock_.seconds();
   const RenderSettings& s = settings_.render;
-  const int width = even_part(s.width, budget_.scale());
-  const int height = even_part(s.height, budget_.scale());
+  const int width = even_part(s.width, scale), height = even_part(s.height, scale);
   const size_t pixels = static_cast<size_t>(width) * static_cast<size_t>(height);
   const ViewBuffer before = std::move(view_);
   if (before.width != width || before.height != height) {
@@ -110,33 +108,19 @@ void LiveView::sample_moving(LiveFrame& frame, double elapsed, const std::stop_t
   if (!fixed()) budget_.judge_scale(affordable);
 }
 
-// The camera has not moved since the last frame.
-void LiveView::rest() {
+// The camera has not moved since the last frame. It is seen in full size from now on.
+void LiveView::rest(LiveFrame& frame) {
   if (resting_) return;
-  std::function<void(const TileSamples&)> on_samples;
-  if (view_.width == settings_.render.width && switches_.reprojection)
-    on_samples = [this](const TileSamples& samples) { add_to_history(samples); };
-  resting_.emplace(*scene_, settings_.render, guide_.active(), pool_, clock_,
-                   std::move(on_samples));
-}
-
-void LiveView::add_to_history(const TileSamples& samples) {
-  const TileRect& rect = samples.rect();
-  for (int y = rect.y; y < rect.y + rect.height; ++y)
-    for (int x = rect.x; x < rect.x + rect.width; ++x) {
-      if (samples.count(x, y) == 0) continue;
-      const size_t pixel = view_.index(x, y);
-      // What lights show of themselves is in the sample, not in the history.
-      if (!view_.emitted.empty() && !view_.emitted[pixel].is_black()) continue;
-      history_[pixel].add(samples.sum(x, y) / view_.albedo(pixel));
-    }
+  if (view_.width != settings_.render.width) look(frame, 1);
+  resting_.emplace(*scene_, settings_.render, guide_.active(), view_, pool_, clock_);
 }
 
 void LiveView::sample_resting(LiveFrame& frame, double elapsed, const std::stop_token& stop) {
-  rest();
+  const double before_rest = clock_.seconds();
+  rest(frame);
   const Renderer& renderer = resting_->renderer();
   const double start = clock_.seconds(), learning_before = renderer.learning_seconds();
-  const double end = start + budget_.sampling_seconds(elapsed);
+  const double end = start + budget_.resting_seconds(elapsed + start - before_rest);
   const PathCounters before = renderer.counters();
   const size_t most = fixed() ? resting_->tiles() * static_cast<size_t>(std::max(
                                                         1.0, std::round(settings_.paths_per_block)))
@@ -152,35 +136,35 @@ void LiveView::sample_resting(LiveFrame& frame, double elapsed, const std::stop_
   frame.rays = renderer.counters().rays - before.rays;
 }
 
-bool LiveView::shows_still(double now) const {
-  return resting_ && resting_->renderer().samples_per_pixel() >= 1 &&
-         now - resting_->since() >= kSettlingSeconds;
+// Nothing of earlier views is in the picture any more.
+bool LiveView::is_still() const {
+  return resting_ && resting_->renderer().samples_per_pixel() >= kSamplesWithoutMoved;
 }
 
-void LiveView::show_still(LiveFrame& frame) {
-  frame.stage = LiveStage::kStill;
+void LiveView::show_samples(LiveFrame& frame) {
   frame.picture = resting_->picture();
   frame.noise = resting_->renderer().progress().noise;
   frame.samples_per_pixel = resting_->renderer().samples_per_pixel();
 }
 
-void LiveView::show_recovered(LiveFrame& frame) {
-  frame.stage = resting_ ? LiveStage::kSettling : LiveStage::kMoving;
-  blocks_.emplace(view_, history_, pool_);
+void LiveView::show_known(LiveFrame& frame) {
+  const History known = resting_ ? resting_->known(history_) : history_;
+  blocks_.emplace(view_, known, pool_);
   frame.noise = blocks_->noise();
-  if (switches_.recovery && network_.hidden > 0) {
+  if (recovers()) {
     if (!recovery_) recovery_.emplace(network_, view_.width, view_.height);
-    frame.picture = recovered_picture(view_, history_, *blocks_, *recovery_, pool_);
+    frame.picture = recovered_picture(view_, known, *blocks_, *recovery_, pool_);
   } else {
-    frame.picture = sampled_picture(view_, history_, *blocks_, pool_);
+    frame.picture = sampled_picture(view_, known, *blocks_, pool_);
   }
   frame.scale = static_cast<double>(view_.width) / settings_.render.width;
   frame.picture = enlarged(frame.picture, settings_.render.width, settings_.render.height, pool_);
   if (!view_.emitted.empty())
     add_emitted(*scene_, view_, *settings_.render.camera, frame.picture, pool_);
+  if (frame.stage == LiveStage::kStill) resting_->put_lights(frame.picture);
   double samples = 0;
-  for (const PixelHistory& h : history_) samples += static_cast<double>(h.samples);
-  frame.samples_per_pixel = samples / static_cast<double>(history_.size());
+  for (const PixelHistory& h : known) samples += static_cast<double>(h.samples);
+  frame.samples_per_pixel = samples / static_cast<double>(known.size());
 }
 
 std::optional<LiveFrame> LiveView::next_frame(std::stop_token stop) {
@@ -193,7 +177,7 @@ std::optional<LiveFrame> LiveView::next_frame(std::stop_token stop) {
   if (looked_) {
     sample_resting(frame, clock_.seconds() - start, stop);
   } else {
-    look(frame);
+    look(frame, budget_.scale());
     sample_moving(frame, clock_.seconds() - start, stop);
   }
   if (stop.stop_requested()) {
@@ -204,10 +188,11 @@ std::optional<LiveFrame> LiveView::next_frame(std::stop_token stop) {
   budget_.sampled(static_cast<double>(frame.paths), frame.times.samples);
 
   // 2. The picture.
-  if (shows_still(start)) {
-    show_still(frame);
+  if (resting_) frame.stage = is_still() ? LiveStage::kStill : LiveStage::kSettling;
+  if (frame.stage == LiveStage::kStill && !recovers()) {
+    show_samples(frame);
   } else {
-    show_recovered(frame);
+    show_known(frame);
   }
   const double end = clock_.seconds();
   frame.times.recovery = end - sampled;

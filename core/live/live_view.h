@@ -1,7 +1,7 @@
-// A walk through a scene, frame by frame, each within a budget of time: a camera that moves gets
-// what few samples show of it, made whole by what earlier frames saw and by recovery; one that
-// rests gets samples alone, and with time the exact picture. The guide learns all the while.
-// One thread calls; the pool's work.
+// A walk through a scene, frame by frame, each within a budget of time. A frame is made of few
+// samples, of what earlier frames saw, and of recovery. Where the camera rests its samples displace
+// both, each pixel's as they become sure, until the picture is exact. The guide learns all the
+// while. One thread calls; the pool's work.
 #pragma once
 
 #include <memory>
@@ -39,14 +39,14 @@ class LiveView {
 
  private:
   void forget_view();  // what is seen is another from now on
-  void look(LiveFrame& frame);
-  void rest();
+  void look(LiveFrame& frame, double scale);
+  void rest(LiveFrame& frame);
   void sample_moving(LiveFrame& frame, double elapsed, const std::stop_token& stop);
   void sample_resting(LiveFrame& frame, double elapsed, const std::stop_token& stop);
-  void add_to_history(const TileSamples& samples);
-  bool shows_still(double now) const;
-  void show_still(LiveFrame& frame);
-  void show_recovered(LiveFrame& frame);
+  bool is_still() const;
+  void show_samples(LiveFrame& frame);
+  void show_known(LiveFrame& frame);
+  bool recovers() const { return switches_.recovery && network_.hidden > 0; }
   bool fixed() const { return settings_.paths_per_block > 0; }
 
   std::shared_ptr<const PreparedScene> scene_;
@@ -61,7 +61,7 @@ class LiveView {
   uint64_t frames_ = 0;
   bool looked_ = false;  // view_ is of the settings' camera
   ViewBuffer view_;
-  History history_;
+  History history_;  // of the frames before the camera came to rest, if it rests
   std::optional<BlockGrid> blocks_;
   std::optional<FastRecovery> recovery_;
   MovingSamples moving_;

@@ -1,21 +1,27 @@
-// The picture of a camera that rests: a job's renderer, stepped by as much as a frame has time for.
-// Its samples are those that a job of the same settings takes. One thread calls; the pool's work.
+// The samples of a camera that rests: a job's renderer, stepped by as much as a frame has time for,
+// takes those that a job of the same settings takes. They displace what earlier views showed. One
+// thread calls; the pool's work.
 #pragma once
 
 #include "core/film/film.h"
+#include "core/live/history.h"
 #include "core/live/live_frame.h"
 #include "core/render/renderer.h"
 
 namespace qray {
 
+// Of a pixel, from when on nothing that was seen before counts. Until then the number of samples
+// that a pixel's mean claims never falls: kMostMovedSamples of earlier views leave as new ones
+// come.
+constexpr int kSamplesWithoutMoved = 64;
+static_assert(kMostMovedSamples < kSamplesWithoutMoved);
+
 class RestingPicture {
  public:
-  // All outlive this. `guide` may be null. `on_samples`: Renderer's, may be empty.
+  // All outlive this. `guide` may be null. `view`: of the settings' size.
   RestingPicture(const PreparedScene& scene, const RenderSettings& settings, Guide* guide,
-                 TaskPool& pool, const Clock& clock,
-                 std::function<void(const TileSamples&)> on_samples);
+                 const ViewBuffer& view, TaskPool& pool, const Clock& clock);
 
-  double since() const { return since_; }  // the clock's seconds
   // Samples as much of one pass as `most_units` or the time until `end` allows; a frame ends with
   // its pass, so that what comes next knows the noise of what was. `may_learn`: of a pass that
   // starts now.
@@ -24,11 +30,18 @@ class RestingPicture {
 
   const Renderer& renderer() const { return renderer_; }
   size_t tiles() const { return static_cast<size_t>(film_.tile_count()); }
+  // The samples' mean.
   Image picture() const { return film_.develop(); }
+  // Of each pixel, the samples and what is left of `moved`, which earlier views showed.
+  History known(const History& moved) const;
+  // Where lights show themselves, which known() leaves out: the samples' mean into `picture`.
+  void put_lights(Image& picture) const;
 
  private:
+  void keep(const TileSamples& samples);
   const RenderSettings settings_;
-  const double since_;
+  const ViewBuffer& view_;
+  History samples_;
   Film film_;
   Renderer renderer_;
 };

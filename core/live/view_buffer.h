@@ -24,6 +24,7 @@ struct ViewBuffer {
     return static_cast<size_t>(y) * static_cast<size_t>(width) + static_cast<size_t>(x);
   }
   bool empty() const { return points.empty(); }
+  bool shows_light(size_t i) const { return !emitted.empty() && !emitted[i].is_black(); }
   Vec3 normal(size_t i) const {
     const float* f = &features.data()[i * kFeatureChannels + 3];
     return {f[0], f[1], f[2]};

@@ -35,8 +35,8 @@ const newest_camera = (at) => at.evaluate(async () => (await import('/live.js'))
   .then(async (id) => (await all.server.get(`/v1/live/${id}`)).json());
 
 test('the picture is there, and says that it comes to rest', async () => {
-  await frame_with(page, { stage: 'still' });
-  await page.locator('#stage-label').filter({ hasText: 'samples alone' }).waitFor();
+  await frame_with(page, { stage: 'settling' });
+  await page.locator('#stage-label').filter({ hasText: 'at rest' }).waitFor();
   assert.ok((await colour(page)).every((v) => v > 8));
   const [stage, picture, side] = await Promise.all(['#stage', '#left', '.live-side']
     .map((part) => page.locator(part).boundingBox()));

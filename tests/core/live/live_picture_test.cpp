@@ -2,6 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <functional>
+
+#include "core/recover/included_networks.h"
+
 namespace qray {
 namespace {
 
@@ -48,6 +52,47 @@ TEST(BlockGrid, WithManySamplesBlocksTellTheirNoiseThemselves) {
     return std::pair{light, light * light + 1};
   });
   EXPECT_NEAR(ramp.at(5, 5).variance, 1, 0.01);
+}
+
+// A view of one surface of which all pixels have `samples`; the picture that recovery makes of it.
+Image recovered(float samples, const std::function<float(int, int)>& light_of) {
+  ViewBuffer view;
+  view.width = view.height = 32;
+  view.features = Image(32, 32, kFeatureChannels);
+  view.surfaces.assign(32 * 32, 1);
+  History history(32 * 32);
+  for (int y = 0; y < 32; ++y)
+    for (int x = 0; x < 32; ++x) {
+      const size_t i = view.index(x, y);
+      for (int c = 0; c < 3; ++c) view.features.at(x, y, c) = 0.5f;
+      view.features.at(x, y, 5) = 1;  // the normal
+      const float light = light_of(x, y);
+      history[i] = {Rgb{light}, samples * light * light, samples};  // of one sample among them
+    }
+  TaskPool pool(2);
+  const Network network = included_network("untrained").value();
+  FastRecovery recovery(network, 32, 32);
+  return recovered_picture(view, history, BlockGrid(view, history, pool), recovery, pool);
+}
+
+// Of eight samples a pixel one in sixteen pixels' was bright, and all in a square had none.
+TEST(RecoveredPicture, BlackSamplesAreNotSureThatThereIsNoLight) {
+  const auto dark = [](int x, int y) { return x >= 8 && x < 24 && y >= 8 && y < 24; };
+  const Image picture = recovered(
+      8, [&](int x, int y) { return !dark(x, y) && x % 4 == 1 && y % 4 == 1 ? 16.0f : 0.0f; });
+  double inside = 0, outside = 0;
+  for (int y = 0; y < 32; ++y)
+    for (int x = 0; x < 32; ++x)
+      (dark(x, y) ? inside : outside) += static_cast<double>(picture.at(x, y, 0));
+  inside /= 256, outside /= 768;
+  EXPECT_GT(inside, outside / 10);
+}
+
+// The pixel's own samples tell that the light is one bright sample's.
+TEST(RecoveredPicture, ARareBrightSampleIsNoise) {
+  const Image picture =
+      recovered(8, [](int x, int y) { return x == 16 && y == 16 ? 100.0f : 1.0f; });
+  EXPECT_LT(picture.at(16, 16, 0), 5);
 }
 
 }  // namespace

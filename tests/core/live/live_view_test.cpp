@@ -42,20 +42,24 @@ struct Walk {
   std::unique_ptr<LiveView> view;
 };
 
-TEST(LiveView, AtRestShowsTheVeryPictureOfAJobOfItsSamples) {
-  Walk walk("none");
-  EXPECT_EQ(walk.next().stage, LiveStage::kMoving);
-  LiveFrame frame;
-  for (int i = 0; i < 3 * 4; ++i) {  // a unit each: a quarter of the only tile's pixels, 4 a frame
+// Rests until nothing of earlier views is in the picture.
+LiveFrame still_frame(Walk& walk) {
+  LiveFrame frame = walk.next();
+  for (int i = 0; i < 8 * kSamplesWithoutMoved && frame.stage != LiveStage::kStill; ++i)
     frame = walk.next();
-    walk.clock.now += 0.2;
-    if (frame.samples_per_pixel == 3 && frame.stage == LiveStage::kStill) break;
-  }
-  ASSERT_EQ(frame.stage, LiveStage::kStill);
-  const int samples = static_cast<int>(frame.samples_per_pixel);
-  EXPECT_EQ(frame.samples_per_pixel, samples);
-  RenderSettings settings = test::small_settings("none", 64, samples);
-  settings.passes.assign(static_cast<size_t>(samples), 1);  // a job's own are larger
+  EXPECT_EQ(frame.stage, LiveStage::kStill);
+  return frame;
+}
+
+constexpr LiveSwitches kSamplesAlone{.learning = true, .recovery = false, .reprojection = true};
+
+TEST(LiveView, AtRestWithoutRecoveryShowsTheVeryPictureOfAJobOfItsSamples) {
+  Walk walk("none");
+  walk.view->set_switches(kSamplesAlone);
+  const LiveFrame frame = still_frame(walk);
+  EXPECT_EQ(frame.samples_per_pixel, kSamplesWithoutMoved);
+  RenderSettings settings = test::small_settings("none", 64, kSamplesWithoutMoved);
+  settings.passes.assign(kSamplesWithoutMoved, 1);  // a job's own are larger
   const Image job = test::render(*walk.scene, settings).image;
   EXPECT_TRUE(std::ranges::equal(frame.picture.data(), job.data()));
 }
@@ -70,7 +74,7 @@ TEST(LiveView, AnOpenGateAsksTheGuideFromTheFirstFrameOn) {
 
 // With a guide the samples are others, as it learns at another pace, but no worse.
 TEST(LiveView, AtRestErrsNoMoreThanAJobOfItsSamples) {
-  constexpr int kSamples = 24, kSeeds = 6;
+  constexpr int kSamples = kSamplesWithoutMoved, kSeeds = 6;
   RenderSettings settings = test::small_settings("none", 64, 1024, 1000);
   const auto scene = test::included_scene("cornell-box");
   const Image reference = test::render(*scene, settings).image;
@@ -79,31 +83,69 @@ TEST(LiveView, AtRestErrsNoMoreThanAJobOfItsSamples) {
     settings = test::small_settings("adaptive", 64, kSamples, seed);
     job += relmse(test::render(*scene, settings).image, reference);
     Walk walk("adaptive", 2, "cornell-box", 16, seed);
-    LiveFrame frame;
-    for (int i = 0; i <= kSamples; ++i) {  // the first moves, each other one is a whole pass
-      frame = walk.next();
-      walk.clock.now += 0.2;
-    }
-    ASSERT_EQ(frame.stage, LiveStage::kStill);
+    walk.view->set_switches(kSamplesAlone);
+    const LiveFrame frame = still_frame(walk);
     ASSERT_EQ(frame.samples_per_pixel, kSamples);
     live += relmse(frame.picture, reference);
   }
   EXPECT_LT(live, 1.1 * job) << live / job;
 }
 
-TEST(LiveView, ShowsTheRecoveredPictureForTheFirstStillSecond) {
+TEST(LiveView, AtRestItsSamplesDisplaceWhatWasSeenBefore) {
   Walk walk("none");
-  walk.next();
-  for (const double now : {0.0, 0.5, 0.9}) {
-    walk.clock.now = now;
-    EXPECT_EQ(walk.next().stage, LiveStage::kSettling) << now;
-  }
-  walk.clock.now = 1.1;
-  EXPECT_EQ(walk.next().stage, LiveStage::kStill);
+  EXPECT_EQ(walk.next().stage, LiveStage::kMoving);
+  EXPECT_EQ(walk.next().stage, LiveStage::kSettling);
+  EXPECT_EQ(still_frame(walk).stage, LiveStage::kStill);
   walk.view->set_camera(walk.moved(0.01f));
   EXPECT_EQ(walk.next().stage, LiveStage::kMoving);
-  walk.clock.now = 5;
-  EXPECT_EQ(walk.next().stage, LiveStage::kSettling);  // rests since now
+  EXPECT_EQ(walk.next().stage, LiveStage::kSettling);
+}
+
+// From a walk to a picture that is nearly exact, there is no moment at which it becomes worse, and
+// none while samples are few at which they alone would have been better.
+TEST(LiveView, AtRestThePictureOnlyGetsBetter) {
+  RenderSettings settings = test::small_settings("none", 64, 2048, 1000);
+  const auto scene = test::included_scene("cornell-box");
+  Walk walk("none");
+  for (int i = 8; i >= 0; --i) {
+    walk.view->set_camera(walk.moved(0.004f * static_cast<float>(i)));
+    walk.next();
+  }
+  const Image reference = test::render(*scene, settings).image;
+  double before = std::numeric_limits<double>::infinity();
+  int samples = 0;
+  for (const int wanted : {1, 4, 16, 64, 256}) {
+    LiveFrame frame;
+    for (; samples < wanted; ++samples) frame = walk.next();
+    settings.passes.assign(static_cast<size_t>(samples), 1);
+    settings.samples = samples;
+    settings.seed = 1;
+    const double job = relmse(test::render(*scene, settings).image, reference);
+    const double error = relmse(frame.picture, reference);
+    EXPECT_LT(error, 1.05 * before) << samples << " samples";
+    if (samples <= 64) {
+      EXPECT_LT(error, 1.1 * job) << samples << " samples";
+    }
+    before = error;
+  }
+}
+
+// A frame whose time was too short for all pixels is followed by one of full size.
+TEST(LiveView, IsSeenInFullSizeOnceItRests) {
+  SteadyClock clock;
+  const auto scene = test::included_scene("cornell-box");
+  TaskPool pool(1);
+  LiveSettings settings{test::small_settings("none", 256, 1), 1e-4, 0};
+  LiveView view(scene, settings, nullptr, included_network("default").value(), pool, clock);
+  LiveFrame frame;
+  for (int i = 0; i < 12; ++i) {
+    Camera camera = scene->scene.camera;
+    camera.position.x += 0.01f * static_cast<float>(i);
+    view.set_camera(camera);
+    frame = *view.next_frame();
+  }
+  EXPECT_LT(frame.scale, 1);
+  EXPECT_EQ(view.next_frame()->scale, 1);
 }
 
 // Frames of a fixed number of samples, bit by bit.
