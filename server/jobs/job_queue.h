@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "core/base/result.h"
-#include "server/store/job.h"
+#include "server/model/job.h"
 
 namespace qray::server {
 

@@ -8,12 +8,12 @@
 #include "proto/events.h"
 #include "server/jobs/job_moments.h"
 #include "server/jobs/load_ticker.h"
-#include "server/jobs/memory_needed.h"
-#include "server/jobs/network_choice.h"
 #include "server/jobs/progress_ticker.h"
-#include "server/jobs/table_choice.h"
 #include "server/jobs/wait.h"
 #include "server/operation/metrics.h"
+#include "server/policy/memory_needed.h"
+#include "server/policy/network_choice.h"
+#include "server/policy/table_choice.h"
 
 namespace qray::server {
 namespace {

@@ -7,7 +7,7 @@
 #include <memory>
 
 #include "core/render/render_loop.h"
-#include "server/store/job.h"
+#include "server/model/job.h"
 
 namespace qray::server {
 

@@ -11,7 +11,7 @@
 #include "core/job/run_job.h"
 #include "core/live/live_view.h"
 #include "proto/live_messages.h"
-#include "server/jobs/memory_budget.h"
+#include "server/policy/memory_budget.h"
 
 namespace qray::server {
 

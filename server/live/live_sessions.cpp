@@ -3,10 +3,10 @@
 #include <spdlog/spdlog.h>
 
 #include "core/settings/job_settings.h"
-#include "server/jobs/memory_needed.h"
-#include "server/jobs/network_choice.h"
-#include "server/jobs/table_choice.h"
 #include "server/operation/metrics.h"
+#include "server/policy/memory_needed.h"
+#include "server/policy/network_choice.h"
+#include "server/policy/table_choice.h"
 
 namespace qray::server {
 namespace {

@@ -18,7 +18,7 @@
 #include "core/base/result.h"
 #include "core/base/snapshot.h"
 #include "core/render/checkpoint.h"
-#include "server/store/job.h"
+#include "server/model/job.h"
 
 namespace qray::server {
 

@@ -1,8 +1,8 @@
 // A row of the table of jobs as its record. Pure functions.
 #pragma once
 
+#include "server/model/job.h"
 #include "server/store/database.h"
-#include "server/store/job.h"
 
 namespace qray::server {
 

@@ -6,9 +6,9 @@
 #include <map>
 #include <span>
 
+#include "server/model/job.h"
 #include "server/store/database.h"
 #include "server/store/event_log.h"
-#include "server/store/job.h"
 
 namespace qray::server {
 

@@ -13,7 +13,7 @@
 
 #include "core/base/byte_io.h"
 #include "core/base/result.h"
-#include "server/store/job.h"
+#include "server/model/job.h"
 
 namespace qray::server {
 

@@ -5,7 +5,7 @@
 #include <memory>
 #include <mutex>
 
-#include "server/store/job.h"
+#include "server/model/job.h"
 #include "server/store/picture.h"
 
 namespace qray::server {

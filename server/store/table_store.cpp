@@ -1,7 +1,7 @@
 #include "server/store/table_store.h"
 
 #include "core/base/file.h"
-#include "server/store/job.h"
+#include "server/model/job.h"
 #include "server/store/lines.h"
 
 namespace qray::server {

@@ -1,4 +1,4 @@
-#include "server/jobs/table_choice.h"
+#include "server/policy/table_choice.h"
 
 namespace qray::server {
 namespace {

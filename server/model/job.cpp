@@ -1,4 +1,4 @@
-#include "server/store/job.h"
+#include "server/model/job.h"
 
 #include <algorithm>
 #include <charconv>

@@ -1,4 +1,4 @@
-#include "server/jobs/network_choice.h"
+#include "server/policy/network_choice.h"
 
 #include "core/recover/included_networks.h"
 

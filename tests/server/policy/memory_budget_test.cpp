@@ -1,4 +1,4 @@
-#include "server/jobs/memory_budget.h"
+#include "server/policy/memory_budget.h"
 
 #include <gtest/gtest.h>
 
