@@ -26,6 +26,8 @@
 #include "server/http/host.h"
 #include "server/jobs/janitor.h"
 #include "server/operation/metrics.h"
+#include "server/sqlite/sqlite_job_store.h"
+#include "server/sqlite/sqlite_table_index.h"
 #include "server/store/leftovers.h"
 
 namespace qray::server {
@@ -146,6 +148,7 @@ struct Service::Parts {
         lock(std::move(taken)),
         db(std::move(database)),
         jobs(*db, events, now_ms),
+        table_index(*db),
         results(config.data),
         checkpoints(config.data, config.checkpoint_mib << 20, this_build()),
         moments(config.data, config.moments_mib << 20),
@@ -160,7 +163,8 @@ struct Service::Parts {
   std::unique_ptr<Database> db;
   Metrics metrics;
   EventLog events;
-  JobStore jobs;
+  SqliteJobStore jobs;
+  SqliteTableIndex table_index;
   std::unique_ptr<TableStore> tables;
   std::unique_ptr<WeightsStore> weights;
   ResultStore results;
@@ -215,7 +219,7 @@ Result<std::unique_ptr<Service>> Service::start(const Config& config) {
 
   // Step 1: what the last run left.
   Result<std::unique_ptr<TableStore>> tables =
-      TableStore::open(*parts->db, config.data, config.table_mib << 20);
+      TableStore::open(parts->table_index, config.data, config.table_mib << 20);
   if (!tables.ok()) return tables.error();
   parts->tables = std::move(tables).value();
   Result<std::unique_ptr<WeightsStore>> weights = WeightsStore::open(config.data);
@@ -229,7 +233,7 @@ Result<std::unique_ptr<Service>> Service::start(const Config& config) {
   if (!uploads.ok()) return uploads.error();
   parts->uploads = std::move(uploads).value();
   parts->scenes.add_uploads(*parts->uploads);
-  if (Status s = tidy_data_folder(config.data, *parts->db, parts->jobs, *parts->tables); !s.ok())
+  if (Status s = tidy_data_folder(config.data, parts->jobs, *parts->tables); !s.ok())
     return s.error();
   Result<std::vector<JobRecord>> queued = parts->jobs.recover();
   if (!queued.ok()) return queued.error();
@@ -270,7 +274,7 @@ Result<std::unique_ptr<Service>> Service::start(const Config& config) {
       *parts->importer, parts->scenes, *parts->uploads, *parts->assets, parts->jobs, requests});
   parts->asset_handlers = std::make_unique<AssetHandlers>(*parts->assets, config.asset_mib << 20);
   parts->health_handlers = std::make_unique<HealthHandlers>(
-      HealthHandlers::Uses{*parts->db, parts->jobs, parts->metrics, parts->event_handlers,
+      HealthHandlers::Uses{parts->jobs, parts->metrics, parts->event_handlers,
                            [&http = parts->http] { return http ? http->connection_count() : 0; },
                            [&live = parts->live] { return live->count(); }, now_ms, config.data,
                            uint64_t{config.min_free_mib} << 20, parts->openapi});

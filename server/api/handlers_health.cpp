@@ -21,13 +21,6 @@ std::string version_json(int64_t started_ms) {
   return proto::json_object(fields, /*indent=*/false);
 }
 
-Status write_something(Database& db, int64_t now_ms) {
-  Database::Transaction transaction(db);
-  Query write(transaction.handle(), "INSERT OR REPLACE INTO counters VALUES ('looked_ms', ?)");
-  if (Status s = write.bind(now_ms).run(); !s.ok()) return s;
-  return transaction.commit();
-}
-
 }  // namespace
 
 void HealthHandlers::add_to(Router& router) {
@@ -57,7 +50,7 @@ std::string HealthHandlers::why_not_ready() {
     fault_ = "expected " + std::to_string(uses_.min_free_bytes >> 20) +
              " MiB free for the data folder, got " +
              (ec ? "no answer" : std::to_string(space.available >> 20));
-  } else if (Status s = write_something(uses_.db, uses_.now_ms()); !s.ok()) {
+  } else if (Status s = uses_.jobs.try_writing(); !s.ok()) {
     spdlog::error("not ready: {}", s.error().text());
     fault_ = "the database cannot be written";
   }

@@ -18,8 +18,7 @@ namespace qray::server {
 class HealthHandlers {
  public:
   struct Uses {
-    Database& db;
-    const JobStore& jobs;
+    JobStore& jobs;
     Metrics& metrics;
     const EventHandlers& events;
     std::function<size_t()> connections, live_sessions;

@@ -245,12 +245,11 @@ Status JobRun::finish(Rendered rendered) {
     const TableHeader& header = table->header;
     change.events.push_back(
         {0, id_.text(), "table", proto::table_event(id_.text(), header.id, header.parents)});
-    change.also = [&, bytes = bytes.value()](Database::Session& session) {
-      return TableStore::record(
-          session, *table,
-          {header.id, job_.request.get(field::kScene), header.method, header.parents,
-           context_.now_ms(), bytes, stats.states, header.samples_seen, id_.text()});
-    };
+    change.table = TableStore::row_of(
+        *table,
+        {header.id, job_.request.get(field::kScene), header.method, header.parents,
+         context_.now_ms(), 0, stats.states, header.samples_seen, id_.text()},
+        bytes.value());
   }
   change.edit = [&](JobRecord& job) {
     job.progress = {1, stats.samples_per_pixel, stats.seconds};

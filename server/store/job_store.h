@@ -1,22 +1,22 @@
 // Jobs, their events and their logs on disk. Every change of a job and the events it causes are one
 // transaction, durable when the call returns; only then are the events published. Any thread.
+// What a store must do is what tests/server/store/store_conformance_test.cpp asks of each.
 #pragma once
 
 #include <functional>
 #include <map>
 #include <span>
 
+#include "core/base/result.h"
 #include "server/model/job.h"
-#include "server/store/database.h"
 #include "server/store/event_log.h"
+#include "server/store/table_index.h"
 
 namespace qray::server {
 
 class JobStore {
  public:
-  // Publishes to `events`; both must outlive the store. `now_ms`: the time of day.
-  JobStore(Database& db, EventLog& events, std::function<int64_t()> now_ms)
-      : db_(db), events_(events), now_ms_(std::move(now_ms)) {}
+  virtual ~JobStore() = default;
 
   // After a start: recent events go back to the log; jobs that were canceling are canceled; those
   // that were pausing are paused; running ones are queued again, or failed after kMaxAttempts.
@@ -38,12 +38,13 @@ class JobStore {
   };
   // All in one transaction, in their order; those that are new up to `room`, the others are kBusy.
   // kConflict: the key was used for another request. What the disk refuses is refused for all.
-  std::vector<Result<Inserted>> insert(std::span<const Posted> posted, size_t room);
-  Result<JobRecord> get(JobId id) const;                // kNotFound
+  virtual std::vector<Result<Inserted>> insert(std::span<const Posted> posted, size_t room) = 0;
+  virtual Result<JobRecord> get(JobId id) const = 0;    // kNotFound
   Result<JobRecord> find(const std::string& id) const;  // as a client names it
   // Does `remove` unless a job that has not ended renders this scene (kConflict). No job is
   // inserted meanwhile.
-  Status remove_scene(const std::string& scene, const std::function<Status()>& remove) const;
+  virtual Status remove_scene(const std::string& scene,
+                              const std::function<Status()>& remove) const = 0;
   struct Filter {
     std::optional<JobId> before{};                              // ids below this one
     std::vector<JobState> states{};                             // one of these; none: any
@@ -51,72 +52,56 @@ class JobStore {
     std::optional<std::string> table{};                         // that they used or made
   };
   // Newest first. A job whose row cannot be read is listed too (JobRecord::damaged).
-  Result<std::vector<JobRecord>> list(size_t limit, const Filter& filter) const;
-  Result<std::vector<JobId>> open() const;  // have not ended; the oldest first
-  Result<std::vector<JobId>> ended_before(int64_t ms, size_t limit) const;
+  virtual Result<std::vector<JobRecord>> list(size_t limit, const Filter& filter) const = 0;
+  virtual Result<std::vector<JobId>> open() const = 0;  // have not ended; the oldest first
+  virtual Result<std::vector<JobId>> ended_before(int64_t ms, size_t limit) const = 0;
   struct Ids {
     std::vector<JobId> there;  // rising
     JobId newest;              // that was ever given
   };
-  Result<Ids> ids() const;
-  Status give_no_id_up_to(JobId id);
+  virtual Result<Ids> ids() const = 0;
+  virtual Status give_no_id_up_to(JobId id) = 0;
   struct Counts {
     std::map<JobState, uint64_t> by_state;    // those that have any
     std::optional<int64_t> oldest_queued_ms;  // when it was made
   };
-  Result<Counts> count() const;
+  virtual Result<Counts> count() const = 0;
 
   // Forgets an ended job, its log, events and key (kConflict: it has not ended).
-  Status remove(JobId id);
+  virtual Status remove(JobId id) = 0;
 
   // A line in the job's own log, of the last kLogLines; a text of one line. Best effort.
-  void log(JobId id, std::string_view level, std::string_view text);
+  virtual void log(JobId id, std::string_view level, std::string_view text) = 0;
   struct LogLine {
     int64_t time_ms = 0;
     std::string level, text;
   };
-  Result<std::vector<LogLine>> log_of(JobId id) const;
+  virtual Result<std::vector<LogLine>> log_of(JobId id) const = 0;
   static constexpr int kLogLines = 1000;
+  // Writes something, durably, to find out whether that goes.
+  virtual Status try_writing() = 0;
+  virtual bool is_new() const = 0;  // it was made at this start
 
   // The running job has got somewhere: starts before count no more against kMaxAttempts.
-  Status reset_attempts(JobId id);
+  virtual Status reset_attempts(JobId id) = 0;
 
   struct Change {
     std::function<void(JobRecord&)> edit;  // of the record, before it is written; may be empty
     std::vector<Event> events;             // before the state's own
-    std::function<Status(Database::Session&)> also;  // more writes in the transaction
+    std::optional<TableRow> table;         // that it made: recorded with the move
   };
   // The one transition function: kConflict when can_move() says no.
-  Result<JobRecord> move(JobId id, JobState to, const Change& change = {});
+  virtual Result<JobRecord> move(JobId id, JobState to, const Change& change = {}) = 0;
 
   // An event that is not worth a write: lost by a restart, though its id is never used again. Waits
   // for no writer: where one is at work, the event is published with what comes next.
-  void publish_hint(Event event);
+  virtual void publish_hint(Event event) = 0;
 
- private:
-  // In a Session, before a transaction begins, whose end must not undo it: reserves ids for so many
-  // events, and publishes the hints that wait.
-  Status prepare_events(uint64_t at_least = 16);
-  Result<JobRecord> read(sqlite3* db, JobId id) const;
-  // The job of this key; none: not used yet.
-  Result<std::optional<JobRecord>> find_key(const IdempotencyKey& key) const;
-  Result<Inserted> insert_one(Database::Transaction& transaction, const Posted& posted, size_t room,
-                              std::vector<Event>& events);
-  Status write(Database::Session& session, const JobRecord& record);
-  Status write_event(Database::Session& session, Event& event);
-  Status write_log(Database::Session& session, JobId id, std::string_view level,
-                   std::string_view text);
-  Status load_events();
-  Status reserve_event_ids(uint64_t at_least);
-  Status fail_damaged(const JobRecord& job);
-
-  Database& db_;
-  EventLog& events_;
-  std::function<int64_t()> now_ms_;
-  std::mutex hints_mutex_;
-  std::vector<Event> hints_;     // that wait
-  uint64_t last_event_id_ = 0;   // guarded by the database's session
-  uint64_t reserved_up_to_ = 0;  // ids on disk as used
+ protected:
+  // At a start: what is kept of the events goes back to the log.
+  virtual Status restore_events() = 0;
+  // Of a job whose record cannot be read; what can be read of it stays as it is.
+  virtual Status fail_damaged(const JobRecord& job) = 0;
 };
 
 }  // namespace qray::server

@@ -67,8 +67,7 @@ class Tidying {
 
 }  // namespace
 
-Status tidy_data_folder(const fs::path& data, const Database& db, JobStore& jobs,
-                        TableStore& tables) {
+Status tidy_data_folder(const fs::path& data, JobStore& jobs, TableStore& tables) {
   const Result<JobStore::Ids> ids = jobs.ids();
   if (!ids.ok()) return ids.error();
   const Result<std::vector<std::string>> table_ids = tables.ids();
@@ -112,7 +111,7 @@ Status tidy_data_folder(const fs::path& data, const Database& db, JobStore& jobs
     if (path.extension() != ".qrt") continue;
     if (recorded.contains(path.stem().string())) {
       there.insert(path.stem().string());
-    } else if (forgot || db.is_new()) {
+    } else if (forgot || jobs.is_new()) {
       tidying.set_aside(path);
     } else {
       tidying.remove(path);

@@ -13,7 +13,6 @@ namespace qray::server {
 // database is the one that forgot (it is new, or its newest part was lost, so that files bear ids
 // it never gave), what it does not know is moved to <data>/quarantine instead, and no new job gets
 // such an id. Records of tables whose file is gone are removed.
-Status tidy_data_folder(const std::filesystem::path& data, const Database& db, JobStore& jobs,
-                        TableStore& tables);
+Status tidy_data_folder(const std::filesystem::path& data, JobStore& jobs, TableStore& tables);
 
 }  // namespace qray::server

@@ -1,41 +1,22 @@
 #include "server/store/table_store.h"
 
 #include "core/base/file.h"
-#include "server/model/job.h"
-#include "server/store/lines.h"
 
 namespace qray::server {
 namespace fs = std::filesystem;
 namespace {
 
 constexpr uint64_t kMaxTableBytes = uint64_t{4} << 30;
-constexpr const char* kTableColumns =
-    "id, scene, method, parents, created_ms, bytes, states, samples_seen, job";
-
-proto::TableInfo read_table(const Query& row) {
-  proto::TableInfo info;
-  info.id = row.text(0);
-  info.scene = row.text(1);
-  info.method = row.text(2);
-  info.parents = split_lines(row.text(3));
-  info.created_ms = row.integer(4);
-  info.bytes = static_cast<uint64_t>(row.integer(5));
-  info.states = static_cast<uint64_t>(row.integer(6));
-  info.samples_seen = static_cast<uint64_t>(row.integer(7));
-  info.job = row.text(8);
-  return info;
-}
-
 }  // namespace
 
-Result<std::unique_ptr<TableStore>> TableStore::open(Database& db, fs::path data,
+Result<std::unique_ptr<TableStore>> TableStore::open(TableIndex& index, fs::path data,
                                                      size_t max_bytes) {
   for (const char* folder : {"tables", "quarantine"}) {
     std::error_code ec;
     fs::create_directories(data / folder, ec);
     if (ec) return Error{ErrorCode::kIo, ec.message(), (data / folder).string()};
   }
-  return std::unique_ptr<TableStore>(new TableStore(db, std::move(data), max_bytes));
+  return std::unique_ptr<TableStore>(new TableStore(index, std::move(data), max_bytes));
 }
 
 fs::path TableStore::file_of(const std::string& id) const {
@@ -48,99 +29,20 @@ Result<uint64_t> TableStore::write(const TableFile& table) {
   return bytes.size();
 }
 
+TableRow TableStore::row_of(const TableFile& table, proto::TableInfo info, uint64_t bytes) {
+  info.bytes = bytes;
+  return {std::move(info), {table.header.geometry, table.header.materials, table.header.lights}};
+}
+
 Status TableStore::add(const TableFile& table, proto::TableInfo info) {
   Result<uint64_t> bytes = write(table);
   if (!bytes.ok()) return bytes.error();
-  info.bytes = bytes.value();
-  Database::Transaction transaction(db_);
-  if (Status s = record(transaction, table, info); !s.ok()) return s;
-  return transaction.commit();
-}
-
-// The same job makes the same table again (its id is a hash of what it holds): the newer record
-// takes the older one's place.
-Status TableStore::record(Database::Session& session, const TableFile& table,
-                          const proto::TableInfo& info) {
-  return Query(session.handle(),
-               "INSERT OR REPLACE INTO tables(id, scene, method, parents, created_ms, bytes, "
-               "states, samples_seen, job, geometry, materials, lights) "
-               "VALUES(?,?,?,?,?,?,?,?,?,?,?,?)")
-      .bind(info.id)
-      .bind(info.scene)
-      .bind(info.method)
-      .bind(join_lines(info.parents))
-      .bind(info.created_ms)
-      .bind(info.bytes)
-      .bind(info.states)
-      .bind(info.samples_seen)
-      .bind(info.job)
-      .bind(table.header.geometry.hex())
-      .bind(table.header.materials.hex())
-      .bind(table.header.lights.hex())
-      .run();
-}
-
-Result<std::vector<proto::TableInfo>> TableStore::list(size_t limit,
-                                                       const std::string& before) const {
-  const Database::Reading session(db_);
-  int64_t below = INT64_MAX;
-  if (!before.empty()) {
-    Query number(session.handle(), "SELECT number FROM tables WHERE id=?");
-    number.bind(before);
-    if (!number.next())
-      return number.status().ok() ? Error{ErrorCode::kNotFound, "no table " + before, "/before"}
-                                  : number.status().error();
-    below = number.integer(0);
-  }
-  const std::string sql = std::string("SELECT ") + kTableColumns +
-                          " FROM tables WHERE number < ? ORDER BY number DESC LIMIT ?";
-  Query query(session.handle(), sql.c_str());
-  query.bind(below).bind(static_cast<int64_t>(limit));
-  std::vector<proto::TableInfo> tables;
-  while (query.next()) tables.push_back(read_table(query));
-  if (Status s = query.status(); !s.ok()) return s.error();
-  return tables;
+  return index_.add(row_of(table, std::move(info), bytes.value()));
 }
 
 Result<MappedFile> TableStore::open_file(const std::string& id) const {
   if (const Result<proto::TableInfo> known = find(id); !known.ok()) return known.error();
   return MappedFile::open(file_of(id), kMaxTableBytes);
-}
-
-Result<std::vector<std::string>> TableStore::ids() const {
-  const Database::Reading reading(db_);
-  Query query(reading.handle(), "SELECT id FROM tables");
-  std::vector<std::string> ids;
-  while (query.next()) ids.push_back(query.text(0));
-  if (Status s = query.status(); !s.ok()) return s.error();
-  return ids;
-}
-
-Result<proto::TableInfo> TableStore::find(const std::string& id) const {
-  const Database::Reading session(db_);
-  const std::string sql = std::string("SELECT ") + kTableColumns + " FROM tables WHERE id=?";
-  Query query(session.handle(), sql.c_str());
-  query.bind(id);
-  if (query.next()) return read_table(query);
-  if (Status s = query.status(); !s.ok()) return s.error();
-  return Error{ErrorCode::kNotFound, "no table " + id, ""};
-}
-
-Result<std::vector<std::string>> TableStore::fitting(std::string_view method,
-                                                     const SceneHash& scene, size_t limit) const {
-  const Database::Reading session(db_);
-  Query query(session.handle(),
-              "SELECT id FROM tables WHERE method=? AND geometry=? AND materials=? AND lights=? "
-              "ORDER BY samples_seen DESC, number DESC LIMIT ?");
-  query.bind(std::string(method))
-      .bind(scene.geometry.hex())
-      .bind(scene.materials.hex())
-      .bind(scene.lights.hex())
-      .bind(static_cast<int64_t>(limit));
-  std::vector<std::string> ids;
-  while (query.next()) ids.push_back(query.text(0));
-  if (Status s = query.status(); !s.ok()) return s.error();
-  return ids;
 }
 
 Result<TableFile> TableStore::load(const std::string& id) {
@@ -161,25 +63,7 @@ Result<TableFile> TableStore::load(const std::string& id) {
 }
 
 Status TableStore::remove(const std::string& id) {
-  {
-    Database::Transaction transaction(db_);
-    Query user(transaction.handle(),
-               "SELECT id FROM jobs WHERE state NOT IN ('succeeded','canceled','failed') AND "
-               "json_valid(request) AND json_extract(request, '$.table')=? LIMIT 1");
-    user.bind(id);
-    if (user.next())
-      return Error{ErrorCode::kConflict,
-                   "job " + JobId{static_cast<uint64_t>(user.integer(0))}.text() +
-                       ", which has not ended, names this table",
-                   ""};
-    if (Status s = user.status(); !s.ok()) return s;
-    Query gone(transaction.handle(), "DELETE FROM tables WHERE id=? RETURNING id");
-    gone.bind(id);
-    if (!gone.next())
-      return gone.status().ok() ? Error{ErrorCode::kNotFound, "no table " + id, ""} : gone.status();
-    if (Status s = gone.run(); !s.ok()) return s;
-    if (Status s = transaction.commit(); !s.ok()) return s;
-  }
+  if (Status s = index_.remove(id); !s.ok()) return s;
   std::error_code ec;
   fs::remove(file_of(id), ec);
   if (ec) return Error{ErrorCode::kIo, ec.message(), file_of(id).string()};
@@ -192,8 +76,7 @@ Status TableStore::quarantine(const std::string& id) {
   if (ec && ec != std::errc::no_such_file_or_directory) {
     return Error{ErrorCode::kIo, ec.message(), file_of(id).string()};
   }
-  Database::Session session(db_);
-  return Query(session.handle(), "DELETE FROM tables WHERE id=?").bind(id).run();
+  return index_.forget(id);
 }
 
 }  // namespace qray::server

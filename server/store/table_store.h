@@ -8,35 +8,40 @@
 #include "core/guide/guide.h"
 #include "core/scene/scene.h"
 #include "proto/messages.h"
-#include "server/store/database.h"
+#include "server/store/table_index.h"
 
 namespace qray::server {
 
 class TableStore {
  public:
   // A job's table may take `max_bytes` of memory.
-  static Result<std::unique_ptr<TableStore>> open(Database& db, std::filesystem::path data,
+  static Result<std::unique_ptr<TableStore>> open(TableIndex& index, std::filesystem::path data,
                                                   size_t max_bytes = kDefaultTableBytes);
   size_t max_bytes() const { return max_bytes_; }
 
-  // Writes the file; then the record with `record` belongs into the transaction that says so.
+  // Writes the file; its row then belongs into the transaction that says so.
   Result<uint64_t> write(const TableFile& table);  // the file's size, bytes
-  static Status record(Database::Session& session, const TableFile& table,
-                       const proto::TableInfo& info);
+  static TableRow row_of(const TableFile& table, proto::TableInfo info, uint64_t bytes);
 
   // Both, for a table that no job's end says.
   Status add(const TableFile& table, proto::TableInfo info);
 
   // Newest first; those before a table (kNotFound), or all.
-  Result<std::vector<proto::TableInfo>> list(size_t limit, const std::string& before = "") const;
+  Result<std::vector<proto::TableInfo>> list(size_t limit, const std::string& before = "") const {
+    return index_.list(limit, before);
+  }
   // As it is on disk. kNotFound.
   Result<MappedFile> open_file(const std::string& id) const;
-  Result<std::vector<std::string>> ids() const;
-  Result<proto::TableInfo> find(const std::string& id) const;  // kNotFound
+  Result<std::vector<std::string>> ids() const { return index_.ids(); }
+  Result<proto::TableInfo> find(const std::string& id) const {  // kNotFound
+    return index_.find(id);
+  }
   // Ids of tables that fit method and scene, at most `limit`: those that have seen the most first,
   // so that no job or session makes what the next one starts from worse.
   Result<std::vector<std::string>> fitting(std::string_view method, const SceneHash& scene,
-                                           size_t limit) const;
+                                           size_t limit) const {
+    return index_.fitting(method, scene, limit);
+  }
   // kCorrupt and kUnsupported: it has gone to quarantine. kNotFound: the file is not there.
   Result<TableFile> load(const std::string& id);
   // Deletes file and record. kNotFound; kConflict: a job that has not ended names it.
@@ -45,11 +50,11 @@ class TableStore {
   Status quarantine(const std::string& id);
 
  private:
-  TableStore(Database& db, std::filesystem::path data, size_t max_bytes)
-      : db_(db), data_(std::move(data)), max_bytes_(max_bytes) {}
+  TableStore(TableIndex& index, std::filesystem::path data, size_t max_bytes)
+      : index_(index), data_(std::move(data)), max_bytes_(max_bytes) {}
   std::filesystem::path file_of(const std::string& id) const;
 
-  Database& db_;
+  TableIndex& index_;
   std::filesystem::path data_;
   size_t max_bytes_;
 };

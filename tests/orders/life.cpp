@@ -14,6 +14,8 @@
 #include "core/image/image_io.h"
 #include "server/jobs/janitor.h"
 #include "server/jobs/job_runner.h"
+#include "server/sqlite/sqlite_job_store.h"
+#include "server/sqlite/sqlite_table_index.h"
 #include "server/store/leftovers.h"
 #include "tests/crash/faults.h"
 #include "tests/orders/look_up.h"
@@ -78,8 +80,9 @@ class Server {
     Result<std::unique_ptr<Database>> db = Database::open(data / "qray.sqlite");
     if (!db.ok()) return refused(db.error());
     db_ = std::move(db).value();
-    jobs_ = std::make_unique<JobStore>(*db_, events_, [this] { return now_ms(); });
-    Result<std::unique_ptr<TableStore>> tables = TableStore::open(*db_, data, size_t{1} << 20);
+    jobs_ = std::make_unique<SqliteJobStore>(*db_, events_, [this] { return now_ms(); });
+    index_ = std::make_unique<SqliteTableIndex>(*db_);
+    Result<std::unique_ptr<TableStore>> tables = TableStore::open(*index_, data, size_t{1} << 20);
     if (!tables.ok()) return refused(tables.error());
     tables_ = std::move(tables).value();
     Result<std::unique_ptr<WeightsStore>> weights = WeightsStore::open(data);
@@ -88,8 +91,7 @@ class Server {
     results_ = std::make_unique<ResultStore>(data);
     checkpoints_ = std::make_unique<CheckpointStore>(data, uint64_t{1} << 30, this_build());
     moments_ = std::make_unique<MomentStore>(data, uint64_t{1} << 30);
-    if (Status s = tidy_data_folder(data, *db_, *jobs_, *tables_); !s.ok())
-      return refused(s.error());
+    if (Status s = tidy_data_folder(data, *jobs_, *tables_); !s.ok()) return refused(s.error());
     Result<std::vector<JobRecord>> queued = jobs_->recover();
     if (!queued.ok()) return refused(queued.error());
     checkpoints_->tidy([this](JobId id) {
@@ -430,6 +432,7 @@ class Server {
   SteadyClock clock_;
   std::unique_ptr<Database> db_;
   std::unique_ptr<JobStore> jobs_;
+  std::unique_ptr<TableIndex> index_;
   std::unique_ptr<TableStore> tables_;
   std::unique_ptr<WeightsStore> weights_;
   std::unique_ptr<ResultStore> results_;

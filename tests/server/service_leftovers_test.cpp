@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 #include <sqlite3.h>
 
-#include "server/store/database.h"
+#include "server/sqlite/database.h"
 #include "tests/server/test_service.h"
 
 namespace qray::server {

@@ -4,6 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "server/sqlite/sqlite_job_store.h"
 #include "tests/support/scratch.h"
 
 namespace qray::server {
@@ -26,7 +27,7 @@ class LoadTickerTest : public ::testing::Test {
   qray::test::ScratchFolder scratch_;
   EventLog events_;
   std::unique_ptr<Database> db_;
-  JobStore jobs_;
+  SqliteJobStore jobs_;
   TurnedClock clock_;
   std::stop_source stop_;
 };

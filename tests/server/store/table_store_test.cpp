@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "core/base/file.h"
+#include "server/sqlite/sqlite_table_index.h"
 #include "tests/support/scratch.h"
 
 namespace qray::server {
@@ -32,25 +33,15 @@ class TableStoreTest : public ::testing::Test {
     Result<std::unique_ptr<Database>> db = Database::open(scratch_ / "t.sqlite");
     ASSERT_TRUE(db.ok());
     db_ = std::move(db).value();
-    Result<std::unique_ptr<TableStore>> store = TableStore::open(*db_, scratch_.path());
+    index_ = std::make_unique<SqliteTableIndex>(*db_);
+    Result<std::unique_ptr<TableStore>> store = TableStore::open(*index_, scratch_.path());
     ASSERT_TRUE(store.ok());
     store_ = std::move(store).value();
   }
   void add(const TableFile& t, uint64_t samples_seen = 8) {
-    const Result<uint64_t> bytes = store_->write(t);
-    ASSERT_TRUE(bytes.ok());
-    Database::Session session(*db_);
-    ASSERT_TRUE(TableStore::record(session, t,
-                                   {t.header.id,
-                                    "box",
-                                    t.header.method,
-                                    {"p", "q"},
-                                    5,
-                                    bytes.value(),
-                                    7,
-                                    samples_seen,
-                                    "j000001"})
-                    .ok());
+    const Status added = store_->add(
+        t, {t.header.id, "box", t.header.method, {"p", "q"}, 5, 0, 7, samples_seen, "j000001"});
+    ASSERT_TRUE(added.ok());
   }
   std::vector<std::string> fitting(uint8_t geometry, size_t limit = 8) {
     const auto ids = store_->fitting("huang", scene(geometry), limit);
@@ -60,6 +51,7 @@ class TableStoreTest : public ::testing::Test {
 
   qray::test::ScratchFolder scratch_;
   std::unique_ptr<Database> db_;
+  std::unique_ptr<TableIndex> index_;
   std::unique_ptr<TableStore> store_;
 };
 

@@ -1,9 +1,9 @@
-#include "server/store/job_store.h"
-
+// What any store of jobs and tables must do. A store is a row in kStores: how it is opened on a
+// folder, again and again.
 #include <gtest/gtest.h>
 
-#include <thread>
-
+#include "server/sqlite/sqlite_job_store.h"
+#include "server/sqlite/sqlite_table_index.h"
 #include "tests/support/scratch.h"
 
 namespace qray::server {
@@ -12,18 +12,51 @@ namespace {
 using std::chrono::milliseconds;
 using enum JobState;
 
-class JobStoreTest : public ::testing::Test {
+// A store that is open.
+class OpenStore {
+ public:
+  virtual ~OpenStore() = default;
+  virtual JobStore& jobs() = 0;
+  virtual TableIndex& tables() = 0;
+};
+
+class OpenSqlite final : public OpenStore {
+ public:
+  OpenSqlite(const std::filesystem::path& folder, EventLog& events, std::function<int64_t()> now_ms)
+      : db_(Database::open(folder / "jobs.sqlite").value()),
+        jobs_(*db_, events, std::move(now_ms)),
+        tables_(*db_) {}
+  JobStore& jobs() override { return jobs_; }
+  TableIndex& tables() override { return tables_; }
+
+ private:
+  std::unique_ptr<Database> db_;
+  SqliteJobStore jobs_;
+  SqliteTableIndex tables_;
+};
+
+struct StoreKind {
+  const char* name;
+  std::unique_ptr<OpenStore> (*open)(const std::filesystem::path& folder, EventLog& events,
+                                     std::function<int64_t()> now_ms);
+};
+constexpr StoreKind kStores[] = {
+    {"Sqlite",
+     [](const std::filesystem::path& folder, EventLog& events,
+        std::function<int64_t()> now_ms) -> std::unique_ptr<OpenStore> {
+       return std::make_unique<OpenSqlite>(folder, events, std::move(now_ms));
+     }},
+};
+
+class StoreConformance : public ::testing::TestWithParam<StoreKind> {
  protected:
   void SetUp() override { open(); }
   // As after a restart of the server.
   void open() {
-    store_.reset();
+    open_.reset();
     events_ = std::make_unique<EventLog>();
-    db_.reset();
-    Result<std::unique_ptr<Database>> db = Database::open(scratch_ / "jobs.sqlite");
-    ASSERT_TRUE(db.ok()) << db.error().text();
-    db_ = std::move(db).value();
-    store_ = std::make_unique<JobStore>(*db_, *events_, [this] { return now_ms_; });
+    open_ = GetParam().open(scratch_.path(), *events_, [this] { return now_ms_; });
+    store_ = &open_->jobs();
     const Result<std::vector<JobRecord>> recovered = store_->recover();
     ASSERT_TRUE(recovered.ok()) << recovered.error().text();
     recovered_.clear();
@@ -62,12 +95,12 @@ class JobStoreTest : public ::testing::Test {
   qray::test::ScratchFolder scratch_;
   int64_t now_ms_ = 1000;
   std::unique_ptr<EventLog> events_;
-  std::unique_ptr<Database> db_;
-  std::unique_ptr<JobStore> store_;
+  std::unique_ptr<OpenStore> open_;
+  JobStore* store_ = nullptr;
   std::vector<JobId> recovered_;
 };
 
-TEST_F(JobStoreTest, InsertAndGet) {
+TEST_P(StoreConformance, InsertAndGet) {
   JobRequest request;
   request.set(field::kScene, "box");
   request.set(field::kSeconds, 0.1);
@@ -84,7 +117,7 @@ TEST_F(JobStoreTest, InsertAndGet) {
   EXPECT_EQ(missing.error().code, ErrorCode::kNotFound);
 }
 
-TEST_F(JobStoreTest, MovesWriteRecordAndEvents) {
+TEST_P(StoreConformance, MovesWriteRecordAndEvents) {
   const JobId id = insert();
   now_ms_ = 2000;
   move(id, {kPreparing});
@@ -113,7 +146,7 @@ TEST_F(JobStoreTest, MovesWriteRecordAndEvents) {
                                                       "state", "done"}));
 }
 
-TEST_F(JobStoreTest, IllegalMovesChangeNothing) {
+TEST_P(StoreConformance, IllegalMovesChangeNothing) {
   const JobId id = insert();
   const uint64_t newest = events_->newest();
   const Result<JobRecord> moved = store_->move(id, kSucceeded);
@@ -123,18 +156,7 @@ TEST_F(JobStoreTest, IllegalMovesChangeNothing) {
   EXPECT_EQ(events_->newest(), newest);
 }
 
-TEST_F(JobStoreTest, AFailedWriteUndoesTheWholeMove) {
-  const JobId id = insert();
-  const uint64_t newest = events_->newest();
-  JobStore::Change change;
-  change.also = [](Database::Session&) { return Status(Error{ErrorCode::kIo, "full", ""}); };
-  EXPECT_FALSE(store_->move(id, kPreparing, change).ok());
-  EXPECT_EQ(get(id).state, kQueued);
-  EXPECT_EQ(events_->newest(), newest);
-  move(id, {kPreparing});  // and the store goes on
-}
-
-TEST_F(JobStoreTest, ListsNewestFirst) {
+TEST_P(StoreConformance, ListsNewestFirst) {
   for (int i = 0; i < 5; ++i) insert();
   const auto ids = [&](size_t limit, std::optional<JobId> before) {
     std::vector<uint64_t> ids;
@@ -146,7 +168,7 @@ TEST_F(JobStoreTest, ListsNewestFirst) {
   EXPECT_EQ(ids(3, JobId{3}), (std::vector<uint64_t>{2, 1}));
 }
 
-TEST_F(JobStoreTest, ListsByStateAndLabel) {
+TEST_P(StoreConformance, ListsByStateAndLabel) {
   JobRequest request;
   request.set(field::kScene, "box");
   for (const char* project : {"lobby", "hall", "lobby", "l'\"obby"}) {
@@ -177,9 +199,15 @@ TEST_F(JobStoreTest, ListsByStateAndLabel) {
   EXPECT_EQ(store_->count().value().by_state,
             (std::map<JobState, uint64_t>{{kQueued, 3}, {kCanceled, 1}}));
   // By the table that they used or made, with the others beside it.
-  for (const char* sql : {"UPDATE jobs SET table_in='t' WHERE id IN (2, 3)",
-                          "UPDATE jobs SET table_out='t' WHERE id IN (3, 4)"})
-    ASSERT_TRUE(Database::Session(*db_).exec(sql).ok());
+  for (const uint64_t id : {2, 3, 4}) {
+    JobStore::Change change;
+    change.edit = [id](JobRecord& job) {
+      if (id <= 3) job.table_in = "t";
+      if (id >= 3) job.table_out = "t";
+    };
+    ASSERT_TRUE(store_->move({id}, kPreparing, change).ok());
+    move({id}, {kQueued});
+  }
   EXPECT_EQ(ids({{}, {}, {}, "t"}), (Ids{4, 3, 2}));
   EXPECT_EQ(ids({JobId{4}, {kQueued, kSucceeded}, {}, "t"}), (Ids{3, 2}));
   EXPECT_EQ(ids({{}, {kQueued}, lobby, "t"}), (Ids{3}));
@@ -187,72 +215,7 @@ TEST_F(JobStoreTest, ListsByStateAndLabel) {
   EXPECT_TRUE(ids({{}, {}, {}, "u"}).empty());
 }
 
-TEST_F(JobStoreTest, FiltersFindWhatMatchesAmongManyJobs) {
-  JobRequest request;
-  request.set(field::kScene, "box");
-  request.set(field::kLabels, {{"project", "lobby"}});
-  insert(request);
-  const char* many =
-      "INSERT INTO jobs(state, request, created_ms, stats) WITH RECURSIVE n(i) AS (SELECT 1 UNION "
-      "ALL SELECT i + 1 FROM n WHERE i < 2000) SELECT 'succeeded', (SELECT request FROM jobs), i, "
-      "hex(zeroblob(1000)) FROM n";
-  ASSERT_TRUE(Database::Session(*db_).exec(many).ok());
-  const JobStore::Filter filters[] = {{{}, {}, {{"project", "hall"}}},
-                                      {{}, {}, {}, "t"},
-                                      {{}, {kFailed}},
-                                      {{}, {kFailed, kCanceled}, {{"project", "lobby"}}}};
-  for (const JobStore::Filter& filter : filters)
-    EXPECT_TRUE(store_->list(50, filter).value().empty());
-  EXPECT_EQ(store_->list(50, {{}, {kSucceeded}, {{"project", "lobby"}}}).value().size(), 50u);
-}
-
-TEST_F(JobStoreTest, ReadersAndHintsWaitForNoWriter) {
-  const JobId id = insert();
-  const uint64_t before = events_->newest();
-  {
-    const Database::Transaction writes(*db_);
-    std::thread others([&] {
-      EXPECT_EQ(get(id).state, kQueued);
-      EXPECT_EQ(store_->list(10, {}).value().size(), 1u);
-      EXPECT_EQ(store_->count().value().by_state.size(), 1u);
-      EXPECT_EQ(store_->log_of(id).value().size(), 1u);
-      store_->publish_hint({0, id.text(), "progress", "{}"});
-    });
-    others.join();
-    EXPECT_EQ(events_->newest(), before);
-  }
-  move(id, {kCanceled});  // what waited comes first
-  EXPECT_EQ(kinds_after(before), (std::vector<std::string>{"progress", "state", "done"}));
-}
-
-TEST_F(JobStoreTest, ADamagedRowIsAFailedJobAndHarmsNoOther) {
-  const JobId queued = insert(), ended = insert(), whole = insert();
-  move(ended, {kPreparing, kRendering, kFinalizing, kSucceeded});
-  const auto damage = [&](JobId id, const char* column, const char* value) {
-    Database::Session session(*db_);
-    const std::string sql = std::string("UPDATE jobs SET ") + column + "=? WHERE id=?";
-    ASSERT_TRUE(Query(session.handle(), sql.c_str()).bind(value).bind(id.value).run().ok());
-  };
-  ASSERT_TRUE(Database::Session(*db_).exec("DROP TRIGGER labels_of_a_changed_job").ok());
-  damage(queued, "request", "{\"scene\":");
-  damage(ended, "state", "dreaming");
-  open();
-  EXPECT_EQ(recovered_, std::vector<JobId>{whole});
-  ASSERT_EQ(store_->list(10, {}).value().size(), 3u);
-  EXPECT_EQ(store_->list(10, {{}, {kFailed}}).value().size(), 2u);
-  for (const JobId id : {queued, ended}) {
-    const JobRecord job = get(id);
-    EXPECT_EQ(job.state, kFailed);
-    EXPECT_NE(job.error->message.find("damaged"), std::string::npos);
-    EXPECT_FALSE(store_->move(id, kQueued).ok());
-    EXPECT_TRUE(store_->remove(id).ok());
-  }
-  EXPECT_TRUE(store_->remove_scene("hall", [] { return Status(); }).ok());
-  EXPECT_EQ(store_->remove_scene("box", [] { return Status(); }).error().code,
-            ErrorCode::kConflict);
-}
-
-TEST_F(JobStoreTest, AKeyGivesTheSameJobForADay) {
+TEST_P(StoreConformance, AKeyGivesTheSameJobForADay) {
   JobRequest request;
   request.set(field::kScene, "box");
   const JobStore::IdempotencyKey key{"k", "hash"};
@@ -266,7 +229,7 @@ TEST_F(JobStoreTest, AKeyGivesTheSameJobForADay) {
   EXPECT_GT(insert(request, key), id);
 }
 
-TEST_F(JobStoreTest, ManyAreInsertedAtOnceAsOneByOne) {
+TEST_P(StoreConformance, ManyAreInsertedAtOnceAsOneByOne) {
   const auto posted = [](uint64_t seed, const char* key) {
     JobStore::Posted one;
     one.request.set(field::kScene, "box");
@@ -292,7 +255,7 @@ TEST_F(JobStoreTest, ManyAreInsertedAtOnceAsOneByOne) {
   EXPECT_EQ(kinds_after(before), (std::vector<std::string>(3, "state")));
 }
 
-TEST_F(JobStoreTest, LogsHoldWhatHappenedLast) {
+TEST_P(StoreConformance, LogsHoldWhatHappenedLast) {
   const JobId id = insert(), other = insert();
   move(id, {kPreparing});
   store_->log(id, "warning", "a stone\nfell");
@@ -308,7 +271,7 @@ TEST_F(JobStoreTest, LogsHoldWhatHappenedLast) {
   EXPECT_EQ(store_->log_of(other).value().size(), 1u);
 }
 
-TEST_F(JobStoreTest, OnlyEndedJobsAreForgotten) {
+TEST_P(StoreConformance, OnlyEndedJobsAreForgotten) {
   const JobId open_job = insert(), ended = insert();
   move(ended, {kCanceled});
   EXPECT_EQ(store_->remove(open_job).error().code, ErrorCode::kConflict);
@@ -322,29 +285,7 @@ TEST_F(JobStoreTest, OnlyEndedJobsAreForgotten) {
   EXPECT_EQ(store_->ended_before(INT64_MAX, 10).value().size(), 0u);
 }
 
-// What version 1 of the schema left is read by this one.
-TEST_F(JobStoreTest, AnOlderSchemaIsBroughtUpToDate) {
-  JobRequest request;
-  request.set(field::kScene, "box");
-  request.set(field::kLabels, {{"project", "lobby"}});
-  const JobId id = insert(request);
-  {
-    Database::Session session(*db_);
-    for (const char* sql :
-         {"DROP TRIGGER labels_of_a_new_job", "DROP TRIGGER labels_of_a_changed_job",
-          "DROP TRIGGER labels_of_a_deleted_job", "DROP TABLE job_labels",
-          "DROP INDEX jobs_by_table_in", "DROP INDEX jobs_by_table_out", "DROP TABLE job_log",
-          "DROP TABLE idempotency_keys", "DROP INDEX events_by_job", "PRAGMA user_version=1"})
-      ASSERT_TRUE(session.exec(sql).ok()) << sql;
-  }
-  open();
-  EXPECT_EQ(store_->list(10, {{}, {}, {{"project", "lobby"}}}).value().size(), 1u);
-  EXPECT_EQ(recovered_, std::vector<JobId>{id});
-  store_->log(id, "info", "here");
-  EXPECT_EQ(store_->log_of(id).value().size(), 1u);
-}
-
-TEST_F(JobStoreTest, RestartQueuesWhatWasOpen) {
+TEST_P(StoreConformance, RestartQueuesWhatWasOpen) {
   const JobId queued = insert(), rendering = insert(), canceling = insert(), ended = insert();
   const JobId pausing = insert(), paused = insert();
   move(pausing, {kPreparing, kPausing});
@@ -361,7 +302,7 @@ TEST_F(JobStoreTest, RestartQueuesWhatWasOpen) {
   EXPECT_EQ(get(ended).state, kSucceeded);
 }
 
-TEST_F(JobStoreTest, AJobThatEndsTheServerThreeTimesFails) {
+TEST_P(StoreConformance, AJobThatEndsTheServerThreeTimesFails) {
   const JobId id = insert();
   for (int attempt = 1; attempt <= kMaxAttempts; ++attempt) {
     ASSERT_EQ(get(id).state, kQueued) << attempt;
@@ -373,7 +314,7 @@ TEST_F(JobStoreTest, AJobThatEndsTheServerThreeTimesFails) {
   EXPECT_TRUE(get(id).error.has_value());
 }
 
-TEST_F(JobStoreTest, AJobThatGetsSomewhereMayBeInterruptedAnyNumberOfTimes) {
+TEST_P(StoreConformance, AJobThatGetsSomewhereMayBeInterruptedAnyNumberOfTimes) {
   const JobId id = insert();
   for (int attempt = 1; attempt <= 2 * kMaxAttempts; ++attempt) {
     ASSERT_EQ(get(id).state, kQueued) << attempt;
@@ -383,7 +324,7 @@ TEST_F(JobStoreTest, AJobThatGetsSomewhereMayBeInterruptedAnyNumberOfTimes) {
   }
 }
 
-TEST_F(JobStoreTest, EventIdsRiseAcrossRestartsAndReadersGoOn) {
+TEST_P(StoreConformance, EventIdsRiseAcrossRestartsAndReadersGoOn) {
   const JobId id = insert();
   const uint64_t seen = events_->newest();
   move(id, {kCanceled});
@@ -398,57 +339,77 @@ TEST_F(JobStoreTest, EventIdsRiseAcrossRestartsAndReadersGoOn) {
   EXPECT_EQ(kinds_after(hint), std::vector<std::string>{"state"});
 }
 
-TEST_F(JobStoreTest, EventIdsRiseInADamagedFolderToo) {
-  {
-    Database::Session session(*db_);
-    for (const int64_t id : {int64_t{-5}, int64_t{0}, int64_t{1} << 40})
-      ASSERT_TRUE(Query(session.handle(), "INSERT INTO events VALUES(?,'j','state','{}')")
-                      .bind(id)
-                      .run()
-                      .ok());
-  }
+TableRow table(char digit, uint8_t scene = 0, uint64_t samples_seen = 8) {
+  TableRow row;
+  row.info.id = std::string(32, digit);
+  row.info.scene = "box";
+  row.info.method = "huang";
+  row.info.parents = {"p", "q"};
+  row.info.created_ms = 5;
+  row.info.bytes = 6;
+  row.info.states = 7;
+  row.info.samples_seen = samples_seen;
+  row.info.job = "j000001";
+  row.scene.geometry.bytes[0] = scene;
+  return row;
+}
+
+TEST_P(StoreConformance, ATableIsRecordedWithTheMoveThatMadeIt) {
+  const JobId id = insert();
+  JobStore::Change change;
+  change.table = table('a');
+  EXPECT_FALSE(store_->move(id, kSucceeded, change).ok());
+  EXPECT_EQ(open_->tables().find(std::string(32, 'a')).error().code, ErrorCode::kNotFound);
+  move(id, {kPreparing, kRendering, kFinalizing});
+  ASSERT_TRUE(store_->move(id, kSucceeded, change).ok());
   open();
-  EXPECT_EQ(events_->newest(), uint64_t{1} << 40);
+  const Result<proto::TableInfo> found = open_->tables().find(std::string(32, 'a'));
+  ASSERT_TRUE(found.ok());
+  EXPECT_EQ(found.value().parents, (std::vector<std::string>{"p", "q"}));
+  EXPECT_EQ(found.value().samples_seen, 8u);
+}
+
+TEST_P(StoreConformance, TablesAreFoundBySceneAndByAge) {
+  TableIndex& tables = open_->tables();
+  for (const TableRow& row : {table('a'), table('b', 1), table('c', 0, 9), table('d')})
+    ASSERT_TRUE(tables.add(row).ok());
+  const std::string a(32, 'a'), b(32, 'b'), c(32, 'c'), d(32, 'd');
+  EXPECT_EQ(tables.fitting("huang", table('a').scene, 8).value(),
+            (std::vector<std::string>{c, d, a}));
+  EXPECT_EQ(tables.fitting("huang", table('a').scene, 1).value(), std::vector<std::string>{c});
+  EXPECT_TRUE(tables.fitting("ppg", table('a').scene, 8).value().empty());
+  ASSERT_TRUE(tables.add(table('a')).ok());  // again: the newest
+  EXPECT_EQ(tables.list(1, "").value()[0].id, a);
+  EXPECT_EQ(tables.list(8, c).value().size(), 1u);
+  EXPECT_EQ(tables.list(8, "none").error().code, ErrorCode::kNotFound);
+  EXPECT_EQ(tables.ids().value().size(), 4u);
+}
+
+TEST_P(StoreConformance, ATableThatAnOpenJobNamesStays) {
+  TableIndex& tables = open_->tables();
+  const std::string a(32, 'a');
+  ASSERT_TRUE(tables.add(table('a')).ok());
+  JobRequest request;
+  request.set(field::kScene, "box");
+  request.set(field::kTable, a);
+  const JobId id = insert(request);
+  EXPECT_EQ(tables.remove(a).error().code, ErrorCode::kConflict);
+  move(id, {kCanceled});
+  EXPECT_TRUE(tables.remove(a).ok());
+  EXPECT_EQ(tables.remove(a).error().code, ErrorCode::kNotFound);
+}
+
+TEST_P(StoreConformance, IdsThatWereGivenElsewhereAreNotGivenAgain) {
   insert();
-  EXPECT_GT(events_->newest(), uint64_t{1} << 40);
+  ASSERT_TRUE(store_->give_no_id_up_to({40}).ok());
+  EXPECT_EQ(insert(), JobId{41});
+  EXPECT_EQ(store_->ids().value().newest, JobId{41});
+  EXPECT_EQ(store_->ids().value().there.size(), 2u);
+  EXPECT_TRUE(store_->try_writing().ok());
 }
 
-TEST_F(JobStoreTest, OldEventsAreForgottenAtARestart) {
-  {
-    Database::Transaction transaction(*db_);
-    for (int id = 100; id < 2200; ++id) {
-      ASSERT_TRUE(Query(transaction.handle(), "INSERT INTO events VALUES(?,'j','state','{}')")
-                      .bind(id)
-                      .run()
-                      .ok());
-    }
-    ASSERT_TRUE(transaction.commit().ok());
-  }
-  insert();  // reserves ids, which start below
-  open();
-  EXPECT_TRUE(events_->wait(150, "", milliseconds(0)).reset);
-  EXPECT_FALSE(events_->wait(2100, "", milliseconds(0)).reset);
-}
-
-TEST_F(JobStoreTest, ANewerSchemaIsRefused) {
-  {
-    Database::Session session(*db_);
-    ASSERT_TRUE(session.exec("PRAGMA user_version=99").ok());
-  }
-  store_.reset();
-  db_.reset();
-  const Result<std::unique_ptr<Database>> db = Database::open(scratch_ / "jobs.sqlite");
-  ASSERT_FALSE(db.ok());
-  EXPECT_EQ(db.error().code, ErrorCode::kUnsupported);
-}
-
-TEST_F(JobStoreTest, AFileThatIsNoDatabaseIsRefused) {
-  const auto path = scratch_ / "not.sqlite";
-  std::FILE* file = std::fopen(path.c_str(), "w");
-  std::fputs(std::string(5000, 'x').c_str(), file);
-  std::fclose(file);
-  EXPECT_FALSE(Database::open(path).ok());
-}
+INSTANTIATE_TEST_SUITE_P(Stores, StoreConformance, ::testing::ValuesIn(kStores),
+                         [](const auto& info) { return std::string(info.param.name); });
 
 }  // namespace
 }  // namespace qray::server

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "server/model/job.h"
-#include "server/store/database.h"
+#include "server/sqlite/database.h"
 
 namespace qray::server {
 

@@ -1,12 +1,12 @@
 // The list of jobs, by its filters.
 #include <algorithm>
 
-#include "server/store/job_row.h"
-#include "server/store/job_store.h"
+#include "server/sqlite/job_row.h"
+#include "server/sqlite/sqlite_job_store.h"
 
 namespace qray::server {
 
-Result<std::vector<JobRecord>> JobStore::list(size_t limit, const Filter& filter) const {
+Result<std::vector<JobRecord>> SqliteJobStore::list(size_t limit, const Filter& filter) const {
   // Each filter has an index that holds its jobs by id. Of several, the one that is likely to hold
   // the fewest is walked through, and the others are asked about each of its jobs: most jobs have
   // succeeded, so that states without that one come first.

@@ -1,6 +1,6 @@
-#include "server/store/job_row.h"
+#include "server/sqlite/job_row.h"
 
-#include "server/store/lines.h"
+#include "server/sqlite/lines.h"
 
 namespace qray::server {
 namespace {
