@@ -26,13 +26,20 @@ size_t component_bytes(int type) {
 }  // namespace
 
 GltfAccessor::GltfAccessor(GltfImport& import, int accessor, int components, size_t max_count)
+    : GltfAccessor(import, accessor,
+                   import.document.model().accessors[static_cast<size_t>(accessor)], components,
+                   max_count) {}
+
+GltfAccessor::GltfAccessor(GltfImport& import, int accessor, const GltfModel::Accessor& unpacked,
+                           int components, size_t max_count)
     : document_(import.document),
       index_(accessor),
-      accessor_(document_.model().accessors[static_cast<size_t>(accessor)]),
+      accessor_(unpacked),
       components_(static_cast<size_t>(components)) {
   if (accessor_.components != components)
-    node().get("type").fail_expected(components == 1 ? "SCALAR"
-                                                     : "VEC" + std::to_string(components));
+    node().get("type").fail_expected(components == 1    ? "SCALAR"
+                                     : components == 16 ? "MAT4"
+                                                        : "VEC" + std::to_string(components));
   if (count() > max_count)
     node().get("count").fail(
         "expected at most " + std::to_string(max_count) + ", got " + std::to_string(count()),
@@ -123,7 +130,7 @@ void GltfAccessor::read_floats(std::span<const uint32_t> wanted, float* out, siz
   }
   const size_t n = wanted.empty() ? count() : wanted.size();
   for (size_t i = 0; i < n; ++i) {
-    float values[4] = {0, 0, 0, 0};
+    float values[16] = {};
     if (const uint8_t* at = element(wanted.empty() ? static_cast<uint32_t>(i) : wanted[i]))
       decode(at, values);
     std::copy_n(values, floats, out + i * floats);

@@ -13,6 +13,9 @@ class GltfAccessor {
  public:
   // Fails unless the accessor has so many components and at most `max_count` elements.
   GltfAccessor(GltfImport& import, int accessor, int components, size_t max_count);
+  // The same with its elements where they were unpacked to.
+  GltfAccessor(GltfImport& import, int accessor, const GltfModel::Accessor& unpacked,
+               int components, size_t max_count);
 
   size_t count() const { return accessor_.count; }
   JsonNode node() const { return document_.at("accessors", index_); }
@@ -42,7 +45,7 @@ class GltfAccessor {
 
   const GltfDocument& document_;
   int index_;
-  const GltfModel::Accessor& accessor_;
+  GltfModel::Accessor accessor_;
   size_t components_;
   Elements base_, sparse_;
   std::vector<uint32_t> sparse_indices_;  // that sparse_ replaces, ascending

@@ -3,6 +3,8 @@
 #include <algorithm>
 
 #include "core/base/file.h"
+#include "core/import/gltf_import.h"
+#include "core/import/gltf_meshopt.h"
 #include "core/import/scene_folder.h"
 
 namespace qray {
@@ -56,6 +58,7 @@ GltfDocument::GltfDocument(const std::filesystem::path& path)
   tree_ = parse_json(json, file_, kMaxJsonValues);
   model_ = read_gltf_model(root());
   read_buffers();
+  unpack_views();
 }
 
 // The JSON; sets `binary_`.
@@ -107,6 +110,11 @@ void GltfDocument::read_buffers() {
         static_cast<size_t>(node.get("byteLength").integer(1, std::numeric_limits<int>::max()));
     const std::optional<JsonNode> uri = node.find("uri");
     std::span<const uint8_t> bytes;
+    const auto packed = find_extension(node, kGltfMeshopt);
+    if (packed && packed->has("fallback") && packed->get("fallback").boolean()) {
+      buffers_.emplace_back();  // its views have packed bytes elsewhere
+      continue;
+    }
     if (!uri && i == 0 && has_binary_) {
       bytes = binary_;
     } else if (!uri) {
@@ -134,6 +142,39 @@ std::span<const uint8_t> GltfDocument::view_bytes(int view) const {
               std::to_string(buffer.size()) + " bytes");
   }
   return buffer.subspan(v.byte_offset, v.byte_length);
+}
+
+int GltfDocument::add_view(const JsonNode& place, Bytes bytes, size_t stride) {
+  if (bytes.size() > bytes_left_) place.fail("unpacks to too many bytes", ErrorCode::kTooLarge);
+  bytes_left_ -= bytes.size();
+  const int buffer = static_cast<int>(buffers_.size());
+  model_.views.push_back({buffer, 0, bytes.size(), stride});
+  owned_.push_back(std::move(bytes));
+  buffers_.emplace_back(owned_.back());
+  return static_cast<int>(model_.views.size()) - 1;
+}
+
+void GltfDocument::unpack_views() {
+  const int views = static_cast<int>(model_.views.size());
+  const int buffers = static_cast<int>(buffers_.size());
+  for (int i = 0; i < views; ++i) {
+    const auto extension = find_extension(at("bufferViews", i), kGltfMeshopt);
+    if (!extension) continue;
+    const GltfPacked packed = read_gltf_packed(*extension, buffers);
+    const std::span<const uint8_t> buffer = buffers_[static_cast<size_t>(packed.buffer)];
+    if (packed.byte_offset > buffer.size() ||
+        packed.byte_length > buffer.size() - packed.byte_offset)
+      extension->fail("expected byteOffset and byteLength within the buffer's " +
+                      std::to_string(buffer.size()) + " bytes");
+    if (packed.size() > bytes_left_)
+      extension->fail("unpacks to too many bytes", ErrorCode::kTooLarge);
+    const size_t stride = model_.views[static_cast<size_t>(i)].byte_stride;
+    const int made = add_view(
+        *extension,
+        unpack_gltf(*extension, packed, buffer.subspan(packed.byte_offset, packed.byte_length)),
+        stride);
+    model_.views[static_cast<size_t>(i)] = model_.views[static_cast<size_t>(made)];
+  }
 }
 
 GltfDocument::Picture GltfDocument::read_picture(int image) {

@@ -24,6 +24,8 @@ class GltfDocument {
 
   // pre: a checked index. Fails where the view is not within its buffer, and that within its file.
   std::span<const uint8_t> view_bytes(int view) const;
+  // Another view, of bytes that were unpacked; its index. `place`: of what says so.
+  int add_view(const JsonNode& place, Bytes bytes, size_t stride = 0);
 
   // What a picture is made of: a file's path, or bytes with a name for messages.
   struct Picture {
@@ -35,6 +37,7 @@ class GltfDocument {
  private:
   std::span<const uint8_t> split_glb();
   void read_buffers();
+  void unpack_views();
   Bytes read_data_uri(const JsonNode& uri) const;
   std::filesystem::path find_file(const JsonNode& uri) const;
 
@@ -48,7 +51,7 @@ class GltfDocument {
   std::vector<Bytes> owned_;
   std::vector<std::span<const uint8_t>> buffers_;
   std::map<int, Picture> pictures_;
-  uint64_t bytes_left_;  // that other files and pictures may have
+  uint64_t bytes_left_;  // that other files, pictures and unpacked views may have
 };
 
 }  // namespace qray

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "core/import/gltf_accessor.h"
+#include "core/import/gltf_draco.h"
 
 namespace qray {
 namespace {
@@ -45,8 +45,8 @@ bool make_unit(std::vector<Vec3>& normals) {
 
 }  // namespace
 
-Mesh GltfMeshes::read(int mesh_index, int primitive_index,
-                      const GltfMaterials::Converted& material) {
+Mesh GltfMeshes::read(int mesh_index, int primitive_index, const GltfMaterials::Converted& material,
+                      const GltfPose& pose) {
   const GltfModel& model = import_.document.model();
   const GltfModel::Mesh& source = model.meshes[static_cast<size_t>(mesh_index)];
   const GltfModel::Primitive& primitive = source.primitives[static_cast<size_t>(primitive_index)];
@@ -61,12 +61,11 @@ Mesh GltfMeshes::read(int mesh_index, int primitive_index,
                  primitive.mode == kGltfPoints ? "points are left out" : "lines are left out");
     return mesh;
   }
-  // What Draco has compressed is there in plain too, unless the file requires the extension.
   import_.expect_extensions(place, {"KHR_materials_variants", "KHR_draco_mesh_compression"});
-  if (place.has("targets") && !warned_of_targets_) {
-    import_.warn(place.get("targets"), "morph targets are left out, here and elsewhere");
-    warned_of_targets_ = true;
-  }
+  std::optional<GltfUnpacked> unpacked;
+  if (const auto draco = find_extension(place, "KHR_draco_mesh_compression"))
+    unpacked = unpack_draco(*draco, primitive, import_.document);
+  const int mode = unpacked ? kGltfTriangles : primitive.mode;
 
   // Counts first: what is read is at most three vertices a triangle.
   const auto attribute = [&primitive](const std::string& name) {
@@ -75,11 +74,21 @@ Mesh GltfMeshes::read(int mesh_index, int primitive_index,
   };
   if (attribute("POSITION") < 0) place.get("attributes").fail("expected a POSITION");
   const size_t no_limit = std::numeric_limits<size_t>::max();
-  const GltfAccessor positions(import_, attribute("POSITION"), 3, no_limit);
+  const auto accessor = [&](const std::string& name, int components) {
+    const int index = attribute(name);
+    if (unpacked)
+      if (const auto it = unpacked->attributes.find(name); it != unpacked->attributes.end())
+        return GltfAccessor(import_, index, it->second, components, no_limit);
+    return GltfAccessor(import_, index, components, no_limit);
+  };
+  const GltfAccessor positions = accessor("POSITION", 3);
   std::optional<GltfAccessor> indices;
-  if (primitive.indices >= 0) indices.emplace(import_, primitive.indices, 1, no_limit);
+  if (unpacked)
+    indices.emplace(import_, std::max(primitive.indices, 0), unpacked->indices, 1, no_limit);
+  else if (primitive.indices >= 0)
+    indices.emplace(import_, primitive.indices, 1, no_limit);
   const size_t corner_count = indices ? indices->count() : positions.count();
-  const size_t triangles = triangles_of(primitive.mode, corner_count);
+  const size_t triangles = triangles_of(mode, corner_count);
   triangle_count_ += triangles;
   if (triangle_count_ > import_.limits.max_triangles) {
     place.fail("expected at most " + std::to_string(import_.limits.max_triangles) + " triangles",
@@ -89,7 +98,7 @@ Mesh GltfMeshes::read(int mesh_index, int primitive_index,
   const std::vector<uint32_t> corners = indices ? indices->read_indices() : std::vector<uint32_t>{};
   mesh.triangles.resize(triangles);
   for (size_t i = 0; i < triangles; ++i) {
-    const std::array<size_t, 3> at = corners_of(primitive.mode, i);
+    const std::array<size_t, 3> at = corners_of(mode, i);
     for (size_t c = 0; c < 3; ++c) {
       const uint32_t v = corners.empty() ? static_cast<uint32_t>(at[c]) : corners[at[c]];
       if (v >= positions.count()) {
@@ -104,16 +113,29 @@ Mesh GltfMeshes::read(int mesh_index, int primitive_index,
   if (indices && positions.count() > corner_count) wanted = keep_used(mesh.triangles);
 
   mesh.positions = positions.read<Vec3>(wanted);
-  const auto find = [&](const std::string& name, int components) -> std::optional<GltfAccessor> {
-    if (attribute(name) < 0) return {};
-    GltfAccessor found(import_, attribute(name), components, no_limit);
+  const auto checked = [&](GltfAccessor found) {
     if (found.count() != positions.count())
       found.node().get("count").fail_expected(std::to_string(positions.count()) +
                                               ", as of the positions");
     return found;
   };
-  if (const auto normals = find("NORMAL", 3)) {
-    mesh.normals = normals->read<Vec3>(wanted);
+  const auto find = [&](const std::string& name, int components) -> std::optional<GltfAccessor> {
+    if (attribute(name) < 0) return {};
+    return checked(accessor(name, components));
+  };
+  const auto normals = find("NORMAL", 3);
+  if (normals) mesh.normals = normals->read<Vec3>(wanted);
+  for (size_t t = 0; t < std::min(primitive.targets.size(), pose.weights.size()); ++t) {
+    if (pose.weights[t] == 0) continue;
+    const auto target = [&](const std::string& name, int n) -> std::optional<GltfAccessor> {
+      const auto it = primitive.targets[t].find(name);
+      if (it == primitive.targets[t].end()) return {};
+      return checked(GltfAccessor(import_, it->second, n, no_limit));
+    };
+    add_gltf_target(mesh, target, static_cast<float>(pose.weights[t]), wanted);
+  }
+  if (!pose.joints.empty()) apply_gltf_skin(mesh, place, find, pose.joints, wanted);
+  if (normals) {
     if (!make_unit(mesh.normals)) {
       import_.warn(normals->node(), "has normals without a direction: drawn flat");
       mesh.normals.clear();

@@ -8,21 +8,15 @@ namespace {
 
 // A file may require these. The others are read where they are, or warned of.
 constexpr std::string_view kKnownExtensions[] = {
-    "EXT_mesh_gpu_instancing",
-    "EXT_texture_webp",
-    "KHR_lights_punctual",
-    "KHR_materials_clearcoat",
-    "KHR_materials_emissive_strength",
-    "KHR_materials_ior",
-    "KHR_materials_pbrSpecularGlossiness",
-    "KHR_materials_sheen",
-    "KHR_materials_specular",
-    "KHR_materials_transmission",
-    "KHR_materials_unlit",
-    "KHR_materials_variants",
-    "KHR_materials_volume",
-    "KHR_mesh_quantization",
-    "KHR_texture_transform",
+    "EXT_mesh_gpu_instancing",    "EXT_meshopt_compression",
+    "EXT_texture_webp",           "KHR_draco_mesh_compression",
+    "KHR_lights_punctual",        "KHR_materials_anisotropy",
+    "KHR_materials_clearcoat",    "KHR_materials_emissive_strength",
+    "KHR_materials_ior",          "KHR_materials_pbrSpecularGlossiness",
+    "KHR_materials_sheen",        "KHR_materials_specular",
+    "KHR_materials_transmission", "KHR_materials_unlit",
+    "KHR_materials_variants",     "KHR_materials_volume",
+    "KHR_mesh_quantization",      "KHR_texture_transform",
 };
 
 constexpr size_t kMaxItems = 250'000;  // of a list, and primitives of all meshes
@@ -35,8 +29,9 @@ class ModelReader {
     const JsonNode version = root_.get("asset").get("version");
     if (!version.string().starts_with("2.")) version.fail_expected("a version 2.x");
     check_required();
-    for (const char* list : {"accessors", "bufferViews", "buffers", "cameras", "images",
-                             "materials", "meshes", "nodes", "samplers", "scenes", "textures"}) {
+    for (const char* list :
+         {"accessors", "bufferViews", "buffers", "cameras", "images", "materials", "meshes",
+          "nodes", "samplers", "scenes", "skins", "textures"}) {
       if (count(list) > kMaxItems) fail_too_many(list);
     }
     GltfModel model;
@@ -44,6 +39,7 @@ class ModelReader {
     each(root_, "bufferViews", [&](const JsonNode& v) { model.views.push_back(view(v)); });
     each(root_, "accessors", [&](const JsonNode& v) { model.accessors.push_back(accessor(v)); });
     each(root_, "meshes", [&](const JsonNode& v) { model.meshes.push_back(mesh(v)); });
+    each(root_, "skins", [&](const JsonNode& v) { model.skins.push_back(skin(v)); });
     each(root_, "nodes", [&](const JsonNode& v) { model.nodes.push_back(node(v)); });
     each(root_, "scenes",
          [&](const JsonNode& v) { model.scenes.push_back(indices(v, "nodes", "nodes")); });
@@ -138,7 +134,7 @@ class ModelReader {
     const JsonNode type = node.get("type");
     const std::map<std::string_view, int> types = {{"SCALAR", 1}, {"VEC2", 2}, {"VEC3", 3},
                                                    {"VEC4", 4},   {"MAT2", 0}, {"MAT3", 0},
-                                                   {"MAT4", 0}};
+                                                   {"MAT4", 16}};
     const auto known = types.find(type.string());
     if (known == types.end()) type.fail_expected("SCALAR, VEC2, VEC3, VEC4, MAT2, MAT3 or MAT4");
     out.components = known->second;
@@ -161,26 +157,48 @@ class ModelReader {
     primitive_count_ += node.get("primitives").size();
     if (primitive_count_ > kMaxItems) fail_too_many("meshes");
     each(node, "primitives", [&](const JsonNode& v) { out.primitives.push_back(primitive(v)); });
+    if (const auto weights = node.find("weights")) out.weights = weights_of(*weights);
     return out;
   }
 
   GltfModel::Primitive primitive(const JsonNode& node) const {
     GltfModel::Primitive out;
-    const JsonNode attributes = node.get("attributes");
-    for (const std::string& key : attributes.keys())
-      out.attributes[key] = index_value(attributes.get(key), "accessors");
+    const auto accessors = [this](const JsonNode& attributes) {
+      std::map<std::string, int> found;
+      for (const std::string& key : attributes.keys())
+        found[key] = index_value(attributes.get(key), "accessors");
+      return found;
+    };
+    out.attributes = accessors(node.get("attributes"));
+    each(node, "targets", [&](const JsonNode& v) { out.targets.push_back(accessors(v)); });
     out.material = index(node, "material", "materials");
     if (const auto mode = node.find("mode")) out.mode = mode->integer(0, 6);
     out.indices = index(node, "indices", "accessors");
-    if (out.indices >= 0 &&
+    const auto extensions = node.find("extensions");
+    const bool packed = extensions && extensions->has("KHR_draco_mesh_compression");
+    if (out.indices >= 0 && !packed &&
         !root_.get("accessors").at(static_cast<size_t>(out.indices)).has("bufferView"))
       node.get("indices").fail("expected an accessor with a bufferView");
+    return out;
+  }
+
+  static std::vector<double> weights_of(const JsonNode& node) {
+    return node.doubles(node.size(), 1e9f);
+  }
+
+  GltfModel::Skin skin(const JsonNode& node) const {
+    GltfModel::Skin out;
+    out.joints = indices(node, "joints", "nodes");
+    out.inverse_matrices = index(node, "inverseBindMatrices", "accessors");
+    if (out.joints.empty()) node.fail("expected joints");
     return out;
   }
 
   GltfModel::Node node(const JsonNode& node) const {
     GltfModel::Node out;
     out.mesh = index(node, "mesh", "meshes");
+    out.skin = index(node, "skin", "skins");
+    if (const auto weights = node.find("weights")) out.weights = weights_of(*weights);
     out.camera = index(node, "camera", "cameras");
     out.children = indices(node, "children", "nodes");
     const struct {

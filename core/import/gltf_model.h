@@ -59,7 +59,7 @@ struct GltfModel {
   };
   struct Accessor {
     Part elements;
-    int components = 0;  // 1 to 4; 0: a matrix
+    int components = 0;  // 1 to 4; 16: a 4 x 4 matrix; 0: another matrix
     size_t count = 0;
     bool normalized = false;
     size_t sparse_count = 0;  // 0: not sparse
@@ -69,14 +69,21 @@ struct GltfModel {
     std::map<std::string, int> attributes;  // accessors
     int indices = -1;                       // an accessor with a view
     int material = -1;
+    std::vector<std::map<std::string, int>> targets;  // what a morph adds: accessors
     int mode = kGltfTriangles;
   };
   struct Mesh {
     std::string name;
     std::vector<Primitive> primitives;
+    std::vector<double> weights;  // of the targets; what is missing is 0
+  };
+  struct Skin {
+    std::vector<int> joints;    // nodes
+    int inverse_matrices = -1;  // an accessor, a matrix for each joint
   };
   struct Node {
-    int mesh = -1, camera = -1;
+    int mesh = -1, camera = -1, skin = -1;
+    std::vector<double> weights;  // instead of the mesh's
     std::vector<int> children;
     // Empty, or 16 by columns, 3, 4 (x, y, z, w) and 3 numbers.
     std::vector<double> matrix, translation, rotation, scale;
@@ -97,6 +104,7 @@ struct GltfModel {
   std::vector<Mesh> meshes;
   std::vector<Accessor> accessors;
   std::vector<View> views;
+  std::vector<Skin> skins;
   GltfList<Image> images;
   GltfList<Texture> textures;
   GltfList<Sampler> samplers;

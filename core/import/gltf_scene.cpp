@@ -1,7 +1,6 @@
 #include "core/import/gltf_scene.h"
 
 #include "core/import/fit_camera.h"
-#include "core/import/gltf_accessor.h"
 #include "core/import/gltf_light.h"
 #include "core/import/gltf_mesh.h"
 
@@ -9,13 +8,6 @@ namespace qray {
 namespace {
 
 constexpr double kLeastVolume = 1e-20;  // of a map, as validate() wants it
-
-Transform from_columns(const std::vector<double>& m) {
-  Transform t;
-  for (size_t r = 0; r < 3; ++r)
-    for (size_t c = 0; c < 4; ++c) t.rows[r][c] = m[c * 4 + r];
-  return t;
-}
 
 // Of a quaternion x, y, z, w, made unit; none: no rotation.
 Transform rotation(const std::array<double, 4>& q) {
@@ -35,7 +27,7 @@ Transform placed(Vec3 translation, const std::array<double, 4>& quaternion, Vec3
 }
 
 Transform to_parent(const GltfModel::Node& node) {
-  if (!node.matrix.empty()) return from_columns(node.matrix);
+  if (!node.matrix.empty()) return transform_of_columns(node.matrix);
   const auto vec = [](const std::vector<double>& v, float fallback) {
     if (v.empty()) return Vec3{fallback, fallback, fallback};
     return Vec3{static_cast<float>(v[0]), static_cast<float>(v[1]), static_cast<float>(v[2])};
@@ -61,7 +53,9 @@ class GltfReader {
   }
 
  private:
-  // A mesh in a place.
+  // A mesh, and the node that poses it; -1: it is as every node has it.
+  using PosedMesh = std::pair<int, int>;
+  // One in a place.
   struct Use {
     int node;
     Transform to_world;
@@ -79,8 +73,6 @@ class GltfReader {
         import_.out.warn(error.where, error.message + "; nothing drawn uses it");
     if (document_.count("animations") > 0)
       import_.warn(root.get("animations"), "animations are left out: the scene at rest is drawn");
-    if (document_.count("skins") > 0)
-      import_.warn(root.get("skins"), "skins are left out: the meshes at rest are drawn");
     if (document_.count("scenes") > 1)
       import_.warn(root.get("scenes"), "only the default scene is drawn");
   }
@@ -95,6 +87,7 @@ class GltfReader {
     const std::vector<int> roots = find_roots();
     for (auto it = roots.rbegin(); it != roots.rend(); ++it) waiting.push_back({*it, {}});
     std::vector<bool> visited(document_.model().nodes.size());
+    to_world_.resize(visited.size());
     while (!waiting.empty()) {
       const Step step = waiting.back();
       waiting.pop_back();
@@ -104,6 +97,7 @@ class GltfReader {
       visited[index] = true;
       const GltfModel::Node& node = document_.model().nodes[index];
       const Transform to_world = step.above.after(to_parent(node));
+      to_world_[index] = to_world;
       read_node(step.node, node, to_world);
       for (auto it = node.children.rbegin(); it != node.children.rend(); ++it)
         waiting.push_back({*it, to_world});
@@ -148,7 +142,9 @@ class GltfReader {
     const double volume = std::abs(to_world.determinant());
     if (!(volume > kLeastVolume && std::isfinite(volume)))
       return import_.warn(document_.at("nodes", node), "a mesh flattened to nothing is left out");
-    uses_[mesh].push_back({node, to_world});
+    const GltfModel::Node& n = document_.model().nodes[static_cast<size_t>(node)];
+    const bool posed = n.skin >= 0 || !n.weights.empty();
+    uses_[{mesh, posed ? node : -1}].push_back({node, to_world});
     if (++use_count_ > import_.limits.max_instances) {
       document_.root().get("nodes").fail("expected at most " +
                                              std::to_string(import_.limits.max_instances) +
@@ -192,25 +188,39 @@ class GltfReader {
   void add_meshes() {
     Scene& scene = import_.out.scene;
     double read = 0;
-    for (const auto& [index, uses] : uses_) {
+    for (const auto& [posed, uses] : uses_) {
       told_read(import_.watch, read++ / static_cast<double>(uses_.size()));
+      const int index = posed.first;
+      const GltfPose pose = pose_of(posed);
       const auto& primitives = document_.model().meshes[static_cast<size_t>(index)].primitives;
       for (size_t p = 0; p < primitives.size(); ++p) {
         const GltfMaterials::Converted& material = materials_.convert(primitives[p].material);
-        Mesh mesh = meshes_.read(index, static_cast<int>(p), material);
+        Mesh mesh = meshes_.read(index, static_cast<int>(p), material, pose);
         if (mesh.triangles.empty()) continue;
         // One that only a picture shapes may be nearly dark, and unlit ones light nothing in glTF.
         const ColorParam& emission = scene.materials[material.id.value].emission;
         has_light_ = has_light_ || (!material.unlit && max_component(emission.value) > 0 &&
                                     !emission.texture.valid());
         const MeshId id(static_cast<uint32_t>(scene.meshes.size()));
-        if (uses.size() == 1) uses[0].to_world.apply(mesh);
+        if (uses.size() == 1 && pose.joints.empty()) uses[0].to_world.apply(mesh);
         scene.meshes.push_back(std::move(mesh));
         import_.out.mesh_pointers.push_back("/meshes/" + std::to_string(index) + "/primitives/" +
                                             std::to_string(p));
-        if (uses.size() > 1) add_instances(id, uses);
+        if (uses.size() > 1 && pose.joints.empty()) add_instances(id, uses);
       }
     }
+  }
+
+  GltfPose pose_of(PosedMesh posed) {
+    GltfPose pose;
+    pose.weights = document_.model().meshes[static_cast<size_t>(posed.first)].weights;
+    if (posed.second < 0) return pose;
+    const GltfModel::Node& node = document_.model().nodes[static_cast<size_t>(posed.second)];
+    if (!node.weights.empty()) pose.weights = node.weights;
+    if (node.skin < 0) return pose;
+    if (auto joints = read_gltf_joints(import_, node.skin, to_world_))
+      pose.joints = std::move(*joints);
+    return pose;
   }
 
   void add_instances(MeshId mesh, const std::vector<Use>& uses) {
@@ -230,7 +240,8 @@ class GltfReader {
   GltfDocument& document_;
   GltfMaterials materials_;
   GltfMeshes meshes_;
-  std::map<int, std::vector<Use>> uses_;  // of each mesh
+  std::map<PosedMesh, std::vector<Use>> uses_;
+  std::vector<std::optional<Transform>> to_world_;  // of the nodes that the scene has
   size_t use_count_ = 0;
   bool has_camera_ = false, has_light_ = false;
 };

@@ -107,8 +107,8 @@ TEST(GltfDocument, FaultsNameTheirPlace) {
       {"/asset", json::value_t::discarded, ": \"asset\" is missing"},
       {"/asset/version", "1.0", ":/asset/version: expected a version 2.x, got \"1.0\""},
       {"/extensionsRequired",
-       {"KHR_draco_mesh_compression"},
-       ":/extensionsRequired/0: the file requires the extension KHR_draco_mesh_compression, which "
+       {"KHR_texture_basisu"},
+       ":/extensionsRequired/0: the file requires the extension KHR_texture_basisu, which "
        "is not read"},
       {"/scene", 1, ":/scene: expected an integer, 0..0, got 1"},
       {"/scenes/0/nodes/0", 7, ":/scenes/0/nodes/0: expected an integer, 0..0, got 7"},

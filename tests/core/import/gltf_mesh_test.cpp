@@ -172,17 +172,5 @@ TEST(GltfMesh, ColorsOfVertices) {
                                       "a.gltf:/accessors/1: the alpha of vertices is left out"}));
 }
 
-TEST(GltfMesh, MorphTargetsAreWarnedOfOnce) {
-  const test::SceneFolder folder;
-  GltfText text = gltf_triangle();
-  text.primitive()["targets"] = {{{"POSITION", 0}}};
-  auto& primitives = text.json["meshes"][0]["primitives"];
-  primitives.push_back(primitives[0]);
-  const LoadedScene loaded = load_gltf(folder, text);
-  EXPECT_EQ(loaded.warnings,
-            std::vector<std::string>{"a.gltf:/meshes/0/primitives/0/targets: morph targets are "
-                                     "left out, here and elsewhere"});
-}
-
 }  // namespace
 }  // namespace qray
