@@ -73,4 +73,9 @@ Status read_picture_rows(const std::filesystem::path& path, const Bytes* bytes, 
   return call(&ImageLibrary::read_picture_rows, path, bytes, row_limit, row);
 }
 
+Status read_picture_bytes(const std::filesystem::path& path, const Bytes* bytes, int row_limit,
+                          const std::function<void(std::span<const uint8_t>)>& row) {
+  return call(&ImageLibrary::read_picture_bytes, path, bytes, row_limit, row);
+}
+
 }  // namespace qray

@@ -18,6 +18,8 @@ struct ImageLibrary {
   Result<PictureInfo> (*read_picture_info)(const std::filesystem::path& path, const Bytes* bytes);
   Status (*read_picture_rows)(const std::filesystem::path& path, const Bytes* bytes, int row_limit,
                               const std::function<void(std::span<const float>)>& row);
+  Status (*read_picture_bytes)(const std::filesystem::path& path, const Bytes* bytes, int row_limit,
+                               const std::function<void(std::span<const uint8_t>)>& row);
 };
 
 // The one function that the library exports, and its type.

@@ -27,4 +27,8 @@ Result<PictureInfo> read_picture_info(const std::filesystem::path& path, const B
 Status read_picture_rows(const std::filesystem::path& path, const Bytes* bytes, int row_limit,
                          const std::function<void(std::span<const float>)>& row);
 
+// The same of a picture of 8 bits.
+Status read_picture_bytes(const std::filesystem::path& path, const Bytes* bytes, int row_limit,
+                          const std::function<void(std::span<const uint8_t>)>& row);
+
 }  // namespace qray

@@ -44,6 +44,15 @@ const std::array<float, 256>& linear_of_srgb() {
   return table;
 }
 
+const std::array<float, 256>& linear_of_byte() {
+  static const std::array<float, 256> table = [] {
+    std::array<float, 256> t{};
+    for (size_t i = 0; i < 256; ++i) t[i] = static_cast<float>(i) / 255;
+    return t;
+  }();
+  return table;
+}
+
 // A stored 8-bit value of linear light: as linear_to_srgb() would have it, without its power.
 class SrgbBytes {
  public:
@@ -136,6 +145,8 @@ class TextureCache::Picture {
     std::vector<uint8_t> bytes;  // as stored: of 8-bit pictures
     std::vector<float> floats;   // linear: of others
   };
+  using Levels = std::vector<std::unique_ptr<Level>>;
+  using Waiting = std::vector<std::vector<float>>;  // a level's even row, until the next is there
   int width(size_t level) const { return shrunk(info_.width, level); }
   int height(size_t level) const { return shrunk(info_.height, level); }
   static int shrunk(int size, size_t level) {
@@ -149,10 +160,12 @@ class TextureCache::Picture {
   size_t level_for(float width) const;
   const Level& level(size_t index) const;
   void read(size_t index) const;
-  void add_row(std::vector<std::unique_ptr<Level>>& out, std::vector<std::vector<float>>& waiting,
-               size_t level, size_t row, std::vector<float> values) const;
+  void add_row(Levels& out, Waiting& waiting, size_t level, size_t row,
+               std::vector<float> values) const;
   void store(Level& level, size_t row, std::span<const float> values) const;
-  void keep_bytes(Level& level, size_t row, std::span<const float> stored) const;
+  Status read_floats(Levels& out, Waiting& waiting) const;
+  Status read_bytes(Levels& out, Waiting& waiting) const;
+  std::vector<float> mean_of(std::span<const uint8_t> row, std::span<const uint8_t> other) const;
   void fetch(const Level& level, int x, int y, float weight, Value& out) const;
 
   const Texture texture_;
@@ -182,7 +195,7 @@ const TextureCache::Picture::Level& TextureCache::Picture::level(size_t index) c
 // Every level is averaged from the file's texels on, whichever was asked for: the bits are the
 // same.
 void TextureCache::Picture::read(size_t index) const {
-  std::vector<std::unique_ptr<Level>> made(level_count_);
+  Levels made(level_count_);
   for (size_t l = index; l < level_count_ && !levels_[l].load(); ++l) {
     made[l] = std::make_unique<Level>(Level{width(l), height(l), {}, {}});
     if (info_.is_8_bit)
@@ -190,27 +203,9 @@ void TextureCache::Picture::read(size_t index) const {
     else
       made[l]->floats.resize(value_count(l));
   }
-  std::vector<std::vector<float>> waiting(level_count_);
-  size_t row = 0;
-  const size_t channels = static_cast<size_t>(info_.channels);
+  Waiting waiting(level_count_);
   // A file that breaks off leaves the rest black.
-  (void)read_picture_rows(
-      texture_.path, texture_.bytes.get(), info_.height, [&](std::span<const float> stored) {
-        if (made[0] && info_.is_8_bit) keep_bytes(*made[0], row, stored);
-        std::vector<float> linear(stored.begin(), stored.end());
-        linear.resize(static_cast<size_t>(info_.width) * channels);  // if the file changed
-        for (size_t c = 0; c < channels; ++c) {
-          const bool encoded = is_encoded(static_cast<int>(c));
-          for (size_t i = c; i < linear.size(); i += channels) {
-            if (info_.is_8_bit)
-              linear[i] = encoded ? linear_of_srgb()[static_cast<size_t>(linear[i] + 0.5f) & 255]
-                                  : linear[i] / 255;
-            else if (encoded)
-              linear[i] = srgb_to_linear(linear[i]);
-          }
-        }
-        add_row(made, waiting, 0, row++, std::move(linear));
-      });
+  (void)(info_.is_8_bit ? read_bytes(made, waiting) : read_floats(made, waiting));
   for (size_t l = level_count_; l-- > 0;) {
     if (!made[l]) continue;
     levels_[l].store(made[l].get(), std::memory_order_release);
@@ -218,12 +213,64 @@ void TextureCache::Picture::read(size_t index) const {
   }
 }
 
+Status TextureCache::Picture::read_floats(Levels& out, Waiting& waiting) const {
+  size_t row = 0;
+  return read_picture_rows(
+      texture_.path, texture_.bytes.get(), info_.height, [&](std::span<const float> stored) {
+        const auto channels = static_cast<size_t>(info_.channels);
+        std::vector<float> linear(stored.begin(), stored.end());
+        linear.resize(static_cast<size_t>(info_.width) * channels);  // if the file changed
+        for (size_t c = 0; c < channels; ++c)
+          for (size_t i = c; i < linear.size() && is_encoded(static_cast<int>(c)); i += channels)
+            linear[i] = srgb_to_linear(linear[i]);
+        add_row(out, waiting, 0, row++, std::move(linear));
+      });
+}
+
+// The finest level as it is stored; means are of linear light.
+Status TextureCache::Picture::read_bytes(Levels& out, Waiting& waiting) const {
+  const size_t size = static_cast<size_t>(info_.width) * static_cast<size_t>(info_.channels);
+  const auto height = static_cast<size_t>(info_.height);
+  size_t row = 0;
+  std::vector<uint8_t> values(size), above;
+  return read_picture_bytes(
+      texture_.path, texture_.bytes.get(), info_.height, [&](std::span<const uint8_t> stored) {
+        if (row >= height) return;
+        std::copy_n(stored.begin(), std::min(size, stored.size()), values.begin());
+        if (out[0])
+          std::copy(values.begin(), values.end(),
+                    out[0]->bytes.begin() + static_cast<ptrdiff_t>(row * size));
+        if (level_count_ > 1 && (row % 2 == 1 || row + 1 == height))
+          add_row(out, waiting, 1, row / 2, mean_of(values, row % 2 == 1 ? above : values));
+        above.swap(values);
+        values.resize(size);
+        ++row;
+      });
+}
+
+// Of two rows, and of two columns each.
+std::vector<float> TextureCache::Picture::mean_of(std::span<const uint8_t> row,
+                                                  std::span<const uint8_t> other) const {
+  const auto channels = static_cast<size_t>(info_.channels);
+  const auto count = static_cast<size_t>(info_.width);
+  const size_t half = (count + 1) / 2;
+  std::vector<float> mean(half * channels);
+  for (size_t c = 0; c < channels; ++c) {
+    const auto& linear = is_encoded(static_cast<int>(c)) ? linear_of_srgb() : linear_of_byte();
+    for (size_t x = 0; x < half; ++x) {
+      const size_t a = 2 * x * channels + c, b = std::min(2 * x + 1, count - 1) * channels + c;
+      mean[x * channels + c] =
+          0.25f * (linear[row[a]] + linear[row[b]] + linear[other[a]] + linear[other[b]]);
+    }
+  }
+  return mean;
+}
+
 // Keeps a row of linear values, and hands its mean with the one before it to the next level.
-void TextureCache::Picture::add_row(std::vector<std::unique_ptr<Level>>& out,
-                                    std::vector<std::vector<float>>& waiting, size_t level,
-                                    size_t row, std::vector<float> values) const {
+void TextureCache::Picture::add_row(Levels& out, Waiting& waiting, size_t level, size_t row,
+                                    std::vector<float> values) const {
   if (row >= static_cast<size_t>(height(level))) return;
-  if (out[level] && !(level == 0 && info_.is_8_bit)) store(*out[level], row, values);
+  if (out[level]) store(*out[level], row, values);
   if (level + 1 == level_count_) return;
   const bool last = row + 1 == static_cast<size_t>(height(level));
   if (row % 2 == 0 && !last) {
@@ -241,13 +288,6 @@ void TextureCache::Picture::add_row(std::vector<std::unique_ptr<Level>>& out,
           0.25f * (values[a + c] + values[b + c] + other[a + c] + other[b + c]);
   }
   add_row(out, waiting, level + 1, row / 2, std::move(mean));
-}
-
-void TextureCache::Picture::keep_bytes(Level& level, size_t row,
-                                       std::span<const float> stored) const {
-  const size_t begin = row * static_cast<size_t>(level.width * info_.channels);
-  for (size_t i = 0; i < stored.size() && begin + i < level.bytes.size(); ++i)
-    level.bytes[begin + i] = static_cast<uint8_t>(stored[i] + 0.5f);
 }
 
 void TextureCache::Picture::store(Level& level, size_t row, std::span<const float> values) const {

@@ -13,5 +13,7 @@ Result<Bytes> encode_image(ImageFormat format, const Image& image, const ImageMe
 Result<PictureInfo> read_picture_info(const std::filesystem::path& path, const Bytes* bytes);
 Status read_picture_rows(const std::filesystem::path& path, const Bytes* bytes, int row_limit,
                          const std::function<void(std::span<const float>)>& row);
+Status read_picture_bytes(const std::filesystem::path& path, const Bytes* bytes, int row_limit,
+                          const std::function<void(std::span<const uint8_t>)>& row);
 
 }  // namespace qray::openimageio

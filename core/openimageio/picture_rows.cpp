@@ -56,25 +56,29 @@ Result<Opened> open(const std::filesystem::path& path, const Bytes* bytes) {
   return opened;
 }
 
+template <class T>
 Status read_rows(OIIO::ImageInput& input, int row_limit,
-                 const std::function<void(std::span<const float>)>& row) {
+                 const std::function<void(std::span<const T>)>& row) {
   const OIIO::ImageSpec spec = input.spec();
   const int channels = std::min(spec.nchannels, 4);
   const size_t row_size = static_cast<size_t>(spec.width) * static_cast<size_t>(channels);
   const bool tiled = spec.tile_width > 0;
-  const int step = tiled ? spec.tile_height : kRowsAtOnce;
-  const float scale = spec.format == OIIO::TypeDesc::UINT8 ? 255.0f : 1.0f;
-  std::vector<float> rows(row_size * static_cast<size_t>(step));
+  const int step = tiled ? spec.tile_height : std::min(kRowsAtOnce, row_limit);
+  constexpr OIIO::TypeDesc::BASETYPE kType =
+      std::is_same_v<T, float> ? OIIO::TypeDesc::FLOAT : OIIO::TypeDesc::UINT8;
+  const bool from_bytes = std::is_same_v<T, float> && spec.format == OIIO::TypeDesc::UINT8;
+  std::vector<T> rows(row_size * static_cast<size_t>(step));
   for (int y = 0; y < std::min(spec.height, row_limit); y += step) {
     const int begin = spec.y + y, end = spec.y + std::min(y + step, spec.height);
-    const bool good = tiled ? input.read_tiles(0, 0, spec.x, spec.x + spec.width, begin, end, 0, 1,
-                                               0, channels, OIIO::TypeDesc::FLOAT, rows.data())
-                            : input.read_scanlines(0, 0, begin, end, 0, 0, channels,
-                                                   OIIO::TypeDesc::FLOAT, rows.data());
+    const bool good =
+        tiled ? input.read_tiles(0, 0, spec.x, spec.x + spec.width, begin, end, 0, 1, 0, channels,
+                                 kType, rows.data())
+              : input.read_scanlines(0, 0, begin, end, 0, 0, channels, kType, rows.data());
     if (!good) return Error{ErrorCode::kInvalid, input.geterror(), ""};
-    for (float& v : rows) v *= scale;
+    if (from_bytes)
+      for (T& v : rows) v = static_cast<T>(v * 255);
     for (int i = 0; i < end - begin; ++i)
-      row(std::span<const float>(rows).subspan(static_cast<size_t>(i) * row_size, row_size));
+      row(std::span<const T>(rows).subspan(static_cast<size_t>(i) * row_size, row_size));
   }
   return {};
 }
@@ -94,8 +98,11 @@ Result<PictureInfo> read_picture_info(const std::filesystem::path& path, const B
   }
 }
 
-Status read_picture_rows(const std::filesystem::path& path, const Bytes* bytes, int row_limit,
-                         const std::function<void(std::span<const float>)>& row) {
+namespace {
+
+template <class T>
+Status open_and_read(const std::filesystem::path& path, const Bytes* bytes, int row_limit,
+                     const std::function<void(std::span<const T>)>& row) {
   try {
     Result<Opened> opened = open(path, bytes);
     if (!opened) return opened.error();
@@ -105,6 +112,18 @@ Status read_picture_rows(const std::filesystem::path& path, const Bytes* bytes, 
   } catch (const std::exception& e) {
     return not_a_picture(path, e.what());
   }
+}
+
+}  // namespace
+
+Status read_picture_rows(const std::filesystem::path& path, const Bytes* bytes, int row_limit,
+                         const std::function<void(std::span<const float>)>& row) {
+  return open_and_read(path, bytes, row_limit, row);
+}
+
+Status read_picture_bytes(const std::filesystem::path& path, const Bytes* bytes, int row_limit,
+                          const std::function<void(std::span<const uint8_t>)>& row) {
+  return open_and_read(path, bytes, row_limit, row);
 }
 
 }  // namespace qray::openimageio
