@@ -54,6 +54,7 @@ class JsonReader {
     if (camera.projection != Projection::kEquirectangular) {
       members.push_back("aperture_radius");
       members.push_back("focus_distance");
+      members.push_back("shift");
     }
     if (camera.projection == Projection::kPerspective) {
       members.push_back("vertical_fov_deg");
@@ -71,6 +72,10 @@ class JsonReader {
     if (const auto v = node.find("aperture_radius")) camera.aperture_radius = v->number();
     if (const auto v = node.find("focus_distance")) camera.focus_distance = v->number();
     if (const auto v = node.find("mirrored")) camera.mirrored = v->boolean();
+    if (const auto v = node.find("shift")) {
+      const std::vector<float> shift = v->numbers(2);
+      camera.shift = {shift[0], shift[1]};
+    }
   }
 
   // A file beside the scene's; it must be there.

@@ -131,7 +131,7 @@ MitsubaMaterials::Converted MitsubaMaterials::wrapper(const MitsubaNode& bsdf, b
     if (!map.texture.valid()) break;
     if (bump) {
       const float scale = static_cast<float>(find_number(bsdf, "scale").value_or(1));
-      m.bump_map = {luminance(map.value) * scale, map.texture, 0};
+      m.bump_map = {luminance(map.value) * scale, map.texture, kLuminance};
     } else {
       m.normal_map = textures_.as_numbers(map.texture);
     }

@@ -151,6 +151,7 @@ class MitsubaReader {
     } else {
       made.material.name = "grey";
       made.material.two_sided = false;
+      if (parts.emitter) made.material.reflectance.value = Rgb{0.0f};
     }
     if (parts.emitter)
       made.material.emission = materials_.textures().find_color(*parts.emitter, "radiance",

@@ -18,13 +18,30 @@ int read_size(const MitsubaNode& film, std::string_view name, int fallback, int 
   return static_cast<int>(*size);
 }
 
-void read_film(const MitsubaNode& film, MitsubaImport& import) {
-  Scene& scene = import.out.scene;
-  scene.width = read_size(film, "width", 768, import.limits.max_dimension_px);
-  scene.height = read_size(film, "height", 576, import.limits.max_dimension_px);
-  for (const char* name : {"crop_width", "crop_height", "crop_offset_x", "crop_offset_y"})
-    if (const MitsubaNode* crop = find_parameter(film, name))
-      return import.warn(*crop, "the whole picture is rendered, not this window of it");
+// What a film holds, and the window of it that is drawn, from the top left corner; pixels.
+struct Film {
+  int width = 768, height = 576;
+  int left = 0, top = 0, window_width = 768, window_height = 576;
+};
+
+Film read_film(const MitsubaNode& node, MitsubaImport& import) {
+  Film film;
+  const int most = import.limits.max_dimension_px;
+  film.width = read_size(node, "width", film.width, most);
+  film.height = read_size(node, "height", film.height, most);
+  const auto edge = [&node](const char* name, int size) {
+    const double at = find_number(node, name).value_or(0);
+    if (!(at >= 0 && at < size && at == std::floor(at)))
+      find_parameter(node, name)
+          ->fail("expected a whole number from 0, below " + std::to_string(size));
+    return static_cast<int>(at);
+  };
+  film.left = edge("crop_offset_x", film.width);
+  film.top = edge("crop_offset_y", film.height);
+  film.window_width = read_size(node, "crop_width", film.width - film.left, film.width - film.left);
+  film.window_height =
+      read_size(node, "crop_height", film.height - film.top, film.height - film.top);
+  return film;
 }
 
 // "44mm" or "44".
@@ -69,6 +86,17 @@ float orthographic_height(const MitsubaNode& sensor, const Transform& to_world, 
   return static_cast<float>(height);
 }
 
+// Of the window's middle, in its own sizes.
+Vec2 shift_of(const MitsubaNode& sensor, const Film& film) {
+  const auto shift = [](double offset, int edge, int part, int whole) {
+    return static_cast<float>((edge + 0.5 * part - (0.5 + offset) * whole) / part);
+  };
+  return {shift(find_number(sensor, "principal_point_offset_x").value_or(0), film.left,
+                film.window_width, film.width),
+          -shift(find_number(sensor, "principal_point_offset_y").value_or(0), film.top,
+                 film.window_height, film.height)};
+}
+
 // Mitsuba's camera looks along its +z and has its +x at the picture's left, which is right-handed.
 // A map that mirrors, mirrors the picture.
 void place(Camera& camera, const Transform& to_world) {
@@ -100,12 +128,16 @@ std::optional<double> max_depth(const MitsubaNode& integrator, const MitsubaDocu
 
 void read_sensor(const MitsubaNode& sensor, MitsubaImport& import) {
   Scene& scene = import.out.scene;
-  scene.width = 768;
-  scene.height = 576;
+  Film film;
+  const MitsubaNode* window = nullptr;
   for (const MitsubaNode& child : sensor.children) {
     const MitsubaNode& node = import.document.resolve(child);
-    if (node.tag == "film") read_film(node, import);
+    if (node.tag != "film") continue;
+    film = read_film(node, import);
+    window = &node;
   }
+  scene.width = film.window_width;
+  scene.height = film.window_height;
   const bool lens = sensor.type == "thinlens" || sensor.type == "telecentric";
   Camera& camera = scene.camera;
   if (sensor.type == "orthographic" || sensor.type == "telecentric")
@@ -114,18 +146,24 @@ void read_sensor(const MitsubaNode& sensor, MitsubaImport& import) {
     camera.projection = Projection::kEquirectangular;
   else if (!lens && sensor.type != "perspective")
     import.warn(sensor, "sensors of type \"" + sensor.type + "\" are drawn as perspective");
-  for (const char* name : {"principal_point_offset_x", "principal_point_offset_y"})
-    if (const MitsubaNode* offset = find_parameter(sensor, name))
-      import.warn(*offset, "the view is drawn about the picture's middle");
-
   const Transform to_world = find_transform(sensor, "to_world").value_or(Transform{});
   place(camera, to_world);
-  const double aspect = static_cast<double>(scene.width) / scene.height;
+  const double aspect = static_cast<double>(film.width) / film.height;
+  const double part = static_cast<double>(scene.height) / film.height;
   if (camera.projection == Projection::kOrthographic) {
-    camera.height = orthographic_height(sensor, to_world, aspect, import);
+    camera.height =
+        orthographic_height(sensor, to_world, aspect, import) * static_cast<float>(part);
   } else if (camera.projection == Projection::kPerspective) {
     camera.vertical_fov_deg =
-        static_cast<float>(std::atan(half_height(sensor, aspect)) * 360 / std::numbers::pi);
+        static_cast<float>(std::atan(half_height(sensor, aspect) * part) * 360 / std::numbers::pi);
+  }
+  if (camera.projection != Projection::kEquirectangular)
+    camera.shift = shift_of(sensor, film);
+  else if (scene.width != film.width || scene.height != film.height)
+    window->fail("expected no window of a picture of all directions", ErrorCode::kUnsupported);
+  if (const std::optional<double> near = find_number(sensor, "near_clip")) {
+    if (!(*near >= 0)) find_parameter(sensor, "near_clip")->fail("expected a distance from 0");
+    camera.near_clip = static_cast<float>(*near);
   }
   if (!lens) return;
   const double radius = find_number(sensor, "aperture_radius").value_or(0);

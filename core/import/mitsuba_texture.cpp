@@ -72,7 +72,7 @@ ColorParam MitsubaTextures::find_color(const MitsubaNode& plugin, std::string_vi
 FloatParam MitsubaTextures::find_share(const MitsubaNode& plugin, std::string_view name,
                                        float fallback) {
   const ColorParam color = find_color(plugin, name, Rgb{fallback});
-  return {luminance(color.value), color.texture};
+  return {luminance(color.value), color.texture, color.texture.valid() ? kLuminance : 0};
 }
 
 FloatParam MitsubaTextures::find_opacity(const MitsubaNode& plugin) {

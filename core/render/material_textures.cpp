@@ -15,8 +15,9 @@ Status MaterialTextures::open(const std::vector<Texture>& textures, int threads)
 float MaterialTextures::number(const FloatParam& param, TexturePoint uv) const {
   if (!param.texture.valid()) return param.value;
   const int at = handle(param.texture);
-  return param.value *
-         (param.channel == 3 ? cache_.lookup_alpha(at, uv) : cache_.lookup(at, uv)[param.channel]);
+  if (param.channel == 3) return param.value * cache_.lookup_alpha(at, uv);
+  const Rgb value = cache_.lookup(at, uv);
+  return param.value * (param.channel == kLuminance ? luminance(value) : value[param.channel]);
 }
 
 ShadingPoint MaterialTextures::point(const Material& m, TexturePoint uv) const {

@@ -39,6 +39,10 @@ struct Camera {
   float aperture_radius = 0;    // metres; 0 = pinhole
   float focus_distance = 0;     // metres along the view axis; 0 = the target's distance
   bool mirrored = false;        // the picture's left and right are exchanged
+  // By how much the picture's middle lies to the right of and above what the camera looks at, in
+  // widths and heights of the picture. Counts unless it is equirectangular.
+  Vec2 shift{0, 0};
+  float near_clip = 0;  // metres along the view axis: what is nearer is not seen. Perspective alone
   Projection projection = Projection::kPerspective;
   // Of an orthographic picture, metres from its lower edge to its upper one; 0 = what the field of
   // view spans at the target.
@@ -60,6 +64,7 @@ class CameraRays {
   CameraRays(const Camera& camera, int width, int height)
       : projection_(camera.projection),
         position_(camera.position),
+        near_clip_(projection_ == Projection::kPerspective ? camera.near_clip : 0),
         aperture_radius_(projection_ == Projection::kEquirectangular ? 0 : camera.aperture_radius) {
     const Vec3 to_target = camera.target - camera.position;
     forward_ = normalize(to_target);
@@ -83,12 +88,14 @@ class CameraRays {
       middle = position_;
     }
     const float half_width = half_height * columns / rows;
+    middle += right * (2 * half_width * camera.shift.x) + up * (2 * half_height * camera.shift.y);
     lens_x_ = right;
     lens_y_ = up;
     corner_ = middle - right * half_width + up * half_height;
     step_x_ = right * (2 * half_width / columns);
     step_y_ = up * (-2 * half_height / rows);
     (projection_ == Projection::kOrthographic ? cone_.width : cone_.angle) = length(step_y_);
+    if (near_clip_ > 0) cone_.width = cone_.angle * near_clip_;
   }
 
   // `pixel` in pixels from the top left corner; `u_lens` in the unit square.
@@ -96,11 +103,12 @@ class CameraRays {
     if (projection_ == Projection::kEquirectangular) return {position_, direction(pixel)};
     const Vec3 d = corner_ + step_x_ * pixel.x + step_y_ * pixel.y;  // depth 1 along the axis
     const bool parallel = projection_ == Projection::kOrthographic;  // then d is a place
-    if (aperture_radius_ == 0) return parallel ? Ray{d, forward_} : Ray{position_, normalize(d)};
+    if (aperture_radius_ == 0)
+      return parallel ? Ray{d, forward_} : clipped({position_, normalize(d)});
     const Vec2 lens = square_to_disk(u_lens) * aperture_radius_;
     const Vec3 offset = lens_x_ * lens.x + lens_y_ * lens.y;
     if (parallel) return {d + offset, normalize(forward_ * focus_distance_ - offset)};
-    return {position_ + offset, normalize(d * focus_distance_ - offset)};
+    return clipped({position_ + offset, normalize(d * focus_distance_ - offset)});
   }
   // The pixel (of real coordinates) that shows p through the lens' middle; none: it lies behind.
   std::optional<Vec2> project(Vec3 p) const {
@@ -122,6 +130,10 @@ class CameraRays {
   bool has_lens() const { return aperture_radius_ > 0; }
 
  private:
+  Ray clipped(const Ray& ray) const {
+    if (near_clip_ == 0) return ray;
+    return {ray.o + ray.d * (near_clip_ / dot(ray.d, forward_)), ray.d};
+  }
   // Of an equirectangular picture: longitude from the middle column to the right, and the angle
   // from up.
   Vec3 direction(Vec2 pixel) const {
@@ -141,7 +153,7 @@ class CameraRays {
   Vec3 position_, forward_, lens_x_, lens_y_, corner_, step_x_, step_y_;
   Vec2 angles_;  // radians that a column and a row span
   PixelCone cone_;
-  float aperture_radius_, focus_distance_ = 0;
+  float near_clip_, aperture_radius_, focus_distance_ = 0;
 };
 
 }  // namespace qray

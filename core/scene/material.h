@@ -28,10 +28,11 @@ struct ColorParam {
   TextureId texture{};
   bool operator==(const ColorParam&) const = default;
 };
+constexpr int kLuminance = 4;  // a channel made of red, green and blue
 struct FloatParam {
   float value = 0;
   TextureId texture{};
-  int channel = 0;  // of the image: red, green, blue, alpha (1 where it has none)
+  int channel = 0;  // of the image: red, green, blue, alpha (1 where it has none), kLuminance
   bool operator==(const FloatParam&) const = default;
 };
 

@@ -48,8 +48,8 @@ Status check_param(const std::string& place, const ColorParam& param, float hi, 
 }
 Status check_param(const std::string& place, const FloatParam& param, size_t textures, float lo = 0,
                    float hi = 1) {
-  if (param.channel < 0 || param.channel > 3)
-    return wrong(place, "a channel of 0..3", std::to_string(param.channel));
+  if (param.channel < 0 || param.channel > kLuminance)
+    return wrong(place, "a channel of 0..4", std::to_string(param.channel));
   const Status status = check_range(place, param.value, lo, hi);
   return status.ok() ? check_texture(place, param.texture, textures) : status;
 }
@@ -312,6 +312,7 @@ Status validate_camera(const Camera& camera) {
   Status status = check_range("/camera/aperture_radius", camera.aperture_radius, 0, kMaxCoordinate);
   if (status.ok())
     status = check_range("/camera/focus_distance", camera.focus_distance, 0, kMaxCoordinate);
+  if (status.ok()) status = check_range("/camera/near_clip", camera.near_clip, 0, kMaxCoordinate);
   if (status.ok()) status = check_range("/camera/height", camera.height, 0, kMaxCoordinate);
   if (!status.ok()) return status;
   const Vec3 view = camera.target - camera.position;

@@ -238,6 +238,25 @@ TEST_F(MitsubaMaterial, ACheckerboardIsAPictureOfFourTexels) {
   EXPECT_NEAR(uv.y, 0.75f, 1e-5f);
 }
 
+TEST_F(MitsubaMaterial, PicturesAreNumbersByTheirLuminance) {
+  ASSERT_TRUE(write_image(folder_.path() / "rgb.png", Image(2, 2, 3)).ok());
+  ASSERT_TRUE(write_image(folder_.path() / "rgba.png", Image(2, 2, 4)).ok());
+  const auto picture = [](const std::string& name, const std::string& file) {
+    return "<texture name=\"" + name + "\" type=\"bitmap\"><string name=\"filename\" value=\"" +
+           file + "\"/></texture>";
+  };
+  const std::string diffuse = "<bsdf type=\"diffuse\"/>";
+  const auto mask = [&](const std::string& file) {
+    return of("<bsdf type=\"mask\">" + picture("opacity", file) + diffuse + "</bsdf>").opacity;
+  };
+  EXPECT_EQ(mask("rgb.png").channel, kLuminance);
+  EXPECT_EQ(mask("rgba.png").channel, 3);
+  EXPECT_EQ(
+      of("<bsdf type=\"blendbsdf\">" + picture("weight", "rgb.png") + diffuse + diffuse + "</bsdf>")
+          .blend_weight.channel,
+      kLuminance);
+}
+
 TEST_F(MitsubaMaterial, BitmapsAreReadAsTheyAsk) {
   ASSERT_TRUE(write_image(folder_.path() / "a b.png", Image(2, 2, 3)).ok());
   const auto texture = [&](const std::string& parameters) {

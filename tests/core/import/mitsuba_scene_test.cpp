@@ -76,6 +76,53 @@ TEST(MitsubaSensor, FieldOfViewByEachAxis) {
   EXPECT_NEAR(fov("<float name=\"focal_length\" value=\"44\"/>"), film, 1e-3f);
 }
 
+TEST(MitsubaSensor, AWindowOfTheFilmIsThePicture) {
+  const test::SceneFolder folder;
+  const auto sensor = [&folder](const std::string& offset, const std::string& crop) {
+    const auto integer = [](const char* name, int value) {
+      return "<integer name=\"" + std::string(name) + "\" value=\"" + std::to_string(value) +
+             "\"/>";
+    };
+    return folder.load(
+        "a.xml", with_sensor("<sensor type=\"perspective\"><float name=\"fov\" value=\"90\"/>" +
+                             offset + "<film type=\"hdrfilm\">" + integer("width", 200) +
+                             integer("height", 100) + crop + "</film></sensor>"));
+  };
+  const std::string crop =
+      "<integer name=\"cropWidth\" value=\"50\"/><integer name=\"cropHeight\" value=\"20\"/>"
+      "<integer name=\"cropOffsetX\" value=\"150\"/><integer name=\"cropOffsetY\" value=\"0\"/>";
+  const auto window = sensor("", crop);
+  ASSERT_TRUE(window.ok()) << window.error().text();
+  EXPECT_EQ(window.value().warnings.size(), 1u);  // nothing emits light
+  const Scene& scene = window.value().scene;
+  EXPECT_EQ(scene.width, 50);
+  EXPECT_EQ(scene.height, 20);
+  // 75 pixels to the right, 40 up; the film's half height is 1/2.
+  EXPECT_NEAR(scene.camera.shift.x, 1.5f, 1e-6f);
+  EXPECT_NEAR(scene.camera.shift.y, 2, 1e-6f);
+  EXPECT_NEAR(scene.camera.vertical_fov_deg, 2 * std::atan(0.1f) * 180 / kPi, 1e-3f);
+  const auto moved = sensor("<float name=\"principalPointOffsetX\" value=\"0.25\"/>", "");
+  ASSERT_TRUE(moved.ok());
+  EXPECT_NEAR(moved.value().scene.camera.shift.x, -0.25f, 1e-6f);
+  EXPECT_EQ(moved.value().scene.camera.shift.y, 0);
+  const auto outside = sensor("", "<integer name=\"cropOffsetX\" value=\"200\"/>");
+  ASSERT_FALSE(outside.ok());
+  EXPECT_NE(outside.error().text().find("expected a whole number from 0, below 200"),
+            std::string::npos);
+}
+
+TEST(MitsubaShape, ALightWithoutABsdfReflectsNothing) {
+  const std::string light = "<emitter type=\"area\"/>", red = "<bsdf type=\"diffuse\"/>";
+  const auto albedo = [](const std::string& parts) {
+    const LoadedScene loaded = load("<scene version=\"0.6.0\">" + kMitsubaSensor +
+                                    "<shape type=\"rectangle\">" + parts + "</shape></scene>");
+    return loaded.scene.materials.at(0).reflectance.value;
+  };
+  EXPECT_EQ(albedo(light), Rgb{0.0f});
+  EXPECT_EQ(albedo(light + red), Rgb{0.5f});
+  EXPECT_EQ(albedo(""), Rgb{0.5f});
+}
+
 TEST(MitsubaSensor, OrthographicSpansItsMapAcross) {
   const auto of = [](const std::string& type, const std::string& scale) {
     return load(with_sensor("<sensor type=\"" + type + "\"><transform name=\"toWorld\"><scale " +

@@ -112,5 +112,50 @@ TEST(CameraRays, EquirectangularPicturesStandUpright) {
   test::expect_near(CameraRays(camera, 8, 4).ray({6, 2}, {}).d, {-1, 0, 0}, 1e-6f);
 }
 
+TEST(CameraRays, RaysBeginAtTheNearPlane) {
+  Camera camera;
+  camera.position = {1, 2, 3};
+  camera.target = {1, 2, -9};
+  camera.near_clip = 2;
+  for (const float radius : {0.0f, 0.5f}) {
+    camera.aperture_radius = radius;
+    const CameraRays rays(camera, 8, 4);
+    for (const Vec2 pixel : {Vec2{0, 0}, Vec2{3, 4}, Vec2{8, 1}}) {
+      const Ray ray = rays.ray(pixel, {0.8f, 0.3f});
+      EXPECT_NEAR(ray.o.z, 1, 1e-5f);
+      EXPECT_NEAR(length(ray.d), 1, 1e-5f);
+      const auto seen = rays.project(ray.o + ray.d * 5);
+      if (radius > 0) continue;
+      ASSERT_TRUE(seen);
+      EXPECT_NEAR(seen->x, pixel.x, 1e-4f);
+    }
+  }
+}
+
+// A quarter of a picture is that quarter of the whole one.
+TEST(CameraRays, AShiftedPictureIsAWindow) {
+  for (const Projection projection : {Projection::kPerspective, Projection::kOrthographic}) {
+    for (const bool mirrored : {false, true}) {
+      Camera camera;
+      camera.projection = projection;
+      camera.vertical_fov_deg = 60;
+      camera.mirrored = mirrored;
+      Camera part = camera;
+      part.vertical_fov_deg = 2 * std::atan(0.5f * std::tan(kPi / 6)) * (180 / kPi);
+      part.shift = {0.5f, -0.5f};  // the lower right one
+      const CameraRays whole(camera, 16, 8), window(part, 8, 4);
+      for (const Vec2 pixel : {Vec2{0, 0}, Vec2{3.25f, 1.5f}, Vec2{8, 4}}) {
+        const Ray a = whole.ray({pixel.x + 8, pixel.y + 4}, {}), b = window.ray(pixel, {});
+        test::expect_near(a.d, b.d, 1e-6f);
+        test::expect_near(a.o, b.o, 1e-6f);
+        const auto back = window.project(b.o + b.d * 3);
+        ASSERT_TRUE(back);
+        EXPECT_NEAR(back->x, pixel.x, 1e-4f);
+        EXPECT_NEAR(back->y, pixel.y, 1e-4f);
+      }
+    }
+  }
+}
+
 }  // namespace
 }  // namespace qray

@@ -110,7 +110,7 @@ TEST(Validate, NamesThePlaceOfEveryFault) {
       {"/materials/0/emission", [](Scene& s) { s.materials[0].emission.value.r = kInf; }},
       {"/materials/1/metallic", [](Scene& s) { s.materials[1].metallic.value = 1.5f; }},
       {"/materials/1/transmission", [](Scene& s) { s.materials[1].transmission.value = kNan; }},
-      {"/materials/1/clearcoat", [](Scene& s) { s.materials[1].clearcoat.channel = 4; }},
+      {"/materials/1/clearcoat", [](Scene& s) { s.materials[1].clearcoat.channel = 5; }},
       {"/materials/1/opacity", [](Scene& s) { s.materials[1].opacity.value = -1; }},
       {"/materials/1/opacity", [](Scene& s) { s.materials[1].opacity.channel = -1; }},
       {"/materials/1/alpha_cutoff", [](Scene& s) { s.materials[1].alpha_cutoff = 2; }},
