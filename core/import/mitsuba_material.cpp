@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <utility>
 
 #include "core/import/mitsuba_ior.h"
 
@@ -36,9 +37,15 @@ MitsubaMaterials::Converted MitsubaMaterials::convert(const MitsubaNode& bsdf) {
 
 MitsubaMaterials::Converted MitsubaMaterials::convert(const MitsubaNode& bsdf, bool two_sided) {
   const std::pair key(&bsdf, two_sided);
-  if (const auto it = known_.find(key); it != known_.end()) return it->second;
+  if (const auto it = known_.find(key); it != known_.end()) {
+    colored_ = colored_ || it->second.vertex_colors;
+    return it->second;
+  }
   if (++depth_ > kMaxBsdfDepth) bsdf.fail("expected BSDFs of at most 32 levels, no cycles");
+  const bool colored_before = std::exchange(colored_, false);
   Converted converted = convert_new(bsdf, two_sided);
+  converted.vertex_colors = textures_.take_vertex_colors() || colored_;
+  colored_ = colored_before || converted.vertex_colors;
   --depth_;
   if (converted.material.name.empty() || !bsdf.id.empty())
     converted.material.name = bsdf.id.empty() ? bsdf.type + " at " + bsdf.where : bsdf.id;
@@ -220,6 +227,13 @@ Material MitsubaMaterials::principled(const MitsubaNode& bsdf) {
   }
   m.metallic = textures_.find_share(bsdf, "metallic", 0);
   m.transmission = textures_.find_share(bsdf, "spec_trans", 0);
+  // What passes a surface there is coloured by the base's root, here by the base.
+  if (!m.reflectance.texture.valid() && !m.transmission.texture.valid()) {
+    Rgb& base = m.reflectance.value;
+    for (int i = 0; i < 3; ++i)
+      base[i] =
+          std::lerp(base[i], std::sqrt(base[i]), std::clamp(m.transmission.value, 0.0f, 1.0f));
+  }
   m.clearcoat = textures_.find_share(bsdf, "clearcoat", 0);
   m.clearcoat.value *= 0.25f;  // Disney's coat reflects a quarter of a real one
   const float gloss = textures_.find_share(bsdf, "clearcoat_gloss", 0).value;

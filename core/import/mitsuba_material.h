@@ -12,7 +12,8 @@ class MitsubaMaterials {
 
   struct Converted {
     Material material;
-    bool inside_out = false;  // denser outside: meshes of it are turned, as the index is over 1
+    bool vertex_colors = false;  // of the mesh multiply the reflectance
+    bool inside_out = false;     // denser outside: meshes of it are turned, as the index is over 1
   };
   // Of a <bsdf>.
   Converted convert(const MitsubaNode& bsdf);
@@ -41,6 +42,7 @@ class MitsubaMaterials {
   MitsubaImport& import_;
   MitsubaTextures textures_;
   std::map<std::pair<const MitsubaNode*, bool>, Converted> known_;
+  bool colored_ = false;  // a BSDF within the one that is converted asks for vertices' colours
   int depth_ = 0;
 };
 

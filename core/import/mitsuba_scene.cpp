@@ -23,7 +23,7 @@ struct ShapeParts {
 
 struct ShapeMaterial {
   MaterialId id;
-  bool inside_out;
+  bool inside_out, vertex_colors;
 };
 
 class MitsubaReader {
@@ -113,6 +113,7 @@ class MitsubaReader {
             ErrorCode::kTooLarge);
       }
       if (material.inside_out) flip_winding(mesh);
+      if (!material.vertex_colors) mesh.colors.clear();
       mesh.material = material.id;
       mesh.name = shape.id.empty() ? shape.type + " at " + shape.where : shape.id;
       import_.out.scene.meshes.push_back(std::move(mesh));
@@ -157,7 +158,8 @@ class MitsubaReader {
       made.material.emission = materials_.textures().find_color(*parts.emitter, "radiance",
                                                                 Rgb{1.0f}, ColorUse::kEmission);
     if (parts.medium) fill(*parts.medium, made.material, shape);
-    const ShapeMaterial material{materials_.add(std::move(made.material)), made.inside_out};
+    const ShapeMaterial material{materials_.add(std::move(made.material)), made.inside_out,
+                                 made.vertex_colors};
     return shared_.emplace(parts, material).first->second;
   }
 

@@ -147,6 +147,11 @@ FloatParam MitsubaTextures::find_isotropic(const MitsubaNode& plugin) {
 }
 
 ColorParam MitsubaTextures::read(const MitsubaNode& node) {
+  if (const std::string* name = find_text(node, "name");
+      node.type == "mesh_attribute" && name && *name == "vertex_color") {
+    vertex_colors_ = true;
+    return {Rgb{static_cast<float>(find_number(node, "scale").value_or(1))}, {}};
+  }
   if (const auto it = known_.find(&node); it != known_.end()) return it->second;
   if (++depth_ > kMaxTextureDepth) node.fail("expected textures of at most 16 levels, no cycles");
   ColorParam color;

@@ -1,6 +1,8 @@
 // Mitsuba's textures as ours, and plugin parameters that may be one. Throws ImportFailure.
 #pragma once
 
+#include <utility>
+
 #include "core/import/mitsuba_color.h"
 
 namespace qray {
@@ -25,6 +27,8 @@ class MitsubaTextures {
   ColorParam read(const MitsubaNode& node);
   // The same picture, not decoded: normals are numbers, whatever the file says.
   TextureId as_numbers(TextureId id);
+  // Whether a texture since the last call was the colours of vertices.
+  bool take_vertex_colors() { return std::exchange(vertex_colors_, false); }
 
  private:
   ColorParam read_bitmap(const MitsubaNode& node);
@@ -37,6 +41,7 @@ class MitsubaTextures {
 
   MitsubaImport& import_;
   std::map<const MitsubaNode*, ColorParam> known_;
+  bool vertex_colors_ = false;
   int depth_ = 0;
 };
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <map>
 
+#include "core/image/picture_reader.h"
 #include "core/import/scene_folder.h"
 #include "core/scene/value_ranges.h"
 
@@ -36,11 +37,19 @@ class Converter {
       m.eta = Rgb{0.0f};
       m.k = Rgb{1.0f};
       m.specular.value = specular;
+      read_surface(in, m);
       return m;
     }
-    m.reflectance = {diffuse, texture(in)};
+    m.reflectance = {diffuse, texture(in, "map_Kd", in.diffuse_texname, in.diffuse_texopt)};
     if (m.reflectance.texture.valid() && diffuse.is_black()) m.reflectance.value = Rgb{1.0f};
-    if (max_component(specular) > 0) {
+    const TextureId rough = texture(in, "map_Pr", in.roughness_texname, in.roughness_texopt, false);
+    const TextureId metal = texture(in, "map_Pm", in.metallic_texname, in.metallic_texopt, false);
+    if (in.roughness > 0 || in.metallic > 0 || rough.valid() || metal.valid()) {
+      m.kind = MaterialKind::kPrincipled;
+      if (in.ior > 1) m.ior = clamp_to(in.ior, 1, 4);
+      m.roughness = share(in.roughness, rough);
+      m.metallic = share(in.metallic, metal);
+    } else if (max_component(specular) > 0) {
       m.kind = MaterialKind::kPlastic;
       if (in.ior > 1) m.ior = clamp_to(in.ior, 1.01f, 4);
       const float f0 = sqr((m.ior - 1) / (m.ior + 1));
@@ -48,13 +57,44 @@ class Converter {
       // Phong's exponent as the GGX alpha of like width; roughness is its root.
       const float alpha = std::sqrt(2 / (2 + clamp_to(in.shininess, 0, 1e6f)));
       m.roughness.value = std::sqrt(alpha);
+      m.specular.texture = texture(in, "map_Ks", in.specular_texname, in.specular_texopt);
     }
+    read_surface(in, m);
     return m;
   }
 
  private:
   static bool is_glass(const tinyobj::material_t& in) {
-    return in.illum == 4 || in.illum == 6 || in.illum == 7 || in.illum == 9 || in.dissolve < 0.999f;
+    return in.alpha_texname.empty() && (in.illum == 4 || in.illum == 6 || in.illum == 7 ||
+                                        in.illum == 9 || in.dissolve < 0.999f);
+  }
+  // A factor of 0 beside a picture is one that the file does not give.
+  static FloatParam share(float value, TextureId picture) {
+    const float factor = clamp_to(value, 0, 1);
+    return {picture.valid() && factor == 0 ? 1 : factor, picture, 0};
+  }
+
+  // What any opaque kind may have.
+  void read_surface(const tinyobj::material_t& in, Material& m) {
+    m.emission.texture = texture(in, "map_Ke", in.emissive_texname, in.emissive_texopt);
+    if (m.emission.texture.valid() && m.emission.value.is_black()) m.emission.value = Rgb{1.0f};
+    m.normal_map = texture(in, "norm", in.normal_texname, in.normal_texopt, false);
+    if (m.normal_map.valid())
+      m.normal_scale = clamp_to(in.normal_texopt.bump_multiplier, -1000, 1000);
+    const TextureId mask = texture(in, "map_d", in.alpha_texname, in.alpha_texopt, false);
+    if (mask.valid()) m.opacity = {1, mask, has_alpha(mask) ? 3 : kLuminance};
+    const std::pair<const char*, const std::string&> left_out[] = {
+        {"map_bump", in.bump_texname},
+        {"disp", in.displacement_texname},
+        {"refl", in.reflection_texname},
+        {"map_Ns", in.specular_highlight_texname},
+        {"map_Ps", in.sheen_texname}};
+    for (const auto& [key, name] : left_out)
+      if (!name.empty()) warn(in, std::string(key) + " is left out");
+  }
+  bool has_alpha(TextureId id) const {
+    const Result<PictureInfo> info = read_picture_info(out_.textures[id.value].path, nullptr);
+    return info.ok() && info.value().alpha_channel >= 0;
   }
 
   void warn(const tinyobj::material_t& in, const std::string& text) {
@@ -69,27 +109,34 @@ class Converter {
     return out;
   }
 
-  TextureId texture(const tinyobj::material_t& in) {
-    std::string name = in.diffuse_texname;
+  TextureId texture(const tinyobj::material_t& in, const std::string& key, std::string name,
+                    const tinyobj::texture_option_t& option, bool srgb = true) {
     if (name.empty()) return {};
+    std::string as_used = name + (srgb ? " srgb" : " raw");
+    for (const float v : {option.scale[0], option.scale[1], option.origin_offset[0],
+                          option.origin_offset[1], option.clamp ? 1.0f : 0.0f})
+      as_used += " " + std::to_string(v);
     std::replace(name.begin(), name.end(), '\\', '/');
     const auto [it, is_new] =
-        ids_.try_emplace(name, TextureId(static_cast<uint32_t>(out_.textures.size())));
+        ids_.try_emplace(as_used, TextureId(static_cast<uint32_t>(out_.textures.size())));
     if (!is_new) return it->second;
     const Result<std::filesystem::path> path = find_within(folder_, folder_, name);
     if (!path.ok()) {
-      warn(in, "map_Kd: " + path.error().message);
+      warn(in, key + ": " + path.error().message);
       return it->second = TextureId{};
     }
     Texture& texture = out_.textures.emplace_back();
     texture.path = path.value();
-    if (in.diffuse_texopt.clamp) texture.wrap_u = texture.wrap_v = TextureWrap::kClamp;
+    texture.srgb = srgb;
+    texture.uv_transform.u = {option.scale[0], 0, option.origin_offset[0]};
+    texture.uv_transform.v = {0, option.scale[1], option.origin_offset[1]};
+    if (option.clamp) texture.wrap_u = texture.wrap_v = TextureWrap::kClamp;
     return it->second;
   }
 
   const std::filesystem::path& folder_;
   ObjContents& out_;
-  std::map<std::string, TextureId> ids_;
+  std::map<std::string, TextureId> ids_;  // by file and options
 };
 
 }  // namespace

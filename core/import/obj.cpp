@@ -2,6 +2,7 @@
 
 #include <tiny_obj_loader.h>
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <map>
@@ -10,6 +11,7 @@
 #include <unordered_map>
 
 #include "core/base/file.h"
+#include "core/image/tonemap.h"
 #include "core/import/import_failure.h"
 #include "core/import/mtl.h"
 #include "core/import/polygon.h"
@@ -48,6 +50,7 @@ bool parse(std::string_view token, T& value) {
 struct Lists {
   std::vector<Vec3> positions, normals;
   std::vector<Vec2> uvs;
+  std::map<size_t, Rgb> colors;  // of those positions that have one
 };
 
 // Of a face: places in the lists; -1: none.
@@ -77,6 +80,7 @@ class MeshBuilder {
   Mesh finish() {
     if (!has_normals_) mesh_.normals.clear();
     if (!has_uvs_) mesh_.uvs.clear();
+    if (!has_colors_) mesh_.colors.clear();
     return std::move(mesh_);
   }
 
@@ -92,6 +96,11 @@ class MeshBuilder {
     // A mesh with a normal missing or without length is drawn flat.
     has_normals_ = has_normals_ && norm > 0 && std::isfinite(norm);
     mesh_.normals.push_back(normal / norm);
+    if (!lists_.colors.empty()) {
+      const auto color = lists_.colors.find(static_cast<size_t>(c.position));
+      has_colors_ = has_colors_ || color != lists_.colors.end();
+      mesh_.colors.push_back(color == lists_.colors.end() ? Rgb{1.0f} : color->second);
+    }
     mesh_.uvs.push_back(c.uv >= 0 ? lists_.uvs[static_cast<size_t>(c.uv)] : Vec2{});
     has_uvs_ = has_uvs_ || c.uv >= 0;
     return it->second;
@@ -99,7 +108,7 @@ class MeshBuilder {
 
   const Lists& lists_;
   Mesh mesh_;
-  bool has_normals_ = true, has_uvs_ = false;
+  bool has_normals_ = true, has_uvs_ = false, has_colors_ = false;
   std::unordered_map<Corner, uint32_t, CornerHash> vertices_;
 };
 
@@ -108,12 +117,12 @@ class ObjReader {
   ObjReader(const std::filesystem::path& path, const SceneLimits& limits)
       : file_(path.filename()), folder_(scene_folder(path)), limits_(limits) {}
 
+  void count_line() { ++line_number_; }
   void read_line(std::string_view line) {
     ++line_number_;
     const std::string_view keyword = next_token(line);
     if (keyword == "v") {
-      const std::array<float, 3> v = numbers(line, 3);
-      lists_.positions.push_back({v[0], v[1], v[2]});
+      read_position(line);
     } else if (keyword == "vt") {
       const std::array<float, 3> v = numbers(line, 1);
       lists_.uvs.push_back({v[0], v[1]});
@@ -122,6 +131,8 @@ class ObjReader {
       lists_.normals.push_back({v[0], v[1], v[2]});
     } else if (keyword == "f") {
       read_face(line);
+    } else if (keyword == "l" || keyword == "p") {
+      leave_out("points and lines");
     } else if (keyword == "g" || keyword == "o") {
       finish_group();
       name_ = next_token(line);
@@ -151,10 +162,28 @@ class ObjReader {
     fail_import(code, message, file_ + ":" + std::to_string(line_number_));
   }
 
-  // The first three of the line, of which `least` must be there. Those behind (a weight, a colour)
-  // must be numbers, too.
-  std::array<float, 3> numbers(std::string_view line, size_t least) const {
-    std::array<float, 3> out{};
+  // Six numbers are a place and its colour, four a place and a weight, which does not count.
+  void read_position(std::string_view line) {
+    size_t count = 0;
+    const std::array<float, 6> v = numbers<6>(line, 3, &count);
+    if (count == 6) {
+      Rgb& color = lists_.colors[lists_.positions.size()];
+      for (size_t i = 0; i < 3; ++i)
+        color[static_cast<int>(i)] = srgb_to_linear(std::clamp(v[3 + i], 0.0f, 1.0f));
+    }
+    lists_.positions.push_back({v[0], v[1], v[2]});
+  }
+
+  void leave_out(const std::string& what) {
+    if (unknown_.insert("\n" + what).second)
+      out_.warnings.push_back(file_ + ":" + std::to_string(line_number_) + ": " + what +
+                              " are left out, here and elsewhere");
+  }
+
+  // The first of the line, of which `least` must be there. Those behind must be numbers, too.
+  template <size_t N = 3>
+  std::array<float, N> numbers(std::string_view line, size_t least, size_t* found = nullptr) const {
+    std::array<float, N> out{};
     size_t count = 0;
     for (std::string_view token; !(token = next_token(line)).empty(); ++count) {
       float value = 0;
@@ -164,6 +193,7 @@ class ObjReader {
     }
     if (count < least)
       fail("expected " + std::to_string(least) + " numbers, got " + std::to_string(count));
+    if (found) *found = count;
     return out;
   }
 
@@ -171,8 +201,8 @@ class ObjReader {
     std::vector<Corner> corners;
     for (std::string_view token; !(token = next_token(line)).empty();)
       corners.push_back(corner(token));
-    if (corners.size() < 3)
-      fail("expected at least 3 corners, got " + std::to_string(corners.size()));
+    if (corners.empty()) fail("expected at least 3 corners, got 0");
+    if (corners.size() < 3) return leave_out("faces of fewer than 3 corners");
     if (corners.size() > kMaxPolygonCorners) {
       fail("expected at most " + std::to_string(kMaxPolygonCorners) + " corners, got " +
            std::to_string(corners.size()));
@@ -282,13 +312,23 @@ ObjContents read_obj(const std::filesystem::path& path, const SceneLimits& limit
   const auto size = static_cast<double>(text.size());
   constexpr int kLinesBetween = 4096;
   ObjReader reader(path, limits);
+  std::string joined;
   for (int64_t line = 0; !text.empty(); ++line) {
     if (line % kLinesBetween == 0) told_read(watch, 1 - static_cast<double>(text.size()) / size);
-    // CR alone ends a line, too.
+    // CR alone ends a line, too; one that ends with a backslash goes on in the next.
     const size_t end = std::min(text.find_first_of("\r\n"), text.size());
-    reader.read_line(text.substr(0, end));
+    std::string_view part = text.substr(0, end);
     const size_t mark = text.substr(end).starts_with("\r\n") ? 2 : 1;
     text.remove_prefix(std::min(end + mark, text.size()));
+    const bool goes_on = part.ends_with('\\') && !text.empty();
+    if (goes_on) part.remove_suffix(1);
+    if (goes_on || !joined.empty()) joined.append(part).append(" ");
+    if (goes_on) {
+      reader.count_line();
+      continue;
+    }
+    reader.read_line(joined.empty() ? part : std::string_view(joined));
+    joined.clear();
   }
   return reader.finish();
 }

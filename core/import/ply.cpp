@@ -5,7 +5,9 @@
 #include <charconv>
 
 #include "core/base/file.h"
+#include "core/image/tonemap.h"
 #include "core/import/ply_header.h"
+#include "core/import/polygon.h"
 
 namespace qray {
 namespace {
@@ -149,14 +151,24 @@ class MeshReader {
   }
 
   void read_vertices(const PlyElement& element) {
+    std::vector<float> row(element.properties.size());
+    const auto at = [&row](int i) { return row[static_cast<size_t>(i)]; };
     const int x = find(element, {"x"}), y = find(element, {"y"}), z = find(element, {"z"});
     const int nx = find(element, {"nx"}), ny = find(element, {"ny"}), nz = find(element, {"nz"});
     const int u = find(element, {"u", "s", "texture_u"});
     const int v = find(element, {"v", "t", "texture_v"});
+    const std::array<int, 3> rgb = {find(element, {"red", "r"}), find(element, {"green", "g"}),
+                                    find(element, {"blue", "b"})};
+    const bool colored = *std::min_element(rgb.begin(), rgb.end()) >= 0;
+    // Bytes are display-encoded, as programs write them; numbers are linear light.
+    const auto color = [&](size_t c) {
+      const PlyType type = element.properties[static_cast<size_t>(rgb[c])].type;
+      const float stored = at(rgb[c]);
+      if (type == PlyType::kUint8) return srgb_to_linear(std::clamp(stored / 255, 0.0f, 1.0f));
+      return std::clamp(type == PlyType::kUint16 ? stored / 65535 : stored, 0.0f, 1.0f);
+    };
     if (x < 0 || y < 0 || z < 0)
       fail_import(ErrorCode::kInvalid, "expected vertex properties x, y and z", file_);
-    std::vector<float> row(element.properties.size());
-    const auto at = [&row](int i) { return row[static_cast<size_t>(i)]; };
     for (uint64_t i = 0; i < element.count; ++i) {
       for (size_t p = 0; p < row.size(); ++p) {
         const double number = value(element.properties[p]);
@@ -168,6 +180,7 @@ class MeshReader {
       mesh_.positions.push_back(position);
       if (nx >= 0 && ny >= 0 && nz >= 0) mesh_.normals.push_back({at(nx), at(ny), at(nz)});
       if (u >= 0 && v >= 0) mesh_.uvs.push_back({at(u), at(v)});
+      if (colored) mesh_.colors.push_back({color(0), color(1), color(2)});
     }
   }
 
@@ -191,19 +204,32 @@ class MeshReader {
 
   void read_polygon(const PlyProperty& property) {
     const double count = source_.next(property.count_type);
-    if (!(count >= 3 && count <= kMaxFaceCorners))
-      source_.fail("expected 3.." + std::to_string(kMaxFaceCorners) + " corners of a face");
-    uint32_t first = 0, previous = 0;
+    if (!(count >= 0 && count <= kMaxFaceCorners))
+      source_.fail("expected at most " + std::to_string(kMaxFaceCorners) + " corners of a face");
+    corners_.clear();
+    positions_.clear();
     for (int i = 0; i < static_cast<int>(count); ++i) {
       const double number = source_.next(property.type);
       if (!(number >= 0 && number < static_cast<double>(mesh_.positions.size()))) {
         source_.fail("expected a vertex index below " + std::to_string(mesh_.positions.size()));
       }
-      const auto index = static_cast<uint32_t>(number);
-      if (i == 0) first = index;
-      if (i >= 2) mesh_.triangles.push_back({first, previous, index});
-      previous = index;
+      corners_.push_back(static_cast<uint32_t>(number));
+      positions_.push_back(mesh_.positions[corners_.back()]);
     }
+    if (corners_.size() == 3) mesh_.triangles.push_back({corners_[0], corners_[1], corners_[2]});
+    if (corners_.size() <= 3) return;                     // points and edges are no surface
+    if (corners_.size() == 4 && is_convex(positions_)) {  // as other readers cut it
+      mesh_.triangles.push_back({corners_[0], corners_[1], corners_[2]});
+      mesh_.triangles.push_back({corners_[0], corners_[2], corners_[3]});
+      return;
+    }
+    for (const auto& [a, b, c] : cut_polygon(positions_))
+      mesh_.triangles.push_back({corners_[a], corners_[b], corners_[c]});
+  }
+
+  // Four corners that the diagonal from the first parts into two triangles that face one way.
+  static bool is_convex(const std::vector<Vec3>& p) {
+    return dot(cross(p[1] - p[0], p[2] - p[0]), cross(p[2] - p[0], p[3] - p[0])) > 0;
   }
 
   void skip(const PlyElement& element) {
@@ -228,6 +254,8 @@ class MeshReader {
   const SceneLimits& limits_;
   const std::string& file_;
   Mesh mesh_;
+  std::vector<uint32_t> corners_;  // of the polygon that is read
+  std::vector<Vec3> positions_;
 };
 
 }  // namespace

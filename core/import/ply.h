@@ -1,6 +1,6 @@
-// Stanford PLY: ascii and binary of either byte order; positions, normals, texture coordinates and
-// polygons, which become fans. Other properties are skipped. Throws ImportFailure naming the line
-// (header, ascii) or the byte (binary). Any thread.
+// Stanford PLY: ascii and binary of either byte order; positions, normals, texture coordinates,
+// colours and polygons, which are cut. Other properties are skipped. Throws ImportFailure naming
+// the line (header, ascii) or the byte (binary). Any thread.
 #pragma once
 
 #include <filesystem>

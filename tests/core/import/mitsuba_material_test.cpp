@@ -238,6 +238,17 @@ TEST_F(MitsubaMaterial, ACheckerboardIsAPictureOfFourTexels) {
   EXPECT_NEAR(uv.y, 0.75f, 1e-5f);
 }
 
+TEST_F(MitsubaMaterial, GlassOfPrincipledIsColouredByTheRoot) {
+  const auto base = [&](const std::string& share) {
+    return of("<bsdf type=\"principled\"><rgb name=\"base_color\" value=\"0.25 1 0\"/>"
+              "<float name=\"spec_trans\" value=\"" +
+              share + "\"/></bsdf>")
+        .reflectance.value;
+  };
+  expect_near(base("0"), {0.25f, 1, 0}, 1e-6f);
+  expect_near(base("1"), {0.5f, 1, 0}, 1e-6f);
+}
+
 TEST_F(MitsubaMaterial, PicturesAreNumbersByTheirLuminance) {
   ASSERT_TRUE(write_image(folder_.path() / "rgb.png", Image(2, 2, 3)).ok());
   ASSERT_TRUE(write_image(folder_.path() / "rgba.png", Image(2, 2, 4)).ok());

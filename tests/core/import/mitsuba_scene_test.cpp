@@ -111,6 +111,29 @@ TEST(MitsubaSensor, AWindowOfTheFilmIsThePicture) {
             std::string::npos);
 }
 
+TEST(MitsubaShape, ColorsOfVerticesCountWhereAMaterialAsksForThem) {
+  const test::SceneFolder folder;
+  folder.write("a.obj", "v 0 0 0 1 0 0\nv 1 0 0 0 1 0\nv 0 1 0 0 0 1\nf 1 2 3\n");
+  const auto count = [&folder](const std::string& bsdf) {
+    const LoadedScene loaded =
+        load("<scene version=\"3.0.0\">" + kMitsubaSensor +
+                 "<shape type=\"obj\"><string name=\"filename\" value=\"a.obj\"/>" + bsdf +
+                 "</shape></scene>",
+             folder);
+    return loaded.scene.meshes.at(0).colors.size();
+  };
+  const std::string red = "<bsdf type=\"diffuse\"/>";
+  const std::string colored =
+      "<bsdf type=\"diffuse\"><texture name=\"reflectance\" type=\"mesh_attribute\">"
+      "<string name=\"name\" value=\"vertex_color\"/></texture></bsdf>";
+  EXPECT_EQ(count(red), 0u);
+  EXPECT_EQ(count(colored), 3u);
+  EXPECT_EQ(count("<bsdf type=\"twosided\">" + colored + "</bsdf>"), 3u);
+  EXPECT_EQ(count("<bsdf type=\"blendbsdf\"><float name=\"weight\" value=\"0.5\"/>" + red +
+                  colored + "</bsdf>"),
+            3u);
+}
+
 TEST(MitsubaShape, ALightWithoutABsdfReflectsNothing) {
   const std::string light = "<emitter type=\"area\"/>", red = "<bsdf type=\"diffuse\"/>";
   const auto albedo = [](const std::string& parts) {

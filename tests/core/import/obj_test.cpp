@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "core/image/image_io.h"
 #include "core/import/polygon.h"
 #include "tests/core/import/scene_text.h"
 #include "tests/support/places.h"
@@ -21,7 +22,9 @@ TEST(Obj, NamesTheLineOfEveryFault) {
       {"v 0 0 nan\n", "a.obj:1: expected a number, got \"nan\""},
       {"v 0 0 1e99\n", "a.obj:1: expected a number, got \"1e99\""},
       {"# nothing\nvn 0 1\n", "a.obj:2: expected 3 numbers, got 2"},
-      {kTriangle + "f 1 2\n", "a.obj:4: expected at least 3 corners, got 2"},
+      {kTriangle + "f\n", "a.obj:4: expected at least 3 corners, got 0"},
+      {kTriangle + "f 1 \\\n2 3\nf 1 2 4\n",
+       "a.obj:6: expected the index of one of the 3 positions so far, got 4"},
       {kTriangle + "f 1 2 4\n",
        "a.obj:4: expected the index of one of the 3 positions so far, got 4"},
       {kTriangle + "f 1 2 -4\n",
@@ -175,6 +178,80 @@ map_Kd gone.png
   ASSERT_EQ(loaded.value().warnings.size(), 2u);
   EXPECT_NE(loaded.value().warnings[0].find("\"bright\": Kd"), std::string::npos);
   EXPECT_NE(loaded.value().warnings[1].find("gone.png"), std::string::npos);
+}
+
+TEST(Obj, LinesMayGoOn) {
+  const test::SceneFolder folder;
+  const auto loaded = folder.load("a.obj", "v 0 0 \\\n0\nv 1 0 0\nv 0 1 0\nf 1 \\\r\n2 \\\n3\n");
+  ASSERT_TRUE(loaded.ok()) << loaded.error().text();
+  EXPECT_EQ(loaded.value().scene.meshes.at(0).triangles.size(), 1u);
+}
+
+TEST(Obj, PointsAndEdgesAreLeftOutWithOneWarning) {
+  const test::SceneFolder folder;
+  const auto loaded = folder.load("a.obj", kTriangle + "l 1 2\np 1\nl 2 3\nf 1 2\nf 1 2 3\nf 3\n");
+  ASSERT_TRUE(loaded.ok()) << loaded.error().text();
+  EXPECT_EQ(loaded.value().scene.meshes.at(0).triangles.size(), 1u);
+  EXPECT_EQ(loaded.value().warnings,
+            (std::vector<std::string>{
+                "a.obj:4: points and lines are left out, here and elsewhere",
+                "a.obj:7: faces of fewer than 3 corners are left out, here and elsewhere"}));
+}
+
+TEST(Obj, ColorsOfVertices) {
+  const test::SceneFolder folder;
+  const auto loaded = folder.load("a.obj",
+                                  "v 0 0 0 1 0 0.5\nv 1 0 0 0 0 0\nv 0 1 0\nv 0 2 0 1\nv 1 2 0\n"
+                                  "f 1 2 3\no plain\nf 3 4 5\n");
+  ASSERT_TRUE(loaded.ok()) << loaded.error().text();
+  const Mesh& mesh = loaded.value().scene.meshes.at(0);
+  ASSERT_EQ(mesh.colors.size(), 3u);
+  EXPECT_NEAR(mesh.colors[0].b, 0.2140f, 1e-4f);  // display-encoded
+  EXPECT_EQ(mesh.colors[1], Rgb{0.0f});
+  EXPECT_EQ(mesh.colors[2], Rgb{1.0f});
+  EXPECT_TRUE(loaded.value().scene.meshes.at(1).colors.empty());
+}
+
+TEST(Obj, PhysicalMaterialsAndTheirPictures) {
+  const test::SceneFolder folder;
+  ASSERT_TRUE(write_image(folder.path() / "rgb.png", Image(2, 2, 3)).ok());
+  ASSERT_TRUE(write_image(folder.path() / "rgba.png", Image(2, 2, 4)).ok());
+  folder.write("m.mtl", R"(newmtl pbr
+Kd 0.5 0.25 0.125
+Pr 0.3
+Pm 0.75
+map_Pr rgb.png
+map_Kd -s 2 3 1 -o 0.5 0.25 0 rgb.png
+norm rgb.png
+newmtl leaf
+map_d rgba.png
+newmtl net
+map_d rgb.png
+map_Ke rgb.png
+map_bump rgb.png
+)");
+  const auto loaded = folder.load("a.obj", "mtllib m.mtl\n" + kTriangle +
+                                               "usemtl pbr\nf 1 2 3\nusemtl leaf\nf 1 2 3\n"
+                                               "usemtl net\nf 1 2 3\n");
+  ASSERT_TRUE(loaded.ok()) << loaded.error().text();
+  const Scene& scene = loaded.value().scene;
+  const Material &pbr = scene.materials.at(0), &leaf = scene.materials.at(1),
+                 &net = scene.materials.at(2);
+  EXPECT_EQ(pbr.kind, MaterialKind::kPrincipled);
+  EXPECT_EQ(pbr.reflectance.value, (Rgb{0.5f, 0.25f, 0.125f}));
+  EXPECT_EQ(pbr.metallic, (FloatParam{0.75f}));
+  EXPECT_EQ(pbr.roughness.value, 0.3f);
+  ASSERT_TRUE(pbr.roughness.texture.valid() && pbr.normal_map.valid());
+  EXPECT_FALSE(scene.textures[pbr.roughness.texture.value].srgb);
+  const Texture& color = scene.textures[pbr.reflectance.texture.value];
+  EXPECT_TRUE(color.srgb);
+  EXPECT_EQ(color.uv_transform({1, 1}).x, 2.5f);
+  EXPECT_EQ(color.uv_transform({1, 1}).y, 3.25f);
+  EXPECT_EQ(leaf.opacity.channel, 3);
+  EXPECT_EQ(net.opacity.channel, kLuminance);
+  EXPECT_EQ(net.emission.value, Rgb{1.0f});
+  EXPECT_EQ(loaded.value().warnings,
+            (std::vector<std::string>{"material \"net\": map_bump is left out"}));
 }
 
 TEST(Obj, AMissingLibraryIsAWarningAndGrey) {

@@ -74,6 +74,41 @@ TEST(Ply, ReadsNormalsAndCoordinatesUnderEitherName) {
   }
 }
 
+TEST(Ply, ColorsAreOfBytesOrOfNumbers) {
+  const test::SceneFolder folder;
+  const auto colors = [&folder](const std::string& type, const std::string& values) {
+    const std::string rgb =
+        "property " + type + " red\nproperty " + type + " green\nproperty " + type + " blue\n";
+    return read_ply(folder.write("a.ply", header("ascii", 3, 1, rgb) + "0 0 0 " + values +
+                                              "\n1 0 0 0 0 0\n0 1 0 0 0 0\n3 0 1 2"),
+                    {})
+        .colors;
+  };
+  const std::vector<Rgb> bytes = colors("uchar", "255 128 0"), numbers = colors("float", "1 .5 0");
+  ASSERT_EQ(bytes.size(), 3u);
+  EXPECT_NEAR(bytes[0].r, 1, 1e-6f);
+  EXPECT_NEAR(bytes[0].g, 0.2158f, 1e-4f);  // display-encoded
+  EXPECT_EQ(numbers.at(0), (Rgb{1, 0.5f, 0}));
+}
+
+TEST(Ply, ConcaveFacesKeepTheirShapeAndEdgesAreNoFaces) {
+  const test::SceneFolder folder;
+  const Mesh mesh =
+      read_ply(folder.write("a.ply", header("ascii", 4, 2) + "0 0 0\n4 0 0\n1 1 0\n0 4 0\n"
+                                                             "4 1 2 3 0\n2 0 1\n"),
+               {});
+  float area = 0;
+  for (const auto& t : mesh.triangles) {
+    const float twice = cross(mesh.positions[t[1]] - mesh.positions[t[0]],
+                              mesh.positions[t[2]] - mesh.positions[t[0]])
+                            .z;
+    EXPECT_GT(twice, 0);
+    area += 0.5f * twice;
+  }
+  EXPECT_EQ(mesh.triangles.size(), 2u);
+  EXPECT_NEAR(area, 4, 1e-5f);
+}
+
 TEST(Ply, LoadsAsAGreyMeshUnderASky) {
   const test::SceneFolder folder;
   const auto loaded = folder.load("a.ply", header("ascii", 4, 1) + kCorners + "4 0 1 2 3\n");
@@ -115,7 +150,7 @@ TEST(Ply, NamesTheLineOrByteOfEveryFault) {
        "a.ply:15: expected a vertex index below 4"},
       {header("ascii", 4, 1) + kCorners + "4 0 1 -2 3\n",
        "a.ply:15: expected a vertex index below 4"},
-      {header("ascii", 4, 1) + kCorners + "2 0 1\n", "a.ply:15: expected 3..1024 corners"},
+      {header("ascii", 4, 1) + kCorners + "2000 0 1\n", "a.ply:15: expected at most 1024 corners"},
       {header("ascii", 4, 1) + kCorners + "4 0 1 2\n", "a.ply:16: the file ends too early"},
       {little.substr(0, little.size() - 3),
        "a.ply at byte " + std::to_string(little.size() - 4) + ": the file ends too early"},
