@@ -89,7 +89,7 @@ float orthographic_height(const MitsubaNode& sensor, const Transform& to_world, 
 // Of the window's middle, in its own sizes.
 Vec2 shift_of(const MitsubaNode& sensor, const Film& film) {
   const auto shift = [](double offset, int edge, int part, int whole) {
-    return static_cast<float>((edge + 0.5 * part - (0.5 + offset) * whole) / part);
+    return static_cast<float>((edge + 0.5 * part - (0.5 - offset) * whole) / part);
   };
   return {shift(find_number(sensor, "principal_point_offset_x").value_or(0), film.left,
                 film.window_width, film.width),

@@ -200,7 +200,9 @@ def write_files(folder):
     normal = numpy.stack([.5 + .2 * numpy.sin(x), .5 + .2 * numpy.cos(y), .9 + 0 * x], axis=2)
     write("normals.png", normal.astype(numpy.float32), eight)
     sky = numpy.stack([.2 + 3 * wave ** 4, .3 + 2 * wave ** 4, .2 + y / 24], axis=2)
-    write("sky.exr", sky.astype(numpy.float32), mitsuba.Struct.Type.Float32)
+    # Mitsuba stretches an environment's outer rows to the poles, which shows in small pictures.
+    sky = numpy.kron(sky.astype(numpy.float32), numpy.ones((16, 16, 1), numpy.float32))
+    write("sky.exr", sky, mitsuba.Struct.Type.Float32)
     # A bent sheet of triangles with uvs, in a .ply with vertex colours and in an .obj.
     side = 9
     points = [(u, v) for v in numpy.linspace(0, 1, side) for u in numpy.linspace(0, 1, side)]

@@ -103,7 +103,7 @@ TEST(MitsubaSensor, AWindowOfTheFilmIsThePicture) {
   EXPECT_NEAR(scene.camera.vertical_fov_deg, 2 * std::atan(0.1f) * 180 / kPi, 1e-3f);
   const auto moved = sensor("<float name=\"principalPointOffsetX\" value=\"0.25\"/>", "");
   ASSERT_TRUE(moved.ok());
-  EXPECT_NEAR(moved.value().scene.camera.shift.x, -0.25f, 1e-6f);
+  EXPECT_NEAR(moved.value().scene.camera.shift.x, 0.25f, 1e-6f);
   EXPECT_EQ(moved.value().scene.camera.shift.y, 0);
   const auto outside = sensor("", "<integer name=\"cropOffsetX\" value=\"200\"/>");
   ASSERT_FALSE(outside.ok());
