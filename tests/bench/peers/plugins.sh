@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Draws some eighty small scenes, one for each Mitsuba 3 plugin or parameter, with Mitsuba 3 and
+# Draws some seventy small scenes, one for each Mitsuba 3 plugin or parameter, with Mitsuba 3 and
 # with qray, and says how far the means are apart: `bash tests/bench/peers/plugins.sh BUILD_DIR
 # [NAME...]`; NAME is part of a plugin's. From the environment: RUNS (4, of each, other seeds).
 # Mitsuba comes from PyPI into a scratch folder; where it cannot be had this says so and ends
