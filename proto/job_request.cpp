@@ -118,6 +118,18 @@ void read_files(const Json& files, SceneRequest& out, std::vector<FieldError>& e
   }
 }
 
+constexpr size_t kMostTitle = 120;  // bytes
+
+// Shown as it is, in one line.
+void read_title(ObjectReader& in, std::string& out) {
+  const std::string* title = in.string("title");
+  if (!title) return;
+  out = *title;
+  if (out.empty() || out.size() > kMostTitle ||
+      std::any_of(out.begin(), out.end(), [](unsigned char c) { return c < 32 || c == 127; }))
+    in.wrong("title", "expected one line of 1 to " + std::to_string(kMostTitle) + " bytes");
+}
+
 void read_scene_files(const Json& tree, SceneRequest& out, std::vector<FieldError>& errors) {
   ObjectReader in(tree, "", errors);
   const Json* files = in.find("files");
@@ -125,6 +137,7 @@ void read_scene_files(const Json& tree, SceneRequest& out, std::vector<FieldErro
   std::string type;
   in.one_of("type", {"glb", "zip"}, type);
   if (const std::string* entry = in.string("entry")) out.entry = *entry;
+  read_title(in, out.title);
   in.refuse_unknown();
   if (!files == !asset) {
     errors.push_back({"", std::string("expected \"files\" or \"asset\", got ") +
@@ -187,6 +200,17 @@ std::variant<ExtendRequest, Problem> parse_extend_request(std::string_view json,
 std::variant<SceneRequest, Problem> parse_scene_request(std::string_view json,
                                                         const RequestLimits& limits) {
   return parse_request<SceneRequest>(json, limits, "Wrong scene", read_scene_files);
+}
+
+std::variant<std::string, Problem> parse_title_request(std::string_view json,
+                                                       const RequestLimits& limits) {
+  const auto read = [](const Json& tree, std::string& title, std::vector<FieldError>& errors) {
+    ObjectReader in(tree, "", errors);
+    if (tree.is_object() && !tree.contains("title")) in.wrong("title", "is missing");
+    read_title(in, title);
+    in.refuse_unknown();
+  };
+  return parse_request<std::string>(json, limits, "Wrong title", read);
 }
 
 std::variant<std::vector<std::string>, Problem> parse_merge_request(std::string_view json,

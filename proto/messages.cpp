@@ -95,7 +95,8 @@ OrderedJson scene_json(const SceneInfo& s) {
   return {{"name", s.name},
           {"width", or_null(s.width)},
           {"height", or_null(s.height)},
-          {"uploaded", s.uploaded}};
+          {"uploaded", s.uploaded},
+          {"title", s.title.empty() ? s.name : s.title}};
 }
 
 }  // namespace
@@ -247,6 +248,7 @@ std::string scene_report_to_json(const SceneReport& report) {
                      {"triangles", report.triangles},
                      {"unpacked_bytes", report.unpacked_bytes},
                      {"warnings", report.warnings}};
+  if (!report.title.empty()) out["title"] = report.title;
   if (report.error)
     out["error"] = {{"message", report.error->message}, {"where", report.error->where}};
   return text_of(out);
@@ -265,6 +267,7 @@ std::optional<SceneReport> parse_scene_report(std::string_view json) {
                        tree.at("warnings")};
     if (const auto error = tree.find("error"); error != tree.end())
       report.error = JobError{error->at("message"), error->at("where")};
+    if (const auto title = tree.find("title"); title != tree.end()) report.title = *title;
     return report;
   } catch (const OrderedJson::exception&) {
     return std::nullopt;

@@ -50,6 +50,7 @@ struct SceneRequest {
   std::map<std::string, std::string> files;  // name -> SHA-256; empty: `archive` has them
   std::string archive;                       // a zip's SHA-256
   std::string entry;                         // the scene's file; empty: to be found
+  std::string title;                         // what people call it; empty: its name
 };
 
 // What a server allows, beside the ranges of the table of fields: the narrower of the two rules.
@@ -84,6 +85,9 @@ std::variant<SceneRequest, Problem> parse_scene_request(std::string_view json,
                                                         const RequestLimits& limits);
 // The same text for the same scene, whatever the order it was given in.
 std::string scene_manifest(const SceneRequest& request);
+// PATCH /v1/scenes/{name}: the new title.
+std::variant<std::string, Problem> parse_title_request(std::string_view json,
+                                                       const RequestLimits& limits);
 // "/files/textures~1a.png"
 std::string file_pointer(std::string_view name);
 // Gives the same request back when parsed: what was given, in the table's order.
@@ -137,6 +141,7 @@ struct SceneInfo {
   std::string name;
   std::optional<int> width, height;  // absent: the scene cannot be loaded
   bool uploaded = false;
+  std::string title{};  // what people call it; empty: its name
 };
 
 // What the process that reads an upload found: a scene, or why it is none. Kept with the scene.
@@ -147,6 +152,7 @@ struct SceneReport {
   uint64_t triangles = 0;
   uint64_t unpacked_bytes = 0;  // that an archive's files take
   std::vector<std::string> warnings;
+  std::string title{};  // of the scene; empty: its name
 };
 
 // Of a picture from its reference: core/image/metrics.h says what each is.

@@ -187,6 +187,7 @@ struct Service::Parts {
   std::unique_ptr<TableHandlers> table_handlers;
   std::unique_ptr<WeightsHandlers> weights_handlers;
   std::unique_ptr<SceneImporter> importer;
+  std::unique_ptr<SceneThumbnails> thumbnails;
   std::unique_ptr<SceneHandlers> scene_handlers;
   std::unique_ptr<AssetHandlers> asset_handlers;
   std::unique_ptr<HealthHandlers> health_handlers;
@@ -268,10 +269,15 @@ Result<std::unique_ptr<Service>> Service::start(const Config& config) {
   parts->weights_handlers = std::make_unique<WeightsHandlers>(*parts->weights);
   const ImportLimits import_limits{config.program, config.import_mib, config.import_seconds,
                                    config.unpacked_mib << 20, config.max_triangles};
+  Result<std::unique_ptr<SceneThumbnails>> thumbnails =
+      SceneThumbnails::open(config.data, parts->scenes);
+  if (!thumbnails.ok()) return thumbnails.error();
+  parts->thumbnails = std::move(thumbnails).value();
   parts->importer = std::make_unique<SceneImporter>(
       *parts->assets, *parts->uploads, parts->upload_quota, import_limits, config.imports);
   parts->scene_handlers = std::make_unique<SceneHandlers>(SceneHandlers::Uses{
-      *parts->importer, parts->scenes, *parts->uploads, *parts->assets, parts->jobs, requests});
+      *parts->importer, parts->scenes, *parts->uploads, *parts->assets, parts->jobs,
+      *parts->thumbnails, requests});
   parts->asset_handlers = std::make_unique<AssetHandlers>(*parts->assets, config.asset_mib << 20);
   parts->health_handlers = std::make_unique<HealthHandlers>(
       HealthHandlers::Uses{parts->jobs, parts->metrics, parts->event_handlers,
@@ -322,6 +328,7 @@ void Service::stop() {
   parts_->events.close();
   parts_->view_handlers->stop();
   parts_->importer->stop();
+  parts_->thumbnails->stop();
   parts_->live->stop();
   parts_->http->stop();
   parts_->janitor.reset();

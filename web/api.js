@@ -60,6 +60,9 @@ export const get_job = (id) => get_json(job_path(id));
 // What a job may be told.
 export const list_fields = async () => (await get_json('/v1/fields')).fields;
 export const list_scenes = async () => (await get_json('/v1/scenes')).scenes;
+const scene_path = (name) => `/v1/scenes/${encodeURIComponent(name)}`;
+export const get_thumbnail = (scene) =>
+  get_picture(`${scene_path(scene)}/thumbnail.jpg`);
 export const list_tables = async () => (await get_json('/v1/tables')).tables;
 
 const post_json = async (path, request, headers = {}) => (await call(path, {
@@ -82,6 +85,12 @@ export const delete_live = (id) => call(live_path(id), { method: 'DELETE', keepa
 export const post_job = (request, key = null) =>
   post_json('/v1/jobs', request, key ? { 'idempotency-key': key } : {});
 export const post_scene = (request) => post_json('/v1/scenes', request);
+export const rename_scene = (name, title) => call(scene_path(name), {
+  method: 'PATCH',
+  headers: { 'content-type': 'application/json' },
+  body: JSON.stringify({ title }),
+});
+export const delete_scene = (name) => call(scene_path(name), { method: 'DELETE' });
 
 export async function has_asset(sha256) {
   try {

@@ -15,6 +15,7 @@ import { fits, JobList } from './job_list.js';
 import { JobStore } from './job_store.js';
 import { Keys } from './keys.js';
 import { SceneDrop } from './scene_drop.js';
+import { SceneLibrary } from './scene_library.js';
 import { share_link } from './share_link.js';
 import { SignIn } from './sign_in.js';
 import { TablesPage } from './tables_page.js';
@@ -45,15 +46,26 @@ const tables = new TablesPage(by_id('tables-page'), store, (id) => address.link(
 const figures = new FiguresPage(by_id('figures-page'), store,
   (id, with_id) => address.link(id, with_id));
 
+const library = new SceneLibrary(by_id('library'), (name) => form.choose(name), show_scenes);
 const form = new JobForm(by_id('job-form'), (jobs) => {
   jobs.forEach((job) => store.put(job));
+  const narrow = matchMedia('(max-width: 800px)').matches;
+  if (narrow) by_id('new-job').open = false;
+  // Once it is shown.
+  address.addEventListener('change', () =>
+    by_id('viewer').scrollIntoView({ block: narrow ? 'start' : 'nearest' }), { once: true });
   address.go(jobs[0].id, jobs[1]?.id);
-  if (matchMedia('(max-width: 800px)').matches) by_id('new-job').open = false;
-  by_id('viewer').scrollIntoView({ block: 'nearest' });
-});
+}, (scene) => library.choose(scene));
 
-new SceneDrop(by_id('upload'), by_id('upload-status'), async ({ name }) => {
-  form.show_scenes(await list_scenes());
+async function show_scenes() {
+  const scenes = await list_scenes();
+  library.show(scenes);
+  form.show_scenes(scenes);
+  show_all(); // their titles
+}
+
+new SceneDrop([by_id('upload')], by_id('upload-status'), by_id('drop-here'), async ({ name }) => {
+  await show_scenes();
   await form.render(name);
 });
 
@@ -170,7 +182,7 @@ async function sync() {
     viewer.restart();
     for (const id of viewer.shown_jobs) job_moments.refresh(id);
     form.show_fields(await list_fields());
-    await Promise.all([store.load(), list_scenes().then((scenes) => form.show_scenes(scenes)),
+    await Promise.all([store.load(), show_scenes(),
       list_weights().then((weights) => form.show_weights(weights))]);
   } catch (error) {
     if (!(error instanceof ApiError)) throw error;

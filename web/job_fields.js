@@ -64,12 +64,12 @@ function complete_own(form, field) {
 // Once: the server's fields do not change while it runs.
 export function add_fields(form, fields) {
   for (const field of fields) complete_own(form, field);
-  form.querySelector('.fields').replaceChildren(...fields.filter(made).map(make_field));
+  form.querySelector('.made-fields').replaceChildren(...fields.filter(made).map(make_field));
 }
 
 // A setting of a guide shows for its own methods alone.
 export function show_for_method(form, method) {
-  for (const of of form.querySelectorAll('.fields > .field')) {
+  for (const of of form.querySelectorAll('.made-fields > .field')) {
     const { methods } = of.dataset;
     of.hidden = methods !== '' && !methods.split(' ').includes(method);
   }

@@ -2,8 +2,12 @@
 // fields they name.
 import { ApiError, post_job } from './api.js';
 import { ago } from './format.js';
+import { title_of } from './scene_library.js';
 import { add_fields, field_of, fill_fields, read_request, show_for_method } from './job_fields.js';
 
+// What a newcomer sees first: easy to light, and smooth after few samples.
+const kFirstScene = 'thesis-room';
+const kFirstRecover = 'auto';
 // Integers above this lose digits on the way through JSON numbers.
 const kMaxSafe = Number.MAX_SAFE_INTEGER;
 
@@ -11,15 +15,18 @@ export class JobForm {
   #form;
   #button;
   #on_posted;
+  #on_scene;
   #sizes = new Map(); // scene name -> its own {width, height}
   #tables = [];
   #fields = []; // the server's
 
   // on_posted(jobs): one job, or the job and its twin without learning or with all pixels.
-  constructor(form, on_posted) {
+  // on_scene(name): another one is chosen.
+  constructor(form, on_posted, on_scene) {
     this.#form = form;
     this.#button = form.querySelector('button[type=submit]');
     this.#on_posted = on_posted;
+    this.#on_scene = on_scene;
     form.addEventListener('submit', (event) => {
       event.preventDefault();
       this.#submit();
@@ -36,6 +43,7 @@ export class JobForm {
     if (this.#fields.length) return;
     this.#fields = fields;
     add_fields(this.#form, fields);
+    this.#form.elements.recover.value = kFirstRecover;
     this.#follow();
   }
 
@@ -54,8 +62,8 @@ export class JobForm {
 
   show_scenes(scenes) {
     const select = this.#form.elements.scene;
-    const chosen = select.value;
-    select.replaceChildren(...scenes.map(({ name }) => new Option(name, name)));
+    const chosen = select.value || kFirstScene;
+    select.replaceChildren(...scenes.map(({ name }) => new Option(title_of(name), name)));
     if (scenes.some(({ name }) => name === chosen)) select.value = chosen;
     if (!this.#sizes.size) this.#button.disabled = false; // there was no scene to name
     this.#sizes = new Map(scenes.map(({ name, width, height }) => [name, { width, height }]));
@@ -80,12 +88,15 @@ export class JobForm {
     fields.scene.focus();
   }
 
+  choose(scene) {
+    this.#form.elements.scene.value = scene;
+    this.#form.elements.width.value = this.#form.elements.height.value = '';
+    this.#follow();
+  }
+
   // Posts the form as it is, but with this scene at its own size.
   render(scene) {
-    const { scene: select, width, height } = this.#form.elements;
-    select.value = scene;
-    width.value = height.value = '';
-    this.#follow();
+    this.choose(scene);
     return this.#submit();
   }
 
@@ -101,6 +112,7 @@ export class JobForm {
     full.disabled = pixels.value === 'all' && recover.value === 'none';
     show_for_method(this.#form, method.value);
     this.#list_tables();
+    this.#on_scene(scene.value);
   }
 
   #list_tables() {

@@ -2,6 +2,7 @@
 // scrolling stay where they are.
 import { ago, badge_word, has_ended, is_forming, method_words, progress_words,
   state_words } from './format.js';
+import { title_of } from './scene_library.js';
 import { Thumbnails } from './thumbnails.js';
 
 const kClockMs = 30_000;
@@ -11,7 +12,7 @@ const kClockMs = 30_000;
 export function fits(job, { state, find }) {
   if (state === 'running' ? has_ended(job) : state && job.state !== state) return false;
   const { scene, method, labels = {} } = job.request;
-  const text = [job.id, scene, method, method_words(method),
+  const text = [job.id, scene, title_of(scene), method, method_words(method),
     ...Object.entries(labels).map((label) => label.join(':'))].join(' ').toLowerCase();
   return find.toLowerCase().split(/\s+/).every((word) => text.includes(word));
 }
@@ -68,7 +69,7 @@ export class JobList {
       if (part(name).textContent !== text) part(name).textContent = text;
     };
     row.dataset.state = job.state;
-    set('row-scene', job.request.scene);
+    set('row-scene', title_of(job.request.scene));
     set('row-method', method_words(job.request.method));
     part('badge').hidden = !badge_word(job);
     set('badge', badge_word(job));

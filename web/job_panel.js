@@ -4,6 +4,7 @@ import { ApiError, act_on_job, exr_url, png_url } from './api.js';
 import { badge_word, big, bytes, can_cancel, count, exact, has_ended, is_biased, is_recovered,
   method_words, pause_or_resume, progress_words, samples_words, seconds,
   state_words, why_words } from './format.js';
+import { title_of } from './scene_library.js';
 
 const kPixelsWords = {
   quarter: 'a quarter, the rest is not sampled',
@@ -51,7 +52,7 @@ export class JobPanel {
     this.#job = job;
     this.#root.dataset.state = job.state;
     this.#root.dataset.job = job.id;
-    this.#set('title', `${job.request.scene}, ${method_words(job.request.method)}`);
+    this.#set('title', `${title_of(job.request.scene)}, ${method_words(job.request.method)}`);
     this.#mark(job);
     this.#set('state-words', state_words(job.state));
     this.#set('numbers', progress_words(job));

@@ -35,6 +35,7 @@ const kMeasures = [
   ['rays a frame', (s) => `${fixed(s.frame.rays / 1000, 0)} k`],
   ['samples a pixel', (s) => fixed(s.frame.samples_per_pixel, 1)],
   ['noise of samples', (s) => (s.frame.noise ? `${fixed(100 * s.frame.noise, 1)} %` : '–')],
+  ['sent as', (s) => (s.encoding === 'rgb9e5' ? 'HDR' : s.encoding.toUpperCase())],
   ['rendered at', (s) => `${s.frame.percent} % of ${s.frame.width} × ${s.frame.height}`],
   ['guided', (s) => (s.frame.guided ? 'yes' : 'not yet')],
 ];
@@ -223,7 +224,7 @@ addEventListener('pagehide', close);
 async function start() {
   await check_access();
   scenes = (await list_scenes()).filter(({ width }) => width);
-  by_id('scene').replaceChildren(...scenes.map(({ name }) => new Option(name, name)));
+  by_id('scene').replaceChildren(...scenes.map(({ name, title }) => new Option(title, name)));
   const asked = new URLSearchParams(location.hash.slice(1)).get('scene');
   const names = scenes.map(({ name }) => name);
   const first = [asked, 'thesis-room', names[0]].find((name) => names.includes(name));

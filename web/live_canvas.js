@@ -1,5 +1,5 @@
-// A live frame in WebGL2: an RGB9E5 texture that fills the canvas, smoothed where the frame is
-// smaller; exposure and the sRGB curve in the shader.
+// A live frame in WebGL2: a texture of linear light (RGB9E5, or sRGB from a decoded JPEG) that fills
+// the canvas, smoothed where the frame is smaller; exposure and the sRGB curve in the shader.
 
 const kVertexShader = `#version 300 es
 out vec2 at;
@@ -28,6 +28,7 @@ export class LiveCanvas {
   #texture = null;
   #width = 0;
   #height = 0;
+  #is_bitmap = false;
   #gain = 1;
 
   // `width`, `height`: of the picture at its largest.
@@ -55,25 +56,33 @@ export class LiveCanvas {
     this.#canvas.height = height;
   }
 
-  // `pixels`: Uint32Array in rows from the top.
-  show(width, height, pixels) {
+  // `picture`: a Uint32Array of RGB9E5 in rows from the top, or an ImageBitmap.
+  show(width, height, picture) {
     const gl = this.#gl;
-    if (width !== this.#width || height !== this.#height) this.#make_texture(width, height);
-    gl.texSubImage2D(gl.TEXTURE_2D, 0, 0, 0, width, height, gl.RGB, gl.UNSIGNED_INT_5_9_9_9_REV,
-      pixels);
+    const is_bitmap = picture instanceof ImageBitmap;
+    if (width !== this.#width || height !== this.#height || is_bitmap !== this.#is_bitmap) {
+      this.#make_texture(width, height, is_bitmap);
+    }
+    if (is_bitmap) {
+      gl.texSubImage2D(gl.TEXTURE_2D, 0, 0, 0, gl.RGBA, gl.UNSIGNED_BYTE, picture);
+      picture.close();
+    } else {
+      gl.texSubImage2D(gl.TEXTURE_2D, 0, 0, 0, width, height, gl.RGB,
+        gl.UNSIGNED_INT_5_9_9_9_REV, picture);
+    }
     this.#draw();
   }
 
-  #make_texture(width, height) {
+  #make_texture(width, height, is_bitmap) {
     const gl = this.#gl;
     gl.deleteTexture(this.#texture);
     this.#texture = gl.createTexture();
     gl.bindTexture(gl.TEXTURE_2D, this.#texture);
-    gl.texStorage2D(gl.TEXTURE_2D, 1, gl.RGB9_E5, width, height);
+    gl.texStorage2D(gl.TEXTURE_2D, 1, is_bitmap ? gl.SRGB8_ALPHA8 : gl.RGB9_E5, width, height);
     for (const [name, value] of [[gl.TEXTURE_MIN_FILTER, gl.LINEAR],
       [gl.TEXTURE_MAG_FILTER, gl.LINEAR], [gl.TEXTURE_WRAP_S, gl.CLAMP_TO_EDGE],
       [gl.TEXTURE_WRAP_T, gl.CLAMP_TO_EDGE]]) gl.texParameteri(gl.TEXTURE_2D, name, value);
-    [this.#width, this.#height] = [width, height];
+    [this.#width, this.#height, this.#is_bitmap] = [width, height, is_bitmap];
   }
 
   #start() {

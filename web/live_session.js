@@ -38,6 +38,13 @@ export class LiveSession {
   get missed() {
     return this.#stream?.missed ?? 0;
   }
+  // What frames come as, and how many bytes came.
+  get encoding() {
+    return this.#stream?.encoding ?? '';
+  }
+  get received() {
+    return this.#stream?.received ?? 0;
+  }
   // Of the last two seconds.
   get frames_per_second() {
     const now = performance.now();

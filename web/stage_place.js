@@ -111,10 +111,9 @@ export class StagePlace {
     return [x + (sx - 0.5) / zoom, y + (sy - 0.5) / zoom];
   }
 
-  // Without a key held and with the stage not in use, the page scrolls as everywhere.
+  // Where the whole picture is seen already, turning back scrolls the page as everywhere.
   #wheel(event) {
-    const in_use = this.#stage.contains(document.activeElement);
-    if (!event.ctrlKey && !event.metaKey && !in_use) return;
+    if (event.deltaY > 0 && this.#place.zoom === 1 && !event.ctrlKey) return;
     event.preventDefault();
     const pixels = event.deltaY * (event.deltaMode === 1 ? 30 : 1);
     this.zoom_by(2 ** (-pixels / 240), this.#share(event));

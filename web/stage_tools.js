@@ -3,6 +3,7 @@ import { png_url } from './api.js';
 import { exposure, method_words } from './format.js';
 import { kFalseStops } from './look.js';
 import { show_options, ViewControls } from './view_controls.js';
+import { title_of } from './scene_library.js';
 
 export class StageTools {
   #root;
@@ -48,7 +49,7 @@ export class StageTools {
 
   #list_others() {
     const { job: job_id, with: with_id } = this.#address.view;
-    const words = (job) => `${job.id} · ${job.request.scene} · ${method_words(job.request.method)}`;
+    const words = (job) => `${job.id} · ${title_of(job.request.scene)} · ${method_words(job.request.method)}`;
     const others = this.#store.newest_first().filter((job) => job.id !== job_id);
     show_options(this.#part('compare'),
       [['', 'nothing'], ...others.map((job) => [job.id, words(job)])], with_id ?? '');

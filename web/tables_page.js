@@ -1,6 +1,7 @@
 // The page of tables: what was learned, version by version; which jobs used it; merging, deleting.
 import { ApiError, delete_table, jobs_of_table, merge_tables } from './api.js';
 import { ago, big, bytes, count, method_words, state_words } from './format.js';
+import { title_of } from './scene_library.js';
 
 // How many generations a table has behind it, itself counted. Parents that are gone count as none.
 function version_of(table, by_id) {
@@ -61,7 +62,7 @@ export class TablesPage {
     });
     part('id').textContent = short;
     part('id').title = table.id;
-    part('scene').textContent = table.scene;
+    part('scene').textContent = title_of(table.scene);
     part('method').textContent = method_words(table.method);
     part('version').textContent = `v${version_of(table, (id) => this.#store.table(id))}`;
     part('parents').append(...table.parents.flatMap((id, i) => [i ? ', ' : '', this.#parent(id)]));
@@ -125,7 +126,7 @@ export class TablesPage {
 
   async #delete({ id, scene }) {
     const short = id.slice(0, 8);
-    if (!confirm(`Delete table ${short} of ${scene}? What it learned is gone then.`)) return;
+    if (!confirm(`Delete table ${short} of ${title_of(scene)}? What it learned is gone then.`)) return;
     await this.#change(async () => {
       await delete_table(id);
       return `Table ${short} is deleted.`;

@@ -9,6 +9,19 @@ const version = (job) => {
   return has_ended(job) ? job.state : String(Math.floor(Math.log2(job.progress.samples)));
 };
 
+// A picture over the whole canvas, cut where their shapes differ.
+export async function draw_over(canvas, blob) {
+  const { width, height } = canvas;
+  const bitmap = await createImageBitmap(blob);
+  const scale = Math.max(width / bitmap.width, height / bitmap.height);
+  const [w, h] = [bitmap.width * scale, bitmap.height * scale];
+  const context = canvas.getContext('2d');
+  context.imageSmoothingQuality = 'high';
+  context.drawImage(bitmap, (width - w) / 2, (height - h) / 2, w, h);
+  bitmap.close();
+  canvas.classList.add('drawn');
+}
+
 export class Thumbnails {
   #jobs = new Map(); // canvas -> job
   #seen = new Set();
@@ -36,7 +49,7 @@ export class Thumbnails {
       const job = this.#jobs.get(canvas);
       canvas.dataset.version = version(job); // also when it fails: it is not asked for again
       try {
-        await this.#draw(canvas, await get_png(job.id));
+        await draw_over(canvas, await get_png(job.id));
       } catch (error) {
         if (!(error instanceof ApiError)) throw error;
       }
@@ -47,17 +60,5 @@ export class Thumbnails {
   #is_old(canvas) {
     const job = this.#jobs.get(canvas);
     return Boolean(version(job)) && canvas.dataset.version !== version(job);
-  }
-
-  async #draw(canvas, blob) {
-    const { width, height } = canvas;
-    const bitmap = await createImageBitmap(blob);
-    const scale = Math.max(width / bitmap.width, height / bitmap.height);
-    const [w, h] = [bitmap.width * scale, bitmap.height * scale];
-    const context = canvas.getContext('2d');
-    context.imageSmoothingQuality = 'high';
-    context.drawImage(bitmap, (width - w) / 2, (height - h) / 2, w, h);
-    bitmap.close();
-    canvas.classList.add('drawn');
   }
 }

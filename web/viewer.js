@@ -6,6 +6,7 @@ import { has_ended, is_recovered, method_words, samples_words, seconds,
   state_words } from './format.js';
 import { JobPanel } from './job_panel.js';
 import { Picture } from './picture.js';
+import { title_of } from './scene_library.js';
 import { in_order, moments_of, pictures_of, side_words } from './shown_pictures.js';
 import { StagePlace } from './stage_place.js';
 import { StageTools } from './stage_tools.js';
@@ -194,7 +195,7 @@ export class Viewer extends EventTarget {
       const has_tiles = this.#pictures.some((p) => p.job_id === job.id && p.has_picture);
       panel.update(job, has_tiles || job.progress.samples > 0);
     });
-    this.#part('title').textContent = ordered.map((job) => job.request.scene)
+    this.#part('title').textContent = ordered.map((job) => title_of(job.request.scene))
       .filter((name, i, all) => all.indexOf(name) === i).join(' | ');
     const { classList } = this.#root;
     classList.toggle('two-jobs', ordered.length > 1);
@@ -216,6 +217,7 @@ export class Viewer extends EventTarget {
     stage.style.setProperty('--h', size.height || kUnknownSize.height);
     stage.style.setProperty('--split', `${this.#address.view.split}%`);
     if (size.width) this.#place.picture_width = size.width;
+    this.#show_zoom(this.#place.place);
     const waiting = this.#pictures[0].supported && !this.pictures.some((p) => p.has_picture);
     this.#part('waiting').hidden = !waiting;
     this.#part('waiting').textContent = jobs.every(has_ended)
@@ -270,7 +272,14 @@ export class Viewer extends EventTarget {
 
   #show_place(place) {
     for (const picture of this.#pictures) picture.place = place;
-    this.#part('zoom-value').value = `${Math.round(100 * place.zoom)}\u00a0%`;
+    this.#show_zoom(place);
+  }
+
+  // 100 %: a pixel of the picture is one of the screen.
+  #show_zoom({ zoom }) {
+    const { width } = this.#pictures[0];
+    const percent = width ? 100 * zoom / this.#place.one_to_one(width) : 100;
+    this.#part('zoom-value').value = `${Math.round(percent)}\u00a0%`;
   }
 
   #restore_place() {

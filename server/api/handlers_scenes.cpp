@@ -16,6 +16,10 @@ void SceneHandlers::add_to(Router& router) {
   });
   router.add("POST", "/v1/scenes", [this](auto& req, auto& res, auto&) { create(req, res); });
   router.add("GET", "/v1/scenes/{id}", [this](auto&, auto& res, auto& id) { get(res, id); });
+  router.add("GET", "/v1/scenes/{id}/thumbnail.jpg",
+             [this](auto& req, auto& res, auto& id) { thumbnail(req, res, id); });
+  router.add("PATCH", "/v1/scenes/{id}",
+             [this](auto& req, auto& res, auto& id) { rename(req, res, id); });
   router.add("DELETE", "/v1/scenes/{id}", [this](auto&, auto& res, auto& id) { remove(res, id); });
 }
 
@@ -27,6 +31,7 @@ std::string SceneHandlers::json_of(const std::string& name) {
   }
   const std::optional<proto::SceneReport> report = uses_.uploads.find(name);
   info.uploaded = report.has_value();
+  if (report) info.title = report->title;
   return proto::scene_to_json(info, report ? &*report : nullptr);
 }
 
@@ -45,6 +50,27 @@ void SceneHandlers::create(const httplib::Request& req, httplib::Response& res) 
 
 void SceneHandlers::get(httplib::Response& res, const std::string& name) {
   if (!uses_.scenes.has(name)) return reply_error(res, no_scene());
+  reply_json(res, 200, json_of(name));
+}
+
+void SceneHandlers::thumbnail(const httplib::Request& req, httplib::Response& res,
+                              const std::string& name) {
+  const Result<Bytes> picture = uses_.thumbnails.get(name);
+  if (!picture.ok()) return reply_error(res, picture.error());
+  reply_tagged(req, res, picture.value(), "image/jpeg");
+}
+
+void SceneHandlers::rename(const httplib::Request& req, httplib::Response& res,
+                           const std::string& name) {
+  if (!is_json(req)) return reply_not_json(res);
+  auto parsed = proto::parse_title_request(req.body, uses_.limits);
+  if (const auto* problem = std::get_if<proto::Problem>(&parsed))
+    return reply_problem(res, *problem);
+  if (!uses_.scenes.has(name)) return reply_error(res, no_scene());
+  if (!uses_.uploads.find(name))
+    return reply_error(res, {ErrorCode::kConflict, "only uploaded scenes can be renamed", ""});
+  if (const Status s = uses_.uploads.rename(name, std::get<std::string>(parsed)); !s.ok())
+    return reply_error(res, s.error());
   reply_json(res, 200, json_of(name));
 }
 

@@ -1,6 +1,7 @@
 // The names that a job may ask for, and scenes made of uploaded files. Any thread.
 #pragma once
 
+#include "server/api/scene_thumbnails.h"
 #include "server/http/router.h"
 #include "server/imports/scene_importer.h"
 #include "server/store/job_store.h"
@@ -16,6 +17,7 @@ class SceneHandlers {
     UploadedScenes& uploads;
     AssetStore& assets;
     JobStore& jobs;
+    SceneThumbnails& thumbnails;
     proto::RequestLimits limits;
   };
   explicit SceneHandlers(const Uses& uses) : uses_(uses) {}
@@ -24,7 +26,9 @@ class SceneHandlers {
  private:
   void create(const httplib::Request& req, httplib::Response& res);
   void get(httplib::Response& res, const std::string& name);
+  void rename(const httplib::Request& req, httplib::Response& res, const std::string& name);
   void remove(httplib::Response& res, const std::string& name);
+  void thumbnail(const httplib::Request& req, httplib::Response& res, const std::string& name);
   std::string json_of(const std::string& name);
 
   Uses uses_;

@@ -99,6 +99,7 @@ std::variant<SceneImporter::Imported, proto::Problem> SceneImporter::read(
   if (report.value().error) return refused(request, *report.value().error);
   if (report.value().unpacked_bytes > room)
     return not_stored({ErrorCode::kTooLarge, "unpacked more than it may", name});
+  report.value().title = request.title;
   if (Status s = scenes_.keep(std::move(draft).value(), name, report.value()); !s.ok())
     return not_stored(s.error());
   unused.bytes -= report.value().unpacked_bytes;

@@ -35,6 +35,8 @@ class SceneStore {
   // kNotFound, kCanceled by the watch, or what is wrong in the scene, with file and place.
   Result<std::shared_ptr<const PreparedScene>> prepare(const std::string& name,
                                                        const LoadWatch& watch = {});
+  // Of a scene's files: another one once they have changed.
+  uint64_t stamp(const std::string& name) const;
   // The error as a client may see it: files are named from the scenes folder on.
   Error without_folder(Error error) const;
 
@@ -50,7 +52,6 @@ class SceneStore {
     std::optional<std::pair<int, int>> size;
   };
   Result<std::filesystem::path> file_of(std::string_view name) const;
-  Stamp stamp(const std::string& name) const;
   void drop_oldest();
 
   std::filesystem::path folder_;

@@ -147,8 +147,21 @@ std::vector<proto::SceneInfo> UploadedScenes::list() const {
   std::lock_guard lock(mutex_);
   std::vector<proto::SceneInfo> infos;
   for (const auto& [name, report] : scenes_)
-    infos.push_back({name, report.width, report.height, true});
+    infos.push_back({name, report.width, report.height, true, report.title});
   return infos;
+}
+
+Status UploadedScenes::rename(const std::string& name, const std::string& title) {
+  std::lock_guard lock(mutex_);
+  const auto found = scenes_.find(name);
+  if (found == scenes_.end()) return Error{ErrorCode::kNotFound, "no uploaded scene " + name, ""};
+  proto::SceneReport report = found->second;
+  report.title = title;
+  const std::string text = proto::scene_report_to_json(report);
+  if (Status s = write_file_atomic(folder_ / name / "report.json", bytes_of(text)); !s.ok())
+    return s;
+  found->second = std::move(report);
+  return {};
 }
 
 Status UploadedScenes::remove(const std::string& name) {

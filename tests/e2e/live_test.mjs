@@ -168,6 +168,36 @@ test('nothing scrolls sideways on a phone, where a finger orbits', async () => {
   await phone.close();
 });
 
+test('over a line that is too slow for HDR, frames come as JPEG and look the same', async () => {
+  const far = await all.browser.page(`${all.server.url}/live.html#scene=cornell-box`);
+  await frame_with(far, { stage: 'settling' });
+  const before = await colour(far);
+  const line = await far.context().newCDPSession(far);
+  await line.send('Network.enable');
+  await line.send('Network.emulateNetworkConditions', { offline: false, latency: 5,
+    downloadThroughput: 2_000_000, uploadThroughput: 2_000_000 });
+  await far.reload(); // streams that are open already stay fast
+  const state = () => far.evaluate(async () => {
+    const { main } = (await import('/live.js')).live;
+    return { received: main.received, number: main.frame.number };
+  });
+  const is_jpeg = async (number) => {
+    const { main } = (await import('/live.js')).live;
+    return main?.encoding === 'jpeg' && main.frame?.encoding === 'jpeg' &&
+      main.frame.number >= number;
+  };
+  await wait_for(far, is_jpeg, 0);
+  const first = await state();
+  await wait_for(far, is_jpeg, first.number + 4);
+  const last = await state();
+  const frame_bytes = (last.received - first.received) / (last.number - first.number);
+  assert.ok(frame_bytes < 250_000, `${frame_bytes} bytes a frame: 2 MB/s are 8 frames`);
+  await frame_with(far, { stage: 'settling' });
+  (await colour(far)).forEach((value, channel) =>
+    assert.ok(Math.abs(value - before[channel]) < 8, `${value} for ${before[channel]}`));
+  await far.context().close();
+});
+
 test('a closed page leaves no session', async () => {
   const { id } = await newest_camera(page);
   await page.close();

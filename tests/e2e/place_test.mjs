@@ -24,7 +24,12 @@ after(() => all?.close());
 afterEach(() => all.browser.expect_no_errors());
 
 const hash_has = (text) => page.waitForFunction((part) => location.hash.includes(part), text);
-const zoom = () => page.locator('.view-zoom-value').textContent();
+const zoom = (of = page) => of.locator('.view-zoom-value').textContent();
+// What is shown at so many times the size that fits.
+const times = async (factor, of = page) => {
+  const { width } = await of.locator('.pane.left').boundingBox();
+  return `${Math.round(100 * factor * width / kSide)}\u00a0%`;
+};
 const sheet = () => page.locator('.pane.left .sheet').evaluate((one) =>
   getComputedStyle(one).transform);
 
@@ -32,7 +37,7 @@ test('keys zoom, a drag moves the picture, and a reload shows the same part', as
   await page.locator('.stage').focus();
   await page.keyboard.press('+');
   await page.keyboard.press('+');
-  assert.equal(await zoom(), '400\u00a0%');
+  assert.equal(await zoom(), await times(4));
   await hash_has('zoom=4&cx=');
   const address = await page.evaluate(() => location.hash);
   const before_drag = await sheet();
@@ -47,7 +52,7 @@ test('keys zoom, a drag moves the picture, and a reload shows the same part', as
   const here = await sheet();
   await page.reload();
   await wait_for_tiles(page, 0);
-  assert.equal(await zoom(), '400\u00a0%');
+  assert.equal(await zoom(), await times(4));
   const numbers = (text) => text.match(/-?[\d.]+/g).map(Number);
   numbers(await sheet()).forEach((v, i) => assert.ok(Math.abs(v - numbers(here)[i]) < 1,
     `${i}: ${v} against ${numbers(here)[i]}`));
@@ -66,20 +71,27 @@ test('pixels that are close wear their numbers', async () => {
   await screenshot(page, 'numbers-1280');
   await page.getByRole('button', { name: 'Fit' }).click();
   await page.waitForFunction(() => document.querySelector('.pane.left .marks').width === 1);
-  assert.equal(await zoom(), '100\u00a0%');
 });
 
-test('the wheel scrolls the page until the picture is in use, or with Ctrl zooms', async () => {
+test('the wheel zooms at once; where the whole picture is seen it scrolls back', async () => {
   await page.evaluate(() => document.activeElement.blur());
+  await page.getByRole('button', { name: 'Fit' }).click();
+  const whole = await zoom();
   const box = await page.locator('.stage').boundingBox();
   await page.mouse.move(box.x + 30, box.y + 30);
-  await page.mouse.wheel(0, -120);
-  assert.equal(await zoom(), '100\u00a0%');
-  await page.keyboard.down('Control');
   await page.mouse.wheel(0, -240);
-  await page.keyboard.up('Control');
-  await page.locator('.view-zoom-value').filter({ hasText: '200' }).waitFor();
-  await page.getByRole('button', { name: 'Fit' }).click();
+  await page.waitForFunction((text) =>
+    document.querySelector('.view-zoom-value').textContent !== text, whole);
+  assert.equal(parseInt(await zoom(), 10), 2 * parseInt(whole, 10));
+  await page.mouse.wheel(0, 240);
+  await page.waitForFunction((text) =>
+    document.querySelector('.view-zoom-value').textContent === text, whole);
+  const at = () => page.evaluate(() => scrollY);
+  assert.equal(await at(), 0);
+  await page.mouse.wheel(0, 60);
+  await page.waitForFunction(() => scrollY > 0);
+  assert.equal(await zoom(), whole);
+  await page.evaluate(() => scrollTo(0, 0));
 });
 
 // The curves again, from the tiles and the published formulas.
@@ -127,7 +139,7 @@ test('a link restores the whole view', async () => {
   await wait_for_tiles(other, 0);
   assert.equal(await other.locator('#exposure').inputValue(), '1.5');
   assert.equal(await other.locator('#curve').inputValue(), 'filmic');
-  assert.equal(await other.locator('.view-zoom-value').textContent(), '300\u00a0%');
+  assert.equal(await zoom(other), await times(3, other));
   assert.equal(await other.locator('#pixel-x').inputValue(), '10');
   assert.equal(await other.locator('#pixel-y').inputValue(), '20');
   assert.equal(await other.evaluate(() => location.hash), hash);
@@ -174,6 +186,6 @@ test('a server that starts again finds the page where it was', async () => {
   all.server = await Server.start(all.folder, { port });
   await page.locator('#notice').waitFor({ state: 'hidden' });
   assert.equal(await page.evaluate(() => location.hash), hash);
-  assert.equal(await zoom(), '200\u00a0%');
+  assert.equal(await zoom(), await times(2));
   assert.deepEqual(await canvas_pixels(page, 0), shown);
 });

@@ -2,7 +2,7 @@
 // pixels in a row; what marks a recovered picture; refused sizes at their field.
 import assert from 'node:assert/strict';
 import { after, afterEach, before, test } from 'node:test';
-import { canvas_pixels, pictures, post_by_form, screenshot, start_all, wait_for_state,
+import { canvas_pixels, pictures, post_by_form, screenshot, start_all, unfold, wait_for_state,
   wait_for_tiles } from './support.mjs';
 
 const kSide = 96;
@@ -25,6 +25,7 @@ const black_pixels = async (index) => {
 
 test('an odd width is refused at its field', async () => {
   const width = page.locator('#width');
+  await unfold(page);
   await page.locator('#pixels').selectOption('quarter');
   await width.fill('95');
   await page.locator('#job-form button[type=submit]').click();

@@ -149,9 +149,14 @@ export class Browser {
   }
 
   // A page of its own profile. Errors in it, and breaches of the content policy, are kept.
-  // `init` runs in it before its own scripts. Resolves when `ready` is there.
-  async page(url, { width = 1280, height = 900, init, ready = '#scene option', ...options } = {}) {
+  // `init` runs in it before its own scripts. Resolves when `ready` is there. Scenes have no small
+  // pictures unless `thumbnails`: each new server would render them all.
+  async page(url, { width = 1280, height = 900, init, ready = '#scene option',
+    thumbnails = false, ...options } = {}) {
     const context = await this.#browser.newContext({ viewport: { width, height }, ...options });
+    if (!thumbnails) {
+      await context.route('**/thumbnail.jpg', (route) => route.fulfill({ status: 404 }));
+    }
     if (init) await context.addInitScript(init);
     const page = await context.newPage();
     page.setDefaultTimeout(kWaitMs);
@@ -199,9 +204,16 @@ export async function start_all(options = {}) {
 }
 
 // Fills the form and posts it; resolves to the ids now in the address.
+// Opens the folded options of the form.
+export const unfold = (page) => page.locator('.more').evaluate((details) => {
+  details.open = true;
+});
+
+// Not recovered, unless `fields` says so.
 export async function post_by_form(page, fields) {
   const before = page.url();
-  for (const [name, value] of Object.entries(fields)) {
+  await unfold(page);
+  for (const [name, value] of Object.entries({ recover: 'none', ...fields })) {
     const field = page.locator(`#job-form [name="${name}"]`);
     if (typeof value === 'boolean') await field.setChecked(value);
     else if (await field.evaluate((e) => e.tagName === 'SELECT')) await field.selectOption(value);

@@ -5,13 +5,13 @@ import { mkdirSync, writeFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { after, afterEach, before, test } from 'node:test';
 import { promisify } from 'node:util';
-import { env, screenshot, start_all, wait_for_state, wait_for_tiles } from './support.mjs';
+import { env, screenshot, start_all, unfold, wait_for_state, wait_for_tiles } from './support.mjs';
 
 let all;
 let page;
 before(async () => {
   all = await start_all();
-  page = await all.browser.page(all.server.url);
+  page = await all.browser.page(all.server.url, { thumbnails: true });
 });
 after(() => all?.close());
 afterEach(() => all.browser.expect_no_errors());
@@ -55,6 +55,7 @@ const drop = (name, bytes) => page.evaluate(([file_name, values]) => {
 
 test('a dropped .glb is rendered', async () => {
   await page.locator('#amount').fill('2');
+  await unfold(page);
   await page.locator('#width').fill('64'); // of another scene: not meant for this one
   assert.ok(await drop('my triangle.glb', triangle_glb()));
   await page.waitForFunction(() => location.hash.startsWith('#job='));
@@ -65,7 +66,9 @@ test('a dropped .glb is rendered', async () => {
   assert.match(request.scene, /^up-[0-9a-f]{32}$/);
   assert.equal(request.samples, 2);
   assert.notEqual(request.width, 64);
-  assert.match(await page.locator('#upload-status').textContent(), /^my triangle\.glb is up-/);
+  assert.equal(await page.locator('#upload-status').textContent(),
+    'my triangle.glb is there as “my triangle”.');
+  await page.locator('.row-scene').filter({ hasText: /^my triangle$/ }).waitFor();
   assert.equal(await page.locator('#scene').inputValue(), request.scene);
   await screenshot(page, 'dropped-1280');
 });
@@ -74,12 +77,50 @@ test('what cannot be rendered is refused in words', async () => {
   const status = page.locator('#upload-status.error');
   const shown = async (text) => status.filter({ hasText: text }).waitFor();
   await drop('room.blend', [1, 2, 3]);
-  await shown('Expected one .glb, or one .zip');
+  await shown('Expected a .glb, a .zip, or a scene');
+  await drop('empty.glb', []);
+  await shown('empty.glb is empty.');
   await drop('broken.glb', [1, 2, 3]);
-  await shown('broken.glb: /files/scene.glb: scene.glb');
+  await shown(/^broken\.glb: (?!.*scene\.glb)/);
   await page.locator('#upload').setInputFiles(
     { name: 'no.zip', mimeType: 'application/zip', buffer: Buffer.from('nothing') });
-  await shown('no.zip: /asset: not a zip archive');
+  await shown('no.zip: not a zip archive');
+});
+
+test('the files of a scene go together; of several scenes one is chosen', async () => {
+  const text = (name, words) => ({ name, mimeType: 'text/plain', buffer: Buffer.from(words) });
+  const triangle = 'mtllib red.mtl\nusemtl red\nv -1 -1 0\nv 1 -1 0\nv 0 1 0\nf 1 2 3\n';
+  await page.locator('#upload').setInputFiles([text('red.mtl', 'newmtl red\nKd 0.9 0 0\n'),
+    text('a.obj', triangle), text('b.obj', `${triangle}f 3 2 1\n`)]);
+  await page.locator('#upload-status').getByRole('button', { name: 'b.obj' }).click();
+  await page.locator('#upload-status').filter({ hasText: 'the files is there' }).waitFor();
+  await page.waitForFunction(() =>
+    document.querySelector('#scene').selectedOptions[0].textContent === 'b');
+  const scene = await page.locator('#scene').inputValue();
+  const { triangles, entry } = await (await all.server.get(`/v1/scenes/${scene}`)).json();
+  assert.deepEqual([triangles, entry], [2, 'b.obj']);
+});
+
+test('scenes are chosen by their picture, renamed and deleted', async () => {
+  const card = (title) => page.locator('.scene-card').filter({ hasText: title });
+  await card('my triangle').locator('canvas.drawn').waitFor();
+  await card('cornell-box').click();
+  assert.equal(await page.locator('#scene').inputValue(), 'cornell-box');
+  assert.equal(await page.locator('.library-rename').isVisible(), false);
+  await card('my triangle').click();
+  page.once('dialog', (dialog) => dialog.accept('Triangle'));
+  await page.locator('.library-rename').click();
+  await card(/^Triangle$/).waitFor();
+  assert.equal(await page.locator('#scene option:checked').textContent(), 'Triangle');
+  const phone = await all.browser.page(all.server.url, { width: 390, height: 844,
+    thumbnails: true });
+  await phone.locator('.scene-card').filter({ hasText: /^Triangle$/ }).waitFor();
+  assert.equal(await phone.evaluate(() => document.documentElement.scrollWidth), 390);
+  await screenshot(phone, 'library-390');
+  await phone.context().close();
+  page.once('dialog', (dialog) => dialog.accept());
+  await page.locator('.library-delete').click();
+  await card(/^Triangle$/).waitFor({ state: 'detached' });
 });
 
 test('qray submit sends a folder with its textures, and the picture shows them', async () => {

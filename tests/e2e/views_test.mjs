@@ -30,6 +30,7 @@ const views = () => ({
   states: [`#job=${guided}&overlay=state&curve=false`, 'img.overlay:visible'],
   tables: ['#tables', 'tbody tr'],
   figures: ['#figures', '.figure-card'],
+  live: ['live.html#scene=cornell-box', '#measures tr'],
 });
 
 async function violations(page) {

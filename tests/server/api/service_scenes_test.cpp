@@ -254,6 +254,67 @@ TEST_F(ServiceScenes, WhatTheServerHasBesidesIsNotToldFromWhatItHasNot) {
     }
 }
 
+TEST_F(ServiceScenes, PeopleCallThemAsTheyLike) {
+  const std::string hash = put(tall_obj(1));
+  const Json files = {{"a.obj", hash}};
+  const Json made = post({{"files", files}, {"title", "Kitchen"}}, 201);
+  const std::string path = "/v1/scenes/" + made["name"].get<std::string>();
+  EXPECT_EQ(made["title"], "Kitchen");
+  EXPECT_EQ(post({{"files", files}, {"title", "Other"}}, 200)["title"], "Kitchen") << "was there";
+  const auto rename = [&](const std::string& at, const Json& body) {
+    const auto answer = s_.client().Patch(at, body.dump(), "application/json");
+    return std::pair(answer->status, Json::parse(answer->body));
+  };
+  EXPECT_EQ(rename(path, {{"title", "K\u00fcche"}}).second["title"], "K\u00fcche");
+  s_.stop();
+  s_.start();
+  EXPECT_EQ(s_.get(path)["title"], "K\u00fcche");
+  const Json list = s_.get("/v1/scenes")["scenes"];
+  EXPECT_EQ(list[0]["title"], "box");
+  EXPECT_EQ(list[1]["title"], "K\u00fcche");
+  EXPECT_EQ(rename("/v1/scenes/box", {{"title", "mine"}}).first, 409);
+  EXPECT_EQ(rename("/v1/scenes/none", {{"title", "mine"}}).first, 404);
+  for (const Json& wrong : {Json::object(), Json({{"title", ""}}), Json({{"title", "a\nb"}}),
+                            Json({{"title", std::string(121, 'a')}}), Json({{"title", 7}})}) {
+    const auto [status, problem] = rename(path, wrong);
+    EXPECT_EQ(status, 422) << wrong;
+    EXPECT_EQ(problem["errors"][0]["pointer"], "/title") << problem;
+  }
+}
+
+TEST_F(ServiceScenes, EachHasASmallPictureThatIsMadeOnce) {
+  const auto ask = [&](const std::string& scene, const httplib::Headers& headers = {}) {
+    return s_.client().Get("/v1/scenes/" + scene + "/thumbnail.jpg", headers);
+  };
+  const auto first = ask("box");
+  ASSERT_EQ(first->status, 200);
+  EXPECT_EQ(first->get_header_value("Content-Type"), "image/jpeg");
+  const fs::path file = s_.scratch / "box.jpg";
+  test::write_text(file, first->body);
+  const Result<Image> image = read_image(file);
+  ASSERT_TRUE(image.ok());
+  EXPECT_EQ(std::max(image.value().width(), image.value().height()), 192);
+  EXPECT_EQ(ask("box", {{"If-None-Match", first->get_header_value("ETag")}})->status, 304);
+  EXPECT_EQ(ask("none")->status, 404);
+
+  const fs::path folder = s_.config.data / "thumbnails";
+  const auto kept = [&] { return std::distance(fs::directory_iterator(folder), {}); };
+  ASSERT_EQ(kept(), 1);
+  test::write_text(fs::directory_iterator(folder)->path(), "kept");
+  EXPECT_EQ(ask("box")->body, "kept");
+  const fs::path scene = s_.config.scenes / "box/scene.json";
+  test::write_text(scene, test::file_text(scene) + "\n");
+  EXPECT_EQ(ask("box")->body, first->body) << "the scene has changed, and looks as before";
+  EXPECT_EQ(kept(), 1);
+  test::write_text(scene, "{}");
+  EXPECT_EQ(ask("box")->status, 422);
+
+  s_.stop();
+  fs::remove_all(s_.config.scenes / "box");
+  s_.start();
+  EXPECT_EQ(kept(), 0) << "of a scene that is gone";
+}
+
 TEST_F(ServiceScenes, APictureThatBreaksOffIsRefused) {
   Image image(64, 64, 3);
   for (size_t i = 0; i < image.data().size(); ++i)
