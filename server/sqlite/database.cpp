@@ -72,6 +72,9 @@ END;
 CREATE TRIGGER labels_of_a_deleted_job AFTER DELETE ON jobs BEGIN
   DELETE FROM job_labels WHERE job = old.id;
 END;
+)sql",
+                                  R"sql(
+ALTER TABLE jobs ADD COLUMN claim INTEGER NOT NULL DEFAULT 0;
 )sql"};
 constexpr int kSchemaVersion = std::size(kSteps);
 constexpr int kReaders = 4;

@@ -10,6 +10,7 @@
 #include "server/sqlite/sqlite_table_index.h"
 
 namespace qray::server {
+
 Status SqliteJobStore::write(Database::Session& session, const JobRecord& job) {
   std::optional<std::string> message, where;
   if (job.error) {
@@ -19,7 +20,7 @@ Status SqliteJobStore::write(Database::Session& session, const JobRecord& job) {
   return Query(session.handle(),
                "UPDATE jobs SET state=?, request=?, started_ms=?, ended_ms=?, fraction=?, "
                "samples=?, seconds=?, error_message=?, error_where=?, table_in=?, table_out=?, "
-               "stats=?, biased=?, warnings=?, attempts=? WHERE id=?")
+               "stats=?, biased=?, warnings=?, attempts=?, claim=? WHERE id=?")
       .bind(std::string(to_string(job.state)))
       .bind(proto::job_request_to_json(job.request))
       .bind(job.started_ms)
@@ -35,6 +36,7 @@ Status SqliteJobStore::write(Database::Session& session, const JobRecord& job) {
       .bind(job.biased ? 1 : 0)
       .bind(join_lines(job.warnings))
       .bind(job.attempts)
+      .bind(job.claim)
       .bind(job.id.value)
       .run();
 }
@@ -191,12 +193,15 @@ Result<JobRecord> SqliteJobStore::move(JobId id, JobState to, const Change& chan
                      std::string(to_string(to)),
                  ""};
   }
+  if (change.claim && *change.claim != job.claim)
+    return Error{ErrorCode::kConflict, "another run has the job now", ""};
   job.state = to;
   if (change.edit) change.edit(job);
   if (has_ended(to)) job.ended_ms = now_ms_();
   if (to == JobState::kPreparing) {
     job.started_ms = now_ms_();
     ++job.attempts;
+    ++job.claim;
   }
   if (to == JobState::kQueued) {
     job.started_ms.reset();

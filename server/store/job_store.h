@@ -89,6 +89,8 @@ class JobStore {
     std::function<void(JobRecord&)> edit;  // of the record, before it is written; may be empty
     std::vector<Event> events;             // before the state's own
     std::optional<TableRow> table;         // that it made: recorded with the move
+    // Of the run that asks: kConflict where the job has been claimed anew since.
+    std::optional<uint64_t> claim;
   };
   // The one transition function: kConflict when can_move() says no.
   virtual Result<JobRecord> move(JobId id, JobState to, const Change& change = {}) = 0;

@@ -339,6 +339,23 @@ TEST_P(StoreConformance, EventIdsRiseAcrossRestartsAndReadersGoOn) {
   EXPECT_EQ(kinds_after(hint), std::vector<std::string>{"state"});
 }
 
+// A run that was given up for dead, and comes back when another has the job.
+TEST_P(StoreConformance, OnlyTheLastClaimMoves) {
+  const JobId id = insert();
+  move(id, {kPreparing});
+  const uint64_t first = get(id).claim;
+  open();  // the job is queued again
+  move(id, {kPreparing});
+  const uint64_t second = get(id).claim;
+  EXPECT_GT(second, first);
+  JobStore::Change change;
+  change.claim = first;
+  EXPECT_EQ(store_->move(id, kRendering, change).error().code, ErrorCode::kConflict);
+  EXPECT_EQ(get(id).state, kPreparing);
+  change.claim = second;
+  EXPECT_TRUE(store_->move(id, kRendering, change).ok());
+}
+
 TableRow table(char digit, uint8_t scene = 0, uint64_t samples_seen = 8) {
   TableRow row;
   row.info.id = std::string(32, digit);
