@@ -144,7 +144,8 @@ int render_threads(int wanted) {
 // In the order of their needs: what comes later uses what comes before.
 struct Service::Parts {
   Parts(const Config& config, FolderLock taken, std::unique_ptr<Database> database, Tokens tokens)
-      : access(std::move(tokens), config.no_auth ? Access::Names() : config.names, steady_ms),
+      : tokens_file(config.tokens),
+        access(std::move(tokens), config.no_auth ? Access::Names() : config.names, steady_ms),
         lock(std::move(taken)),
         db(std::move(database)),
         jobs(*db, events, now_ms),
@@ -158,6 +159,7 @@ struct Service::Parts {
         web(config.web, config.web_lib),
         event_handlers(events, jobs, config.max_streams) {}
 
+  const std::filesystem::path tokens_file;
   Access access;
   FolderLock lock;
   std::unique_ptr<Database> db;
@@ -327,6 +329,13 @@ void Service::stop() {
   parts_->janitor.reset();
   parts_->runner->stop();
   parts_->http.reset();
+}
+
+void Service::reload_tokens() {
+  Result<Tokens> tokens = Tokens::read(parts_->tokens_file);
+  if (!tokens.ok()) return spdlog::error("the tokens stay as they were: {}", tokens.error().text());
+  parts_->access.replace(std::move(tokens).value());
+  spdlog::info("tokens read again from {}", parts_->tokens_file.string());
 }
 
 int Service::port() const { return parts_->port; }
