@@ -63,6 +63,18 @@ void read_extend(const Json& tree, const RequestLimits& limits, ExtendRequest& o
   }
 }
 
+void read_update(const Json& tree, const RequestLimits& limits, JobUpdate& out,
+                 std::vector<FieldError>& errors) {
+  ObjectReader in(tree, "", errors);
+  JobRequest given;
+  for (const std::string_view path : {field::kLabels.path, field::kPriority.path})
+    read_field(in, *find_field(job_fields(), path), kJob, limits, given);
+  in.refuse_unknown();
+  out = {given.given(field::kLabels), given.given(field::kPriority)};
+  if (errors.empty() && !out.labels && !out.priority)
+    errors.push_back({"", "expected labels or priority, got none of them"});
+}
+
 void read_merge(const Json& tree, std::vector<std::string>& tables,
                 std::vector<FieldError>& errors) {
   ObjectReader in(tree, "", errors);
@@ -182,6 +194,14 @@ std::variant<ExtendRequest, Problem> parse_extend_request(std::string_view json,
     read_extend(tree, limits, request, errors);
   };
   return parse_request<ExtendRequest>(json, limits, "Wrong request for more", read);
+}
+
+std::variant<JobUpdate, Problem> parse_job_update(std::string_view json,
+                                                  const RequestLimits& limits) {
+  const auto read = [&](const Json& tree, JobUpdate& update, std::vector<FieldError>& errors) {
+    read_update(tree, limits, update, errors);
+  };
+  return parse_request<JobUpdate>(json, limits, "Wrong change of a job", read);
 }
 
 std::variant<SceneRequest, Problem> parse_scene_request(std::string_view json,

@@ -45,6 +45,12 @@ struct ExtendRequest {
   std::optional<double> noise;
 };
 
+// PATCH /v1/jobs/{id}: what is given takes the place of what was.
+struct JobUpdate {
+  std::optional<Labels> labels;
+  std::optional<int> priority;
+};
+
 // POST /v1/scenes: what a scene is made of, by the SHA-256 of uploaded files.
 struct SceneRequest {
   std::map<std::string, std::string> files;  // name -> SHA-256; empty: `archive` has them
@@ -71,6 +77,8 @@ std::variant<JobRequest, Problem> parse_job_request(std::string_view json,
 std::variant<JobRequest, Problem> parse_stored_request(std::string_view json);
 std::variant<ExtendRequest, Problem> parse_extend_request(std::string_view json,
                                                           const RequestLimits& limits);
+std::variant<JobUpdate, Problem> parse_job_update(std::string_view json,
+                                                  const RequestLimits& limits);
 // {"tables":[id, id...]}: two ids or more, at most `kMaxMergedTables`, each once. Problems as
 // above.
 constexpr size_t kMaxMergedTables = 16;
@@ -213,6 +221,8 @@ std::string comparison_to_json(const Comparison& comparison);
 std::string job_to_json(const JobInfo& job);
 // `next`: the id to give as `before` for the following page; empty: this is the last.
 std::string job_list_to_json(std::span<const JobInfo> jobs, std::string_view next);
+// DELETE /v1/jobs: ids of the jobs; `more`: there are others that could be deleted.
+std::string deleted_to_json(std::span<const std::string> jobs, bool more);
 std::string table_to_json(const TableInfo& table);
 // `next`: the last one of the page, where there are more; else empty.
 std::string table_list_to_json(std::span<const TableInfo> tables, std::string_view next = {});
@@ -228,5 +238,7 @@ std::string health_to_json();
 std::string problem_to_json(const Problem& problem);
 
 std::string time_to_text(int64_t ms);  // "2026-01-01T00:00:00.000Z"
+// The milliseconds of such a text; those and the seconds' fraction may be left out. In UTC alone.
+std::optional<int64_t> parse_time(std::string_view text);
 
 }  // namespace qray::proto

@@ -134,7 +134,8 @@ class HttpServer::Impl final : public httplib::Server {
     set_pre_routing_handler([this](const httplib::Request& req, httplib::Response& res) {
       const Router::Match match = router_.find(req.method, req.path);
       if (refused(req, res, match)) return HandlerResponse::Handled;
-      if (req.method == "POST" || req.method == "PUT") return HandlerResponse::Unhandled;
+      if (req.method == "POST" || req.method == "PUT" || req.method == "PATCH")
+        return HandlerResponse::Unhandled;
       (*match.handler)(req, res, match.id);
       return HandlerResponse::Handled;
     });
@@ -144,6 +145,7 @@ class HttpServer::Impl final : public httplib::Server {
     };
     Post(".*", with_body);
     Put(".*", with_body);
+    Patch(".*", with_body);
     set_exception_handler(
         [](const httplib::Request& req, httplib::Response& res, std::exception_ptr e) {
           try {

@@ -75,6 +75,7 @@ END;
 )sql",
                                   R"sql(
 ALTER TABLE jobs ADD COLUMN claim INTEGER NOT NULL DEFAULT 0;
+CREATE INDEX jobs_by_times ON jobs(id, created_ms, ended_ms);
 )sql"};
 constexpr int kSchemaVersion = std::size(kSteps);
 constexpr int kReaders = 4;

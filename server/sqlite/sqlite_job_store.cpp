@@ -180,6 +180,17 @@ Status SqliteJobStore::remove_scene(const std::string& scene,
   return remove();
 }
 
+Result<JobRecord> SqliteJobStore::update(JobId id, const std::function<void(JobRequest&)>& edit) {
+  Database::Transaction transaction(db_);
+  Result<JobRecord> job = read(transaction.handle(), id);
+  if (!job.ok()) return job;
+  if (job.value().damaged) return Error{ErrorCode::kConflict, job.value().error->message, ""};
+  edit(job.value().request);
+  if (Status s = write(transaction, job.value()); !s.ok()) return s.error();
+  if (Status s = transaction.commit(); !s.ok()) return s.error();
+  return job;
+}
+
 Result<JobRecord> SqliteJobStore::move(JobId id, JobState to, const Change& change) {
   Database::Session session(db_);
   if (Status s = prepare_events(); !s.ok()) return s.error();

@@ -215,6 +215,59 @@ TEST_P(StoreConformance, ListsByStateAndLabel) {
   EXPECT_TRUE(ids({{}, {}, {}, "u"}).empty());
 }
 
+TEST_P(StoreConformance, ListsByTime) {
+  JobRequest request;
+  request.set(field::kScene, "box");
+  for (int i = 1; i <= 6; ++i) {
+    now_ms_ = 1000 * i;
+    request.set(field::kLabels, {{"odd", i % 2 ? "yes" : "no"}});
+    insert(request);
+  }
+  for (const uint64_t id : {1, 2, 3}) {  // at 7, 8 and 9 s
+    now_ms_ = 6000 + 1000 * static_cast<int64_t>(id);
+    move({id}, {kCanceled});
+  }
+  using Ids = std::vector<uint64_t>;
+  const auto ids = [&](const JobStore::Times& created, const JobStore::Times& ended,
+                       JobStore::Filter filter = {}, size_t limit = 10) {
+    filter.created = created;
+    filter.ended = ended;
+    Ids ids;
+    const Result<std::vector<JobRecord>> jobs = store_->list(limit, filter);
+    for (const JobRecord& job : jobs.value()) ids.push_back(job.id.value);
+    return ids;
+  };
+  EXPECT_EQ(ids({3000, {}}, {}), (Ids{6, 5, 4, 3}));
+  EXPECT_EQ(ids({{}, 3000}, {}), (Ids{2, 1}));
+  EXPECT_EQ(ids({2000, 5000}, {}), (Ids{4, 3, 2}));
+  EXPECT_EQ(ids({2000, 5000}, {}, {}, 2), (Ids{4, 3}));
+  EXPECT_EQ(ids({2000, 5000}, {}, {JobId{4}}), (Ids{3, 2}));
+  EXPECT_EQ(ids({}, {8000, {}}), (Ids{3, 2}));
+  EXPECT_EQ(ids({}, {{}, 8000}), (Ids{1}));  // not those that have not ended
+  EXPECT_EQ(ids({2000, {}}, {{}, 9000}), (Ids{2}));
+  EXPECT_EQ(ids({2000, {}}, {}, {{}, {}, {{"odd", "yes"}}}), (Ids{5, 3}));
+  EXPECT_EQ(ids({2000, {}}, {}, {{}, {kCanceled}}), (Ids{3, 2}));
+  EXPECT_EQ(ids({2000, {}}, {{}, 9000}, {{}, {kCanceled}, {{"odd", "no"}}}), (Ids{2}));
+}
+
+TEST_P(StoreConformance, WhatWasAskedForIsChangedInAnyState) {
+  const JobId queued = insert(), ended = insert();
+  move(ended, {kCanceled});
+  for (const JobId id : {queued, ended}) {
+    const JobRecord before = get(id);
+    const Result<JobRecord> changed = store_->update(id, [](JobRequest& request) {
+      request.set(field::kLabels, {{"kind", "new"}});
+    });
+    ASSERT_TRUE(changed.ok());
+    open();
+    EXPECT_EQ(get(id).request, changed.value().request);
+    EXPECT_EQ(get(id).state, before.state);
+    EXPECT_EQ(get(id).ended_ms, before.ended_ms);
+  }
+  EXPECT_EQ(store_->list(10, {{}, {}, {{"kind", "new"}}}).value().size(), 2u);
+  EXPECT_EQ(store_->update({99}, [](JobRequest&) {}).error().code, ErrorCode::kNotFound);
+}
+
 TEST_P(StoreConformance, AKeyGivesTheSameJobForADay) {
   JobRequest request;
   request.set(field::kScene, "box");
