@@ -108,6 +108,13 @@ void read_session(const Json& tree, std::string& token, std::vector<FieldError>&
   in.refuse_unknown();
 }
 
+void read_webhook(const Json& tree, std::string& url, std::vector<FieldError>& errors) {
+  ObjectReader in(tree, "", errors);
+  if (const std::string* text = in.string("url")) url = *text;
+  if (!tree.contains("url")) in.wrong("url", "expected an address, got nothing");
+  in.refuse_unknown();
+}
+
 bool is_sha256(const Json& value) {
   const std::string* text = value.get_ptr<const std::string*>();
   return text && text->size() == 64 &&
@@ -212,6 +219,11 @@ std::variant<SceneRequest, Problem> parse_scene_request(std::string_view json,
 std::variant<std::vector<std::string>, Problem> parse_merge_request(std::string_view json,
                                                                     const RequestLimits& limits) {
   return parse_request<std::vector<std::string>>(json, limits, "Wrong merge request", read_merge);
+}
+
+std::variant<std::string, Problem> parse_webhook_request(std::string_view json,
+                                                         const RequestLimits& limits) {
+  return parse_request<std::string>(json, limits, "Wrong webhook", read_webhook);
 }
 
 std::variant<std::string, Problem> parse_session_request(std::string_view json,

@@ -67,6 +67,14 @@ OrderedJson job_json(const JobInfo& job) {
   return out;
 }
 
+OrderedJson webhook_json(const WebhookInfo& w) {
+  return {{"id", w.id},
+          {"url", w.url},
+          {"created", time_to_text(w.created_ms)},
+          {"failures", w.failures},
+          {"waiting", w.waiting}};
+}
+
 OrderedJson table_json(const TableInfo& t) {
   return {{"id", t.id},
           {"scene", t.scene},
@@ -245,6 +253,22 @@ std::string deleted_to_json(std::span<const std::string> jobs, bool more) {
   OrderedJson out = {{"deleted", OrderedJson::array()}, {"more", more}};
   for (const std::string& id : jobs) out["deleted"].push_back(id);
   return text_of(out);
+}
+
+std::string webhook_to_json(const WebhookInfo& webhook, std::string_view secret) {
+  OrderedJson out = webhook_json(webhook);
+  if (!secret.empty()) out["secret"] = secret;
+  return text_of(out);
+}
+
+std::string webhook_list_to_json(std::span<const WebhookInfo> webhooks) {
+  OrderedJson out = {{"webhooks", OrderedJson::array()}};
+  for (const WebhookInfo& webhook : webhooks) out["webhooks"].push_back(webhook_json(webhook));
+  return text_of(out);
+}
+
+std::string webhook_event(const JobInfo& job) {
+  return text_of(OrderedJson{{"event", "job.ended"}, {"job", job_json(job)}});
 }
 
 std::string table_to_json(const TableInfo& table) { return text_of(table_json(table)); }

@@ -87,6 +87,9 @@ std::variant<std::vector<std::string>, Problem> parse_merge_request(std::string_
 // {"token":"..."}: the token. Problems as above.
 std::variant<std::string, Problem> parse_session_request(std::string_view json,
                                                          const RequestLimits& limits);
+// {"url":"..."}: the url, of which only its type was checked. Problems as above.
+std::variant<std::string, Problem> parse_webhook_request(std::string_view json,
+                                                         const RequestLimits& limits);
 // Problems as above. A file's name is one that FileNames takes.
 std::variant<SceneRequest, Problem> parse_scene_request(std::string_view json,
                                                         const RequestLimits& limits);
@@ -131,6 +134,12 @@ struct TableInfo {
   int64_t created_ms = 0;
   uint64_t bytes = 0, states = 0, samples_seen = 0;
   std::string job;  // that left it; empty: it was merged
+};
+
+struct WebhookInfo {
+  std::string id, url;
+  int64_t created_ms = 0;
+  uint64_t failures = 0, waiting = 0;
 };
 
 struct WeightsInfo {
@@ -226,6 +235,11 @@ std::string deleted_to_json(std::span<const std::string> jobs, bool more);
 std::string table_to_json(const TableInfo& table);
 // `next`: the last one of the page, where there are more; else empty.
 std::string table_list_to_json(std::span<const TableInfo> tables, std::string_view next = {});
+// `secret`: by which what it is sent is signed, told once; empty: not now.
+std::string webhook_to_json(const WebhookInfo& webhook, std::string_view secret);
+std::string webhook_list_to_json(std::span<const WebhookInfo> webhooks);
+// What a webhook is sent when a job has ended.
+std::string webhook_event(const JobInfo& job);
 std::string weights_to_json(const WeightsInfo& weights);
 std::string weights_list_to_json(std::span<const WeightsInfo> weights);
 // `report`: of an uploaded scene.

@@ -21,6 +21,7 @@
 #include "server/api/handlers_tables.h"
 #include "server/api/handlers_views.h"
 #include "server/api/handlers_web.h"
+#include "server/api/handlers_webhooks.h"
 #include "server/api/handlers_weights.h"
 #include "server/http/access.h"
 #include "server/http/host.h"
@@ -28,7 +29,9 @@
 #include "server/operation/metrics.h"
 #include "server/sqlite/sqlite_job_store.h"
 #include "server/sqlite/sqlite_table_index.h"
+#include "server/sqlite/sqlite_webhook_store.h"
 #include "server/store/leftovers.h"
+#include "server/webhooks/webhook_sender.h"
 
 namespace qray::server {
 namespace fs = std::filesystem;
@@ -150,6 +153,7 @@ struct Service::Parts {
         db(std::move(database)),
         jobs(*db, events, now_ms),
         table_index(*db),
+        webhooks(*db, now_ms),
         results(config.data),
         checkpoints(config.data, config.checkpoint_mib << 20, this_build()),
         moments(config.data, config.moments_mib << 20),
@@ -167,6 +171,7 @@ struct Service::Parts {
   EventLog events;
   SqliteJobStore jobs;
   SqliteTableIndex table_index;
+  SqliteWebhookStore webhooks;
   std::unique_ptr<TableStore> tables;
   std::unique_ptr<WeightsStore> weights;
   ResultStore results;
@@ -180,6 +185,7 @@ struct Service::Parts {
   std::unique_ptr<JobRunner> runner;
   std::unique_ptr<LiveSessions> live;
   std::unique_ptr<Janitor> janitor;
+  std::unique_ptr<WebhookSender> sender;
   std::unique_ptr<JobHandlers> job_handlers;
   std::unique_ptr<PictureSource> pictures;
   std::counting_semaphore<> encoders{2};
@@ -188,6 +194,7 @@ struct Service::Parts {
   std::unique_ptr<ViewHandlers> view_handlers;
   std::unique_ptr<TableHandlers> table_handlers;
   std::unique_ptr<WeightsHandlers> weights_handlers;
+  std::unique_ptr<WebhookHandlers> webhook_handlers;
   std::unique_ptr<SceneImporter> importer;
   std::unique_ptr<SceneHandlers> scene_handlers;
   std::unique_ptr<AssetHandlers> asset_handlers;
@@ -268,6 +275,7 @@ Result<std::unique_ptr<Service>> Service::start(const Config& config) {
   parts->view_handlers = std::make_unique<ViewHandlers>(*parts->pictures, stores);
   parts->table_handlers = std::make_unique<TableHandlers>(*parts->tables, requests, now_ms);
   parts->weights_handlers = std::make_unique<WeightsHandlers>(*parts->weights);
+  parts->webhook_handlers = std::make_unique<WebhookHandlers>(parts->webhooks, requests);
   const ImportLimits import_limits{config.program, config.import_mib, config.import_seconds,
                                    config.unpacked_mib << 20, config.max_triangles};
   parts->importer = std::make_unique<SceneImporter>(
@@ -294,6 +302,7 @@ Result<std::unique_ptr<Service>> Service::start(const Config& config) {
   parts->web.add_to(router);
   parts->table_handlers->add_to(router);
   parts->weights_handlers->add_to(router);
+  parts->webhook_handlers->add_to(router);
   parts->asset_handlers->add_to(router);
   parts->scene_handlers->add_to(router);
   parts->health_handlers->add_to(router);
@@ -315,6 +324,8 @@ Result<std::unique_ptr<Service>> Service::start(const Config& config) {
   // Step 3: work.
   parts->runner->start(queued.value());
   parts->janitor = std::make_unique<Janitor>(*parts->runner, parts->jobs, config.keep_days, now_ms);
+  parts->sender = std::make_unique<WebhookSender>(
+      parts->webhooks, parts->jobs, WebhookSender::Limits{config.private_webhooks}, now_ms);
   return std::unique_ptr<Service>(new Service(std::move(parts)));
 }
 
@@ -326,6 +337,7 @@ void Service::stop() {
   parts_->importer->stop();
   parts_->live->stop();
   parts_->http->stop();
+  parts_->sender->stop();
   parts_->janitor.reset();
   parts_->runner->stop();
   parts_->http.reset();

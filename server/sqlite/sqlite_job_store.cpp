@@ -8,6 +8,7 @@
 #include "server/sqlite/job_row.h"
 #include "server/sqlite/lines.h"
 #include "server/sqlite/sqlite_table_index.h"
+#include "server/sqlite/sqlite_webhook_store.h"
 
 namespace qray::server {
 
@@ -232,6 +233,8 @@ Result<JobRecord> SqliteJobStore::move(JobId id, JobState to, const Change& chan
   }
   if (change.table)
     if (Status s = SqliteTableIndex::record(transaction, *change.table); !s.ok()) return s.error();
+  if (has_ended(to))
+    if (Status s = SqliteWebhookStore::tell(transaction, id, now_ms_()); !s.ok()) return s.error();
   if (Status s = transaction.commit(); !s.ok()) return s.error();
   for (Event& event : events) events_.publish(std::move(event));
   return job;
