@@ -37,6 +37,7 @@ class ServiceAccess : public ::testing::Test {
     if (method == "GET") return client.Get(path);
     if (method == "HEAD") return client.Head(path);
     if (method == "DELETE") return client.Delete(path);
+    if (method == "PATCH") return client.Patch(path, "{}", "application/json");
     if (method == "PUT") return client.Put(path, "x", "application/octet-stream");
     return client.Post(path, "{}", "application/json");
   }
