@@ -4,6 +4,7 @@
 
 #include "server/sqlite/sqlite_job_store.h"
 #include "server/sqlite/sqlite_table_index.h"
+#include "server/sqlite/sqlite_webhook_store.h"
 #include "tests/support/scratch.h"
 
 namespace qray::server {
@@ -18,21 +19,25 @@ class OpenStore {
   virtual ~OpenStore() = default;
   virtual JobStore& jobs() = 0;
   virtual TableIndex& tables() = 0;
+  virtual WebhookStore& webhooks() = 0;
 };
 
 class OpenSqlite final : public OpenStore {
  public:
   OpenSqlite(const std::filesystem::path& folder, EventLog& events, std::function<int64_t()> now_ms)
       : db_(Database::open(folder / "jobs.sqlite").value()),
-        jobs_(*db_, events, std::move(now_ms)),
-        tables_(*db_) {}
+        jobs_(*db_, events, now_ms),
+        tables_(*db_),
+        webhooks_(*db_, now_ms) {}
   JobStore& jobs() override { return jobs_; }
   TableIndex& tables() override { return tables_; }
+  WebhookStore& webhooks() override { return webhooks_; }
 
  private:
   std::unique_ptr<Database> db_;
   SqliteJobStore jobs_;
   SqliteTableIndex tables_;
+  SqliteWebhookStore webhooks_;
 };
 
 struct StoreKind {
@@ -467,6 +472,57 @@ TEST_P(StoreConformance, ATableThatAnOpenJobNamesStays) {
   move(id, {kCanceled});
   EXPECT_TRUE(tables.remove(a).ok());
   EXPECT_EQ(tables.remove(a).error().code, ErrorCode::kNotFound);
+}
+
+TEST_P(StoreConformance, WebhooksAreToldInOrderAndOneHoldsUpNoOther) {
+  const JobId before = insert(), first = insert(), second = insert();
+  move(before, {kCanceled});
+  const uint64_t a = open_->webhooks().add("http://a/", "s").value().id;
+  const uint64_t b = open_->webhooks().add("http://b/", "t").value().id;
+  const auto next = [&] {
+    const auto due = open_->webhooks().next();
+    return due.value().value_or(Delivery());
+  };
+  move(first, {kPreparing, kRendering});
+  EXPECT_EQ(next().id, 0u);
+  move(first, {kFinalizing, kSucceeded});
+  move(second, {kCanceled});
+  open();  // after a restart too
+  const Delivery to_a = next();
+  EXPECT_EQ(to_a.webhook.id, a);
+  EXPECT_EQ(to_a.webhook.secret, "s");
+  EXPECT_EQ(to_a.job, first);
+  EXPECT_EQ(to_a.created_ms, now_ms_);
+  ASSERT_TRUE(open_->webhooks().failed(to_a, 5000).ok());
+  for (const JobId job : {first, second}) {
+    const Delivery to_b = next();
+    EXPECT_EQ(to_b.webhook.id, b);
+    EXPECT_EQ(to_b.job, job);
+    ASSERT_TRUE(open_->webhooks().delivered(to_b).ok());
+  }
+  EXPECT_EQ(next().id, 0u);
+  EXPECT_EQ(open_->webhooks().list().value()[0].waiting, 2u);
+  now_ms_ += 5000;
+  EXPECT_EQ(next().id, to_a.id);
+  EXPECT_EQ(next().webhook.failures, 1u);
+  // The clock is turned back by days: that is no reason to wait for them.
+  ASSERT_TRUE(open_->webhooks().failed(to_a, 1000).ok());
+  now_ms_ -= 100 * WebhookStore::kLongestDelayMs;
+  EXPECT_EQ(next().id, to_a.id);
+  ASSERT_TRUE(open_->webhooks().give_up(to_a).ok());
+  EXPECT_EQ(next().job, second);
+  EXPECT_EQ(next().webhook.failures, 2u);
+  ASSERT_TRUE(open_->webhooks().delivered(next()).ok());
+  EXPECT_EQ(open_->webhooks().list().value()[0].failures, 0u);
+
+  move(insert(), {kCanceled});
+  ASSERT_TRUE(open_->webhooks().remove(a).ok());
+  EXPECT_EQ(open_->webhooks().remove(a).error().code, ErrorCode::kNotFound);
+  EXPECT_EQ(next().webhook.id, b);
+  ASSERT_EQ(open_->webhooks().list().value().size(), 1u);
+  for (size_t i = 1; i < WebhookStore::kMost; ++i)
+    ASSERT_TRUE(open_->webhooks().add("http://c/", "u").ok());
+  EXPECT_EQ(open_->webhooks().add("http://c/", "u").error().code, ErrorCode::kConflict);
 }
 
 TEST_P(StoreConformance, IdsThatWereGivenElsewhereAreNotGivenAgain) {
