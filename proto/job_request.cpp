@@ -71,6 +71,7 @@ void read_update(const Json& tree, const RequestLimits& limits, JobUpdate& out,
     read_field(in, *find_field(job_fields(), path), kJob, limits, given);
   in.refuse_unknown();
   out = {given.given(field::kLabels), given.given(field::kPriority)};
+  if (errors.empty() && tree.contains("labels") && !out.labels) out.labels.emplace();  // none
   if (errors.empty() && !out.labels && !out.priority)
     errors.push_back({"", "expected labels or priority, got none of them"});
 }
