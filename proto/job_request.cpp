@@ -63,6 +63,19 @@ void read_extend(const Json& tree, const RequestLimits& limits, ExtendRequest& o
   }
 }
 
+void read_update(const Json& tree, const RequestLimits& limits, JobUpdate& out,
+                 std::vector<FieldError>& errors) {
+  ObjectReader in(tree, "", errors);
+  JobRequest given;
+  for (const std::string_view path : {field::kLabels.path, field::kPriority.path})
+    read_field(in, *find_field(job_fields(), path), kJob, limits, given);
+  in.refuse_unknown();
+  out = {given.given(field::kLabels), given.given(field::kPriority)};
+  if (errors.empty() && tree.contains("labels") && !out.labels) out.labels.emplace();  // none
+  if (errors.empty() && !out.labels && !out.priority)
+    errors.push_back({"", "expected labels or priority, got none of them"});
+}
+
 void read_merge(const Json& tree, std::vector<std::string>& tables,
                 std::vector<FieldError>& errors) {
   ObjectReader in(tree, "", errors);
@@ -93,6 +106,13 @@ void read_session(const Json& tree, std::string& token, std::vector<FieldError>&
   ObjectReader in(tree, "", errors);
   if (const std::string* text = in.string("token")) token = *text;
   if (!tree.contains("token")) in.wrong("token", "expected a token, got nothing");
+  in.refuse_unknown();
+}
+
+void read_webhook(const Json& tree, std::string& url, std::vector<FieldError>& errors) {
+  ObjectReader in(tree, "", errors);
+  if (const std::string* text = in.string("url")) url = *text;
+  if (!tree.contains("url")) in.wrong("url", "expected an address, got nothing");
   in.refuse_unknown();
 }
 
@@ -197,6 +217,14 @@ std::variant<ExtendRequest, Problem> parse_extend_request(std::string_view json,
   return parse_request<ExtendRequest>(json, limits, "Wrong request for more", read);
 }
 
+std::variant<JobUpdate, Problem> parse_job_update(std::string_view json,
+                                                  const RequestLimits& limits) {
+  const auto read = [&](const Json& tree, JobUpdate& update, std::vector<FieldError>& errors) {
+    read_update(tree, limits, update, errors);
+  };
+  return parse_request<JobUpdate>(json, limits, "Wrong change of a job", read);
+}
+
 std::variant<SceneRequest, Problem> parse_scene_request(std::string_view json,
                                                         const RequestLimits& limits) {
   return parse_request<SceneRequest>(json, limits, "Wrong scene", read_scene_files);
@@ -216,6 +244,11 @@ std::variant<std::string, Problem> parse_title_request(std::string_view json,
 std::variant<std::vector<std::string>, Problem> parse_merge_request(std::string_view json,
                                                                     const RequestLimits& limits) {
   return parse_request<std::vector<std::string>>(json, limits, "Wrong merge request", read_merge);
+}
+
+std::variant<std::string, Problem> parse_webhook_request(std::string_view json,
+                                                         const RequestLimits& limits) {
+  return parse_request<std::string>(json, limits, "Wrong webhook", read_webhook);
 }
 
 std::variant<std::string, Problem> parse_session_request(std::string_view json,

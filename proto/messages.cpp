@@ -67,6 +67,14 @@ OrderedJson job_json(const JobInfo& job) {
   return out;
 }
 
+OrderedJson webhook_json(const WebhookInfo& w) {
+  return {{"id", w.id},
+          {"url", w.url},
+          {"created", time_to_text(w.created_ms)},
+          {"failures", w.failures},
+          {"waiting", w.waiting}};
+}
+
 OrderedJson table_json(const TableInfo& t) {
   return {{"id", t.id},
           {"scene", t.scene},
@@ -109,6 +117,40 @@ std::string time_to_text(int64_t ms) {
   std::strftime(day, sizeof day, "%Y-%m-%dT%H:%M:%S", &parts);
   std::snprintf(text, sizeof text, "%s.%03dZ", day, static_cast<int>(ms % 1000));
   return text;
+}
+
+std::optional<int64_t> parse_time(std::string_view text) {
+  constexpr std::string_view kForm = "0000-00-00T00:00:00";
+  if (text.size() <= kForm.size() || text.back() != 'Z') return {};
+  for (size_t i = 0; i < kForm.size(); ++i) {
+    const bool digit = text[i] >= '0' && text[i] <= '9';
+    if (kForm[i] == '0' ? !digit : text[i] != kForm[i]) return {};
+  }
+  const auto number = [&](size_t at, size_t digits) {
+    int value = 0;
+    for (size_t i = at; i < at + digits; ++i) value = value * 10 + (text[i] - '0');
+    return value;
+  };
+  std::tm parts{};
+  parts.tm_year = number(0, 4) - 1900;
+  parts.tm_mon = number(5, 2) - 1;
+  parts.tm_mday = number(8, 2);
+  parts.tm_hour = number(11, 2);
+  parts.tm_min = number(14, 2);
+  parts.tm_sec = number(17, 2);
+  const std::tm given = parts;
+  const int64_t seconds = ::timegm(&parts);  // makes another day of the 31st of April
+  if (parts.tm_mon != given.tm_mon || parts.tm_mday != given.tm_mday || given.tm_hour > 23 ||
+      given.tm_min > 59 || given.tm_sec > 59)
+    return {};
+  std::string_view fraction = text.substr(kForm.size(), text.size() - kForm.size() - 1);
+  if (fraction.empty()) return seconds * 1000;
+  if (fraction.size() < 2 || fraction.size() > 10 || fraction[0] != '.') return {};
+  fraction.remove_prefix(1);
+  if (fraction.find_first_not_of("0123456789") != std::string_view::npos) return {};
+  int64_t ms = 0;
+  for (size_t i = 0; i < 3; ++i) ms = ms * 10 + (i < fraction.size() ? fraction[i] - '0' : 0);
+  return seconds * 1000 + ms;
 }
 
 std::string job_request_to_json(const JobRequest& request, const FieldTable& fields) {
@@ -206,6 +248,28 @@ std::string job_list_to_json(std::span<const JobInfo> jobs, std::string_view nex
   for (const JobInfo& job : jobs) out["jobs"].push_back(job_json(job));
   if (!next.empty()) out["next"] = next;
   return text_of(out);
+}
+
+std::string deleted_to_json(std::span<const std::string> jobs, bool more) {
+  OrderedJson out = {{"deleted", OrderedJson::array()}, {"more", more}};
+  for (const std::string& id : jobs) out["deleted"].push_back(id);
+  return text_of(out);
+}
+
+std::string webhook_to_json(const WebhookInfo& webhook, std::string_view secret) {
+  OrderedJson out = webhook_json(webhook);
+  if (!secret.empty()) out["secret"] = secret;
+  return text_of(out);
+}
+
+std::string webhook_list_to_json(std::span<const WebhookInfo> webhooks) {
+  OrderedJson out = {{"webhooks", OrderedJson::array()}};
+  for (const WebhookInfo& webhook : webhooks) out["webhooks"].push_back(webhook_json(webhook));
+  return text_of(out);
+}
+
+std::string webhook_event(const JobInfo& job) {
+  return text_of(OrderedJson{{"event", "job.ended"}, {"job", job_json(job)}});
 }
 
 std::string table_to_json(const TableInfo& table) { return text_of(table_json(table)); }

@@ -45,6 +45,12 @@ struct ExtendRequest {
   std::optional<double> noise;
 };
 
+// PATCH /v1/jobs/{id}: what is given takes the place of what was.
+struct JobUpdate {
+  std::optional<Labels> labels;
+  std::optional<int> priority;
+};
+
 // POST /v1/scenes: what a scene is made of, by the SHA-256 of uploaded files.
 struct SceneRequest {
   std::map<std::string, std::string> files;  // name -> SHA-256; empty: `archive` has them
@@ -72,6 +78,8 @@ std::variant<JobRequest, Problem> parse_job_request(std::string_view json,
 std::variant<JobRequest, Problem> parse_stored_request(std::string_view json);
 std::variant<ExtendRequest, Problem> parse_extend_request(std::string_view json,
                                                           const RequestLimits& limits);
+std::variant<JobUpdate, Problem> parse_job_update(std::string_view json,
+                                                  const RequestLimits& limits);
 // {"tables":[id, id...]}: two ids or more, at most `kMaxMergedTables`, each once. Problems as
 // above.
 constexpr size_t kMaxMergedTables = 16;
@@ -79,6 +87,9 @@ std::variant<std::vector<std::string>, Problem> parse_merge_request(std::string_
                                                                     const RequestLimits& limits);
 // {"token":"..."}: the token. Problems as above.
 std::variant<std::string, Problem> parse_session_request(std::string_view json,
+                                                         const RequestLimits& limits);
+// {"url":"..."}: the url, of which only its type was checked. Problems as above.
+std::variant<std::string, Problem> parse_webhook_request(std::string_view json,
                                                          const RequestLimits& limits);
 // Problems as above. A file's name is one that FileNames takes.
 std::variant<SceneRequest, Problem> parse_scene_request(std::string_view json,
@@ -127,6 +138,12 @@ struct TableInfo {
   int64_t created_ms = 0;
   uint64_t bytes = 0, states = 0, samples_seen = 0;
   std::string job;  // that left it; empty: it was merged
+};
+
+struct WebhookInfo {
+  std::string id, url;
+  int64_t created_ms = 0;
+  uint64_t failures = 0, waiting = 0;
 };
 
 struct WeightsInfo {
@@ -219,9 +236,16 @@ std::string comparison_to_json(const Comparison& comparison);
 std::string job_to_json(const JobInfo& job);
 // `next`: the id to give as `before` for the following page; empty: this is the last.
 std::string job_list_to_json(std::span<const JobInfo> jobs, std::string_view next);
+// DELETE /v1/jobs: ids of the jobs; `more`: there are others that could be deleted.
+std::string deleted_to_json(std::span<const std::string> jobs, bool more);
 std::string table_to_json(const TableInfo& table);
 // `next`: the last one of the page, where there are more; else empty.
 std::string table_list_to_json(std::span<const TableInfo> tables, std::string_view next = {});
+// `secret`: by which what it is sent is signed, told once; empty: not now.
+std::string webhook_to_json(const WebhookInfo& webhook, std::string_view secret);
+std::string webhook_list_to_json(std::span<const WebhookInfo> webhooks);
+// What a webhook is sent when a job has ended.
+std::string webhook_event(const JobInfo& job);
 std::string weights_to_json(const WeightsInfo& weights);
 std::string weights_list_to_json(std::span<const WeightsInfo> weights);
 // `report`: of an uploaded scene.
@@ -234,5 +258,7 @@ std::string health_to_json();
 std::string problem_to_json(const Problem& problem);
 
 std::string time_to_text(int64_t ms);  // "2026-01-01T00:00:00.000Z"
+// The milliseconds of such a text; those and the seconds' fraction may be left out. In UTC alone.
+std::optional<int64_t> parse_time(std::string_view text);
 
 }  // namespace qray::proto

@@ -1,4 +1,5 @@
-// qrayd: starts the service, says where, and waits for SIGTERM or SIGINT. Or reads one upload for
+// qrayd: starts the service, says where, and waits for SIGTERM or SIGINT; at SIGHUP it reads the
+// tokens again. Or reads one upload for
 // the qrayd that started it, or makes a token.
 #include <malloc.h>
 #include <spdlog/spdlog.h>
@@ -22,7 +23,9 @@ int main(int argc, char** argv) {
   server::set_up_log(config.log_format, config.log_level);
   config.max_connections = server::connections_within_limits(config.max_connections);
 
-  for (const std::string& line : parsed.effective) spdlog::debug("option {}", line);
+  std::string options;
+  for (const std::string& option : parsed.effective) options += " " + option;
+  spdlog::info("qrayd {} starts with{}", QRAY_VERSION, options);
 
   // Hundreds of threads that come and go leave memory in each pool that the allocator has.
   constexpr int kPools = 4;
@@ -33,6 +36,7 @@ int main(int argc, char** argv) {
   sigemptyset(&ends);
   sigaddset(&ends, SIGTERM);
   sigaddset(&ends, SIGINT);
+  if (!config.tokens.empty()) sigaddset(&ends, SIGHUP);
   pthread_sigmask(SIG_BLOCK, &ends, nullptr);
   server::survive_limits();
 
@@ -52,7 +56,14 @@ int main(int argc, char** argv) {
 
   // What jobs leave behind in the pools goes back to the system.
   constexpr timespec kBetweenTrims{60, 0};
-  while (sigtimedwait(&ends, nullptr, &kBetweenTrims) < 0) malloc_trim(0);
+  for (int signal;
+       (signal = sigtimedwait(&ends, nullptr, &kBetweenTrims)) < 0 || signal == SIGHUP;) {
+    if (signal == SIGHUP) {
+      service.value()->reload_tokens();
+    } else {
+      malloc_trim(0);
+    }
+  }
   spdlog::info("stopping");
   service.value()->stop();
   return 0;

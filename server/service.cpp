@@ -21,6 +21,7 @@
 #include "server/api/handlers_tables.h"
 #include "server/api/handlers_views.h"
 #include "server/api/handlers_web.h"
+#include "server/api/handlers_webhooks.h"
 #include "server/api/handlers_weights.h"
 #include "server/http/access.h"
 #include "server/http/host.h"
@@ -28,7 +29,9 @@
 #include "server/operation/metrics.h"
 #include "server/sqlite/sqlite_job_store.h"
 #include "server/sqlite/sqlite_table_index.h"
+#include "server/sqlite/sqlite_webhook_store.h"
 #include "server/store/leftovers.h"
+#include "server/webhooks/webhook_sender.h"
 
 namespace qray::server {
 namespace fs = std::filesystem;
@@ -144,11 +147,13 @@ int render_threads(int wanted) {
 // In the order of their needs: what comes later uses what comes before.
 struct Service::Parts {
   Parts(const Config& config, FolderLock taken, std::unique_ptr<Database> database, Tokens tokens)
-      : access(std::move(tokens), config.no_auth ? Access::Names() : config.names, steady_ms),
+      : tokens_file(config.tokens),
+        access(std::move(tokens), config.no_auth ? Access::Names() : config.names, steady_ms),
         lock(std::move(taken)),
         db(std::move(database)),
         jobs(*db, events, now_ms),
         table_index(*db),
+        webhooks(*db, now_ms),
         results(config.data),
         checkpoints(config.data, config.checkpoint_mib << 20, this_build()),
         moments(config.data, config.moments_mib << 20),
@@ -158,6 +163,7 @@ struct Service::Parts {
         web(config.web, config.web_lib),
         event_handlers(events, jobs, config.max_streams) {}
 
+  const std::filesystem::path tokens_file;
   Access access;
   FolderLock lock;
   std::unique_ptr<Database> db;
@@ -165,6 +171,7 @@ struct Service::Parts {
   EventLog events;
   SqliteJobStore jobs;
   SqliteTableIndex table_index;
+  SqliteWebhookStore webhooks;
   std::unique_ptr<TableStore> tables;
   std::unique_ptr<WeightsStore> weights;
   ResultStore results;
@@ -178,6 +185,7 @@ struct Service::Parts {
   std::unique_ptr<JobRunner> runner;
   std::unique_ptr<LiveSessions> live;
   std::unique_ptr<Janitor> janitor;
+  std::unique_ptr<WebhookSender> sender;
   std::unique_ptr<JobHandlers> job_handlers;
   std::unique_ptr<PictureSource> pictures;
   std::counting_semaphore<> encoders{2};
@@ -186,6 +194,7 @@ struct Service::Parts {
   std::unique_ptr<ViewHandlers> view_handlers;
   std::unique_ptr<TableHandlers> table_handlers;
   std::unique_ptr<WeightsHandlers> weights_handlers;
+  std::unique_ptr<WebhookHandlers> webhook_handlers;
   std::unique_ptr<SceneImporter> importer;
   std::unique_ptr<SceneThumbnails> thumbnails;
   std::unique_ptr<SceneHandlers> scene_handlers;
@@ -267,6 +276,7 @@ Result<std::unique_ptr<Service>> Service::start(const Config& config) {
   parts->view_handlers = std::make_unique<ViewHandlers>(*parts->pictures, stores);
   parts->table_handlers = std::make_unique<TableHandlers>(*parts->tables, requests, now_ms);
   parts->weights_handlers = std::make_unique<WeightsHandlers>(*parts->weights);
+  parts->webhook_handlers = std::make_unique<WebhookHandlers>(parts->webhooks, requests);
   const ImportLimits import_limits{config.program, config.import_mib, config.import_seconds,
                                    config.unpacked_mib << 20, config.max_triangles};
   Result<std::unique_ptr<SceneThumbnails>> thumbnails =
@@ -298,6 +308,7 @@ Result<std::unique_ptr<Service>> Service::start(const Config& config) {
   parts->web.add_to(router);
   parts->table_handlers->add_to(router);
   parts->weights_handlers->add_to(router);
+  parts->webhook_handlers->add_to(router);
   parts->asset_handlers->add_to(router);
   parts->scene_handlers->add_to(router);
   parts->health_handlers->add_to(router);
@@ -319,6 +330,8 @@ Result<std::unique_ptr<Service>> Service::start(const Config& config) {
   // Step 3: work.
   parts->runner->start(queued.value());
   parts->janitor = std::make_unique<Janitor>(*parts->runner, parts->jobs, config.keep_days, now_ms);
+  parts->sender = std::make_unique<WebhookSender>(
+      parts->webhooks, parts->jobs, WebhookSender::Limits{config.private_webhooks}, now_ms);
   return std::unique_ptr<Service>(new Service(std::move(parts)));
 }
 
@@ -331,9 +344,17 @@ void Service::stop() {
   parts_->thumbnails->stop();
   parts_->live->stop();
   parts_->http->stop();
+  parts_->sender->stop();
   parts_->janitor.reset();
   parts_->runner->stop();
   parts_->http.reset();
+}
+
+void Service::reload_tokens() {
+  Result<Tokens> tokens = Tokens::read(parts_->tokens_file);
+  if (!tokens.ok()) return spdlog::error("the tokens stay as they were: {}", tokens.error().text());
+  parts_->access.replace(std::move(tokens).value());
+  spdlog::info("tokens read again from {}", parts_->tokens_file.string());
 }
 
 int Service::port() const { return parts_->port; }

@@ -19,6 +19,9 @@ class Service {
   // Ends streams and connections; the running job goes back to the queue of the next start.
   void stop();
 
+  // Reads the file of --tokens again. One that is wrong changes nothing, and the log says why.
+  void reload_tokens();
+
   int port() const;
   const std::vector<Router::RouteInfo>& routes() const;
   size_t stream_count() const;

@@ -14,7 +14,6 @@ namespace {
 
 constexpr int kMaxWaiters = 64, kMaxWaitSeconds = 60;
 constexpr size_t kMaxKeyBytes = 255;
-constexpr size_t kMostFilters = 16;  // of a kind
 
 }  // namespace
 
@@ -25,6 +24,9 @@ JobHandlers::JobHandlers(JobRunner& runner, Stores stores, const EventLog& event
 void JobHandlers::add_to(Router& router) {
   router.add("POST", "/v1/jobs", [this](auto& req, auto& res, auto&) { create(req, res); });
   router.add("GET", "/v1/jobs", [this](auto& req, auto& res, auto&) { list(req, res); });
+  router.add("DELETE", "/v1/jobs", [this](auto& req, auto& res, auto&) { remove_many(req, res); });
+  router.add("PATCH", "/v1/jobs/{id}",
+             [this](auto& req, auto& res, auto& id) { update(req, res, id); });
   router.add("GET", "/v1/jobs/{id}", [this](auto& req, auto& res, auto& id) { get(req, res, id); });
   router.add("DELETE", "/v1/jobs/{id}", [this](auto&, auto& res, auto& id) { remove(res, id); });
   router.add("GET", "/v1/fields", [this](auto&, auto& res, auto&) {
@@ -99,47 +101,6 @@ void JobHandlers::create(const Request& req, Response& res) {
   reply_job(res, 202, job);
 }
 
-void JobHandlers::list(const Request& req, Response& res) {
-  const Result<int> limit = query_number(req, "limit", 1, 200, 50);
-  if (!limit.ok()) return reply_error(res, limit.error());
-  const auto wrong = [&](const char* detail, const char* pointer) {
-    reply_error(res, {ErrorCode::kInvalid, detail, pointer});
-  };
-  JobStore::Filter filter;
-  if (req.has_param("before")) {
-    filter.before = JobId::parse(req.get_param_value("before"));
-    if (!filter.before) return wrong("expected a job's id", "/before");
-  }
-  for (const std::string& name : query_values(req, "state")) {
-    const std::optional<JobState> state = parse_job_state(name);
-    if (!state) return wrong("expected a job's state", "/state");
-    filter.states.push_back(*state);
-  }
-  if (req.has_param("table")) {
-    filter.table = req.get_param_value("table");
-    if (!proto::is_id(*filter.table)) return wrong("expected a table's id", "/table");
-  }
-  for (const std::string& label : query_values(req, "label")) {
-    const size_t colon = label.find(':');
-    const std::string name = label.substr(0, colon);
-    if (colon == std::string::npos || !proto::is_name(name))
-      return wrong("expected name:value", "/label");
-    filter.labels.emplace_back(name, label.substr(colon + 1));
-  }
-  if (filter.states.size() > kMostFilters || filter.labels.size() > kMostFilters)
-    return wrong("expected at most 16 states and 16 labels",
-                 filter.labels.size() > kMostFilters ? "/label" : "/state");
-  const size_t wanted = static_cast<size_t>(limit.value());
-  Result<std::vector<JobRecord>> jobs = stores_.jobs.list(wanted + 1, filter);
-  if (!jobs.ok()) return reply_error(res, jobs.error());
-  std::vector<proto::JobInfo> infos;
-  for (const JobRecord& job : jobs.value()) {
-    if (infos.size() < wanted) infos.push_back(info(job));
-  }
-  const std::string next = jobs.value().size() > wanted ? infos.back().id : "";
-  reply_tagged(req, res, proto::job_list_to_json(infos, next));
-}
-
 // With `wait` the answer may take so many seconds: until it is another than the one that
 // If-None-Match names or, without that, until the job's state has changed or it has ended.
 void JobHandlers::get(const Request& req, Response& res, const std::string& id) {
@@ -179,6 +140,16 @@ void JobHandlers::extend(const Request& req, Response& res, const std::string& i
   if (const auto* problem = std::get_if<proto::Problem>(&parsed))
     return reply_problem(res, *problem);
   reply_job(res, 202, runner_.extend(job.value().id, std::get<proto::ExtendRequest>(parsed)));
+}
+
+void JobHandlers::update(const Request& req, Response& res, const std::string& id) {
+  const Result<JobRecord> job = stores_.jobs.find(id);
+  if (!job.ok()) return reply_error(res, job.error());
+  if (!is_json(req)) return reply_not_json(res);
+  const auto parsed = proto::parse_job_update(req.body, limits_);
+  if (const auto* problem = std::get_if<proto::Problem>(&parsed))
+    return reply_problem(res, *problem);
+  reply_job(res, 200, runner_.update(job.value().id, std::get<proto::JobUpdate>(parsed)));
 }
 
 void JobHandlers::remove(Response& res, const std::string& id) {

@@ -1,5 +1,5 @@
-// Jobs: posted, listed, seen, canceled, paused, resumed, extended, deleted; their logs. A handler
-// parses and enqueues; it never renders. Any thread.
+// Jobs: posted, listed, seen, changed, canceled, paused, resumed, extended, deleted; their logs. A
+// handler parses and enqueues; it never renders. Any thread.
 #pragma once
 
 #include <semaphore>
@@ -21,7 +21,9 @@ class JobHandlers {
 
   void create(const Request& req, Response& res);
   void list(const Request& req, Response& res);
+  void remove_many(const Request& req, Response& res);
   void get(const Request& req, Response& res, const std::string& id);
+  void update(const Request& req, Response& res, const std::string& id);
   void extend(const Request& req, Response& res, const std::string& id);
   void remove(Response& res, const std::string& id);
   void log(Response& res, const std::string& id);

@@ -12,6 +12,15 @@ namespace {
 
 constexpr int kTilesAtOnce = 256;  // 4 MB
 
+// What a browser calls the picture that it keeps: "j000001.png", "j000001-moment-3.exr".
+void name_file(httplib::Response& res, const std::string& id, const PictureSource::Which& which,
+               const char* extension) {
+  using enum PictureSource::Which::Kind;
+  std::string name = id;
+  if (which.kind == kMoment) name += "-moment-" + std::to_string(which.moment);
+  res.set_header("Content-Disposition", "inline; filename=\"" + name + extension + "\"");
+}
+
 }  // namespace
 
 void PictureHandlers::add_to(Router& router) {
@@ -71,6 +80,7 @@ void PictureHandlers::exr(const Request& req, Response& res, const std::string& 
   const JobRecord& record = job.value();
   const auto which = pictures_.which(req, record, /*best=*/true);
   if (!which.ok()) return reply_error(res, which.error());
+  name_file(res, record.id.text(), which.value(), ".exr");
   const bool recovered = which.value().kind == Which::Kind::kRecovered;
   const bool moment = which.value().kind == Which::Kind::kMoment;
   if (recovered || (!moment && !runner_.running(record.id))) {
@@ -106,6 +116,7 @@ void PictureHandlers::png(const Request& req, Response& res, const std::string& 
   if (!which.ok()) return reply_error(res, which.error());
   Result<Image> image = pictures_.image(job.value(), which.value());
   if (!image.ok()) return reply_error(res, image.error());
+  name_file(res, job.value().id.text(), which.value(), ".png");
   const float stops = automatic ? auto_exposure(image.value()) : exposure.value();
   expose(image.value(), stops);
   res.set_header("Qray-Exposure", std::to_string(stops));

@@ -11,6 +11,7 @@ namespace {
 
 constexpr int kMostListed = 1000;
 constexpr size_t kAtOnceBytes = 1 << 18;  // of a file, that is sent
+constexpr const char* kBytes = "application/octet-stream";
 
 }  // namespace
 
@@ -19,6 +20,9 @@ void TableHandlers::add_to(Router& router) {
   router.add(
       "POST", "/v1/tables/merge", [this](auto& req, auto& res, auto&) { merge(req, res); },
       Scope::kAdmin);
+  router.add_stream(
+      "POST", "/v1/tables", tables_.max_bytes(),
+      [this](auto& req, auto& res, auto&, auto& body) { upload(req, res, body); }, Scope::kAdmin);
   router.add("GET", "/v1/tables/{id}", [this](auto&, auto& res, auto& id) {
     const Result<proto::TableInfo> info = tables_.find(id);
     if (!info.ok()) return reply_error(res, info.error());
@@ -52,12 +56,63 @@ void TableHandlers::file(httplib::Response& res, const std::string& id) const {
   if (!file.ok()) return reply_error(res, file.error());
   const auto shared = std::make_shared<const MappedFile>(std::move(file).value());
   res.set_header("Content-Disposition", "attachment; filename=\"" + id + ".qrt\"");
-  res.set_content_provider(shared->bytes().size(), "application/octet-stream",
+  res.set_content_provider(shared->bytes().size(), kBytes,
                            [shared](size_t offset, size_t size, httplib::DataSink& sink) {
                              const auto* bytes =
                                  reinterpret_cast<const char*>(shared->bytes().data());
                              return sink.write(bytes + offset, std::min(size, kAtOnceBytes));
                            });
+}
+
+void TableHandlers::upload(const httplib::Request& req, httplib::Response& res,
+                           const httplib::ContentReader& body) {
+  if (req.get_header_value("Content-Type") != kBytes)
+    return reply_problem(
+        res, {415, "Wrong media type", std::string("expected a table's file as ") + kBytes, {}});
+  const std::string scene = req.get_param_value("scene");
+  if (!scene.empty() && !proto::is_name(scene))
+    return reply_error(res, {ErrorCode::kInvalid, "expected a scene's name", "/scene"});
+  const std::unique_lock turn(uploading_, std::try_to_lock);
+  if (!turn) return reply_problem(res, {503, "Busy", "another table is being uploaded", {}});
+  Bytes bytes;
+  bytes.reserve(req.get_header_value<uint64_t>("Content-Length"));
+  const bool arrived = body([&](const char* data, size_t size) {
+    bytes.insert(bytes.end(), data, data + size);
+    return true;
+  });
+  if (!arrived) return reply_problem(res, {400, "Bad request", "the body did not arrive", {}});
+  bool is_new = false;
+  const Result<proto::TableInfo> info = uploaded(bytes, scene, is_new);
+  if (!info.ok() && info.error().code == ErrorCode::kCorrupt)
+    return reply_problem(res, {422, "Wrong table file", info.error().text(), {}});
+  if (!info.ok()) return reply_error(res, info.error());
+  res.set_header("Location", "/v1/tables/" + info.value().id);
+  reply_json(res, is_new ? 201 : 200, proto::table_to_json(info.value()));
+}
+
+// All that `qray table verify` checks, since jobs will start from it.
+Result<proto::TableInfo> TableHandlers::uploaded(std::span<const uint8_t> bytes,
+                                                 const std::string& scene, bool& is_new) {
+  const Result<TableFile> table = decode_table(bytes);
+  if (!table.ok()) return table.error();
+  const TableHeader& header = table.value().header;
+  const auto opened = open_table(table.value(), tables_.max_bytes());
+  if (!opened.ok()) return opened.error();
+  const Result<TableCheck> check = check_table(table.value());
+  if (!check.ok()) return check.error();
+  if (const Result<proto::TableInfo> known = tables_.find(header.id); known.ok()) return known;
+  const proto::TableInfo info{header.id,
+                              scene,
+                              header.method,
+                              header.parents,
+                              now_ms_(),
+                              0,
+                              check.value().guide->stats().states,
+                              header.samples_seen,
+                              ""};
+  if (Status added = tables_.add(table.value(), info); !added.ok()) return added.error();
+  is_new = true;
+  return tables_.find(header.id);
 }
 
 void TableHandlers::merge(const httplib::Request& req, httplib::Response& res) {

@@ -37,10 +37,14 @@ std::string session_secret(const httplib::Request& req) {
   return all.substr(begin, all.find(';', begin) - begin);
 }
 
-void set_cookie(httplib::Response& res, const std::string& secret, int64_t seconds) {
-  res.set_header("Set-Cookie",
-                 std::string(kCookie) + secret +
-                     "; Path=/; HttpOnly; SameSite=Strict; Max-Age=" + std::to_string(seconds));
+// Behind a proxy that ends TLS and says so, a browser sends the cookie by TLS alone. Who makes the
+// field up changes his own cookie.
+void set_cookie(const httplib::Request& req, httplib::Response& res, const std::string& secret,
+                int64_t seconds) {
+  const bool by_tls = req.get_header_value("X-Forwarded-Proto") == "https";
+  res.set_header("Set-Cookie", std::string(kCookie) + secret +
+                                   "; Path=/; HttpOnly; SameSite=Strict; Max-Age=" +
+                                   std::to_string(seconds) + (by_tls ? "; Secure" : ""));
 }
 
 }  // namespace
@@ -55,7 +59,7 @@ void Access::add_to(Router& router) {
 
 std::optional<proto::Problem> Access::judge(const httplib::Request& req, Scope needed) const {
   if (needed == Scope::kOpen) return std::nullopt;
-  if (tokens_.empty()) {
+  if (tokens()->empty()) {
     if (served(req)) return std::nullopt;
     return proto::Problem{
         421,
@@ -73,6 +77,21 @@ std::optional<proto::Problem> Access::judge(const httplib::Request& req, Scope n
                         {}};
 }
 
+std::shared_ptr<const Tokens> Access::tokens() const {
+  std::lock_guard lock(mutex_);
+  return tokens_;
+}
+
+void Access::replace(Tokens tokens) {
+  std::lock_guard lock(mutex_);
+  tokens_ = std::make_shared<const Tokens>(std::move(tokens));
+  std::erase_if(sessions_, [&](const auto& item) {
+    const Session& session = item.second;
+    const Tokens::Entry* entry = tokens_->find(session.token);
+    return !entry || entry->name != session.caller.user || entry->scope != session.caller.scope;
+  });
+}
+
 std::string Access::user(const httplib::Request& req) const {
   const std::optional<Caller> caller = caller_of(req);
   return caller ? caller->user : "";
@@ -86,7 +105,8 @@ bool Access::served(const httplib::Request& req) const {
 
 std::optional<Access::Caller> Access::caller_of(const httplib::Request& req) const {
   if (const auto token = bearer_token(req)) {
-    const Tokens::Entry* entry = tokens_.find(*token);
+    const std::shared_ptr<const Tokens> tokens = this->tokens();
+    const Tokens::Entry* entry = tokens->find(*token);
     return entry ? std::optional(Caller{entry->scope, entry->name}) : std::nullopt;
   }
   const std::string secret = session_secret(req);
@@ -97,8 +117,9 @@ std::optional<Access::Caller> Access::caller_of(const httplib::Request& req) con
   return session->second.caller;
 }
 
-std::string Access::start_session(const Caller& caller) {
+std::string Access::start_session(const Tokens::Entry& token) {
   const std::string secret = random_secret();
+  const Caller caller{token.scope, token.name};
   std::lock_guard lock(mutex_);
   std::erase_if(sessions_, [now = now_ms_()](const auto& s) { return s.second.ends_ms <= now; });
   auto oldest = sessions_.end();
@@ -109,12 +130,13 @@ std::string Access::start_session(const Caller& caller) {
     if (oldest == sessions_.end() || s->second.ends_ms < oldest->second.ends_ms) oldest = s;
   }
   if (of_user >= kMaxSessionsOfOne) sessions_.erase(oldest);
-  sessions_[sha256(secret)] = {caller, now_ms_() + kSessionSeconds * 1000};
+  sessions_[sha256(secret)] = {caller, token.digest, now_ms_() + kSessionSeconds * 1000};
   return secret;
 }
 
 void Access::open(const httplib::Request& req, httplib::Response& res) {
-  if (tokens_.empty())
+  const std::shared_ptr<const Tokens> tokens = this->tokens();
+  if (tokens->empty())
     return reply_error(res, {ErrorCode::kConflict, "this server asks for no token", ""});
   std::optional<std::string> token = bearer_token(req);
   if (!token) {
@@ -124,9 +146,9 @@ void Access::open(const httplib::Request& req, httplib::Response& res) {
       return reply_problem(res, *problem);
     token = std::get<std::string>(std::move(parsed));
   }
-  const Tokens::Entry* entry = tokens_.find(*token);
+  const Tokens::Entry* entry = tokens->find(*token);
   if (!entry) return reply_problem(res, unknown());
-  set_cookie(res, start_session({entry->scope, entry->name}), kSessionSeconds);
+  set_cookie(req, res, start_session(*entry), kSessionSeconds);
   res.status = 204;
 }
 
@@ -136,7 +158,7 @@ void Access::close(const httplib::Request& req, httplib::Response& res) {
     std::lock_guard lock(mutex_);
     sessions_.erase(sha256(secret));
   }
-  set_cookie(res, "", 0);
+  set_cookie(req, res, "", 0);
   res.status = 204;
 }
 

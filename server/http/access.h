@@ -4,6 +4,7 @@
 
 #include <functional>
 #include <map>
+#include <memory>
 #include <mutex>
 #include <optional>
 #include <string>
@@ -22,8 +23,12 @@ class Access {
   // loopback address: a page of another site may rebind its own name to the server's address. None:
   // by any.
   Access(Tokens tokens, Names names, std::function<int64_t()> now_ms)
-      : tokens_(std::move(tokens)), names_(std::move(names)), now_ms_(std::move(now_ms)) {}
+      : tokens_(std::make_shared<const Tokens>(std::move(tokens))),
+        names_(std::move(names)),
+        now_ms_(std::move(now_ms)) {}
   void add_to(Router& router);
+  // From now on. Sessions that were opened by a token that is gone, or means something else, end.
+  void replace(Tokens tokens);
 
   // 421: called by a name that is not served. 401: no token, or an unknown one; 403: its scope does
   // not suffice; none: go on.
@@ -38,19 +43,21 @@ class Access {
   };
   struct Session {
     Caller caller;
+    Digest token;  // that opened it
     int64_t ends_ms;
   };
   void open(const httplib::Request& req, httplib::Response& res);
   void close(const httplib::Request& req, httplib::Response& res);
   std::optional<Caller> caller_of(const httplib::Request& req) const;
-  std::string start_session(const Caller& caller);  // its secret
+  std::string start_session(const Tokens::Entry& token);  // its secret
+  std::shared_ptr<const Tokens> tokens() const;
 
   bool served(const httplib::Request& req) const;
 
-  const Tokens tokens_;
+  mutable std::mutex mutex_;  // of tokens_ and sessions_
+  std::shared_ptr<const Tokens> tokens_;
   const Names names_;
   const std::function<int64_t()> now_ms_;
-  mutable std::mutex mutex_;
   std::map<Digest, Session> sessions_;  // by the digest of their secret; bounded for each user
 };
 

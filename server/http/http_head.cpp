@@ -117,14 +117,13 @@ std::optional<proto::Problem> check_field(std::string_view line, const HeadLimit
     if (value.find(',') != std::string_view::npos) {
       return refuse(416, "Range not satisfiable", "expected at most one range");
     }
-    return std::nullopt;  // a server may ignore it (RFC 9110, section 14.2)
+    fields.kept.append(kRangeField).append(": ").append(value).append("\r\n");
+    return std::nullopt;
   } else if (name == "accept-encoding") {
     fields.codings.append(lower(value)).append(",");
     return std::nullopt;  // the library would compress every answer
-  } else if (name == "if-range") {
-    return std::nullopt;
   } else if (name == "remote_addr" || name == "local_addr" || name == "remote_port" ||
-             name == "local_port" || name == lower(kAcceptsGzip)) {
+             name == "local_port" || name == lower(kAcceptsGzip) || name == lower(kRangeField)) {
     return std::nullopt;  // names by which the parser and this gate tell handlers what is true
   }
   fields.kept.append(line).append("\r\n");

@@ -24,9 +24,11 @@ struct HeadLimits {
 
 // The field by which a handler knows that the client takes gzip; from a client it is dropped.
 inline constexpr const char* kAcceptsGzip = "Qray-Accepts-Gzip";
+// Likewise the client's Range, which the library would apply to every answer.
+inline constexpr const char* kRangeField = "Qray-Range";
 
 struct AcceptedHead {
-  std::string text;       // for the parser: without Range and Accept-Encoding
+  std::string text;       // for the parser: Range and Accept-Encoding by the names above
   size_t body_bytes = 0;  // that follow the head
   bool close = false;     // the client asks for the connection to end
 };

@@ -3,6 +3,8 @@
 #include <spdlog/spdlog.h>
 
 #include "core/base/sha256.h"
+#include "server/http/byte_range.h"
+#include "server/http/http_head.h"
 
 namespace qray::server {
 namespace {
@@ -48,6 +50,24 @@ bool known_to(const httplib::Request& req, httplib::Response& res, const Digest&
   return true;
 }
 
+// The part that is asked for; none: the whole. The fields that speak of parts are set.
+std::optional<ByteRange> asked_part(const httplib::Request& req, httplib::Response& res,
+                                    size_t whole) {
+  res.headers.erase("Accept-Ranges");  // the server's usual "none"
+  res.set_header("Accept-Ranges", "bytes");
+  if (req.method != "GET" || !req.has_header(kRangeField)) return {};
+  if (req.has_header("If-Range") &&
+      req.get_header_value("If-Range") != res.get_header_value("ETag"))
+    return {};
+  const auto part = parse_range(req.get_header_value(kRangeField), whole);
+  if (!part) return {};
+  const std::string bytes = std::to_string(part->begin) + "-" +
+                            std::to_string(part->begin + std::max<size_t>(part->size, 1) - 1);
+  res.set_header("Content-Range",
+                 "bytes " + (part->size > 0 ? bytes : "*") + "/" + std::to_string(whole));
+  return part;
+}
+
 }  // namespace
 
 void reply_json(httplib::Response& res, int status, std::string json) {
@@ -72,7 +92,17 @@ void reply_tagged(const httplib::Request& req, httplib::Response& res, std::stri
 
 void reply_tagged(const httplib::Request& req, httplib::Response& res, const Bytes& bytes,
                   const char* content_type) {
-  if (!known_to(req, res, sha256(bytes))) reply_bytes(res, bytes, content_type);
+  if (known_to(req, res, sha256(bytes))) return;
+  const std::optional<ByteRange> part = asked_part(req, res, bytes.size());
+  if (!part) return reply_bytes(res, bytes, content_type);
+  if (part->size == 0)
+    return reply_problem(
+        res,
+        {416, "Range not satisfiable", "it has " + std::to_string(bytes.size()) + " bytes", {}});
+  res.status = 206;
+  res.set_header("Cache-Control", "no-store");
+  res.set_content(reinterpret_cast<const char*>(bytes.data()) + part->begin, part->size,
+                  content_type);
 }
 
 void reply_problem(httplib::Response& res, const proto::Problem& problem) {

@@ -13,6 +13,7 @@ void reply_json(httplib::Response& res, int status, std::string json);
 void reply_bytes(httplib::Response& res, const Bytes& bytes, const char* content_type);
 // The same for a GET, with an ETag; 304 where the client has it already.
 void reply_tagged(const httplib::Request& req, httplib::Response& res, std::string json);
+// Of bytes, the part that the client's Range names (206), where If-Range names no other content.
 void reply_tagged(const httplib::Request& req, httplib::Response& res, const Bytes& bytes,
                   const char* content_type);
 // Whether an If-None-Match header names this content.

@@ -30,8 +30,8 @@ void Router::add(std::string method, std::string_view pattern, RouteHandler hand
 }
 
 void Router::add_stream(std::string method, std::string_view pattern, size_t max_body_bytes,
-                        StreamHandler handler) {
-  const Scope scope = usual_scope(method);
+                        StreamHandler handler, std::optional<Scope> needed) {
+  const Scope scope = needed.value_or(usual_scope(method));
   routes_.push_back({std::move(method),
                      std::string(pattern),
                      split(pattern),

@@ -30,7 +30,7 @@ class Router {
            std::optional<Scope> needed = {});
   // For bodies too large for memory: up to `max_body_bytes` instead of the server's own limit.
   void add_stream(std::string method, std::string_view pattern, size_t max_body_bytes,
-                  StreamHandler handler);
+                  StreamHandler handler, std::optional<Scope> needed = {});
   // What queries may name, by method and pattern ("GET /v1/jobs"): all routes that were added get
   // theirs, those that are not named get none. Without this call queries may name anything.
   void set_parameters(const std::map<std::string, std::set<std::string>>& names);

@@ -89,8 +89,7 @@ Result<Tokens> Tokens::read(const std::filesystem::path& file) {
                file.string());
 }
 
-const Tokens::Entry* Tokens::find(std::string_view token) const {
-  const Digest digest = sha256(token);
+const Tokens::Entry* Tokens::find(const Digest& digest) const {
   const Entry* found = nullptr;
   for (const Entry& entry : entries_)
     if (same(entry.digest, digest)) found = &entry;

@@ -26,7 +26,8 @@ class Tokens {
     Digest digest;
   };
   // Compares with every entry, each in a time that says nothing about it. Null: none.
-  const Entry* find(std::string_view token) const;
+  const Entry* find(std::string_view token) const { return find(sha256(token)); }
+  const Entry* find(const Digest& digest) const;
   bool empty() const { return entries_.empty(); }
 
  private:

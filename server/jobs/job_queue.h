@@ -25,13 +25,18 @@ class JobQueue {
   // Waits; none when a stop is asked for.
   std::optional<JobId> pop(std::stop_token stop);
   bool remove(JobId id);
+  // Of one that waits; how long it has waited counts on.
+  void set_priority(JobId id, int priority);
   size_t size() const;
   size_t room() const;
 
  private:
   struct Waiting {
     JobId id;
-    Clock::time_point counts_since;  // the earliest is next: priority moves it back
+    int priority;
+    Clock::time_point since;
+    // The earliest is next: priority moves it back.
+    Clock::time_point counts_since() const { return since - std::chrono::minutes(priority); }
   };
   const size_t max_;
   mutable std::mutex mutex_;

@@ -25,7 +25,9 @@ constexpr const char* kOtherBuild =
 }  // namespace
 
 Status JobRun::try_move(JobState to, const JobStore::Change& change) {
-  Result<JobRecord> moved = context_.stores.jobs.move(id_, to, change);
+  JobStore::Change mine = change;
+  if (to != JobState::kPreparing) mine.claim = job_.claim;
+  Result<JobRecord> moved = context_.stores.jobs.move(id_, to, mine);
   if (moved.ok()) {
     job_ = std::move(moved).value();
     return {};
@@ -177,7 +179,7 @@ Result<JobRun::Rendered> JobRun::begin() {
 
 Result<JobRun::Rendered> JobRun::run_to_end(StartingGuide start, const std::string& network,
                                             SnapshotReader* resume_from) {
-  const ProgressTicker ticker(context_.stores.jobs, *running_, learns(settings_));
+  const ProgressTicker ticker(context_.stores.jobs, *running_, job_.claim, learns(settings_));
   const std::optional<TableHeader> parent = start.table;
   const std::string id = parent ? parent->id : std::string();
   warm_ = !id.empty();
@@ -300,6 +302,7 @@ void JobRun::end(const Error& error) {
   }
   if (to != JobState::kQueued) keep_partial_picture();
   context_.show(nullptr);
+  change.claim = job_.claim;
   change.edit = [&](JobRecord& job) {
     if (running_) job.progress = running_->progress();
     job.warnings = warnings_;

@@ -261,6 +261,18 @@ Result<JobRecord> JobRunner::extend(JobId id, const proto::ExtendRequest& more) 
   return queue_again(id, change);
 }
 
+Result<JobRecord> JobRunner::update(JobId id, const proto::JobUpdate& update) {
+  std::lock_guard submit_lock(submit_mutex_);  // an extension writes the whole request
+  std::lock_guard lock(mutex_);
+  Result<JobRecord> job = stores_.jobs.update(id, [&](JobRequest& request) {
+    if (update.labels) request.clear(field::kLabels);
+    if (update.labels && !update.labels->empty()) request.set(field::kLabels, *update.labels);
+    if (update.priority) request.set(field::kPriority, *update.priority);
+  });
+  if (job.ok() && update.priority) queue_.set_priority(id, *update.priority);
+  return job;
+}
+
 Result<JobRecord> JobRunner::queue_again(JobId id, const JobStore::Change& change) {
   std::lock_guard lock(mutex_);
   Result<JobRecord> job = stores_.jobs.move(id, JobState::kQueued, change);

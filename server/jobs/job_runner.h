@@ -71,6 +71,8 @@ class JobRunner {
   // More onto a job that has succeeded. kConflict: it has not, or its state is not kept any more;
   // kInvalid: more than a job may have; kBusy as above.
   Result<JobRecord> extend(JobId id, const proto::ExtendRequest& more);
+  // Labels of a job in any state; the priority counts where it waits, and in its next run.
+  Result<JobRecord> update(JobId id, const proto::JobUpdate& update);
   // Forgets an ended job and its picture. kConflict: it has not ended.
   Status remove(JobId id);
 

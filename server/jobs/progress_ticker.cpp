@@ -14,23 +14,25 @@ constexpr milliseconds kBetweenEvents{500};  // progress events
 
 }  // namespace
 
-ProgressTicker::ProgressTicker(JobStore& jobs, const RunningJob& job, bool learning)
-    : thread_([this, &jobs, &job, learning](std::stop_token stop) {
+ProgressTicker::ProgressTicker(JobStore& jobs, const RunningJob& job, uint64_t claim, bool learning)
+    : thread_([this, &jobs, &job, claim, learning](std::stop_token stop) {
         try {
-          watch(stop, jobs, job, learning);
+          watch(stop, jobs, job, claim, learning);
         } catch (const std::exception& e) {
           spdlog::error("job={} no more progress: {}", job.id().text(), e.what());
         }
       }) {}
 
 void ProgressTicker::watch(std::stop_token stop, JobStore& jobs, const RunningJob& job,
-                           bool learning) {
+                           uint64_t claim, bool learning) {
   auto last = std::chrono::steady_clock::now() - kBetweenEvents;
   uint64_t last_version = 0;
   while (wait_unless(stop, kLook)) {
     if (learning && job.past_learning()) {
       learning = false;
-      const Result<JobRecord> moved = jobs.move(job.id(), JobState::kRendering);
+      JobStore::Change change;
+      change.claim = claim;
+      const Result<JobRecord> moved = jobs.move(job.id(), JobState::kRendering, change);
       if (!moved.ok() && moved.error().code != ErrorCode::kConflict) {  // conflict: canceled
         spdlog::error("job={} {}", job.id().text(), moved.error().text());
       }

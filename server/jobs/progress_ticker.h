@@ -11,11 +11,13 @@ namespace qray::server {
 
 class ProgressTicker {
  public:
-  // `learning`: the job's state is kLearning, to be moved on when that is past.
-  ProgressTicker(JobStore& jobs, const RunningJob& job, bool learning);
+  // `claim`: of the job's run. `learning`: its state is kLearning, to be moved on when that is
+  // past.
+  ProgressTicker(JobStore& jobs, const RunningJob& job, uint64_t claim, bool learning);
 
  private:
-  void watch(std::stop_token stop, JobStore& jobs, const RunningJob& job, bool learning);
+  void watch(std::stop_token stop, JobStore& jobs, const RunningJob& job, uint64_t claim,
+             bool learning);
   std::jthread thread_;
 };
 

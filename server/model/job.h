@@ -97,6 +97,9 @@ struct JobRecord {
   bool biased = false;
   std::vector<std::string> warnings;
   int attempts = 0;
+  // How often it was claimed. A run names its own with each move, so that one that was given up for
+  // dead and comes back changes nothing.
+  uint64_t claim = 0;
   bool damaged = false;  // its row cannot be read: failed, with what could be read
 
   proto::JobInfo info() const;

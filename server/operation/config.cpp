@@ -98,6 +98,11 @@ void add_options(CLI::App& app, Config& c) {
       ->check(CLI::Range(1, 1 << 20));
   add(app, "imports", c.imports, "uploaded scenes that are read at once")->check(CLI::Range(1, 64));
 
+  app.add_flag("--private-webhooks", c.private_webhooks,
+               "webhooks may go to this machine and to networks of one's own")
+      ->envname(variable_of("private-webhooks"))
+      ->default_str("false");
+
   add(app, "live-sessions", c.live_sessions, "live sessions at once; each renders all the time")
       ->check(CLI::Range(0, 64));
   add(app, "live-idle-seconds", c.live_idle_seconds,

@@ -45,7 +45,8 @@ struct Config {
   size_t checkpoint_mib = 2048;  // of disk, for going on with jobs that have succeeded
   // Of the process that reads an uploaded scene, and of what a zip unpacks to.
   size_t import_mib = 2048, import_seconds = 60, unpacked_mib = 1024;
-  int imports = 1;  // such processes at once
+  int imports = 1;                // such processes at once
+  bool private_webhooks = false;  // may go to addresses that are not public
   // Of live sessions.
   size_t live_sessions = 4;                          // at once
   double live_idle_seconds = 300;                    // without a camera or another call

@@ -72,6 +72,18 @@ END;
 CREATE TRIGGER labels_of_a_deleted_job AFTER DELETE ON jobs BEGIN
   DELETE FROM job_labels WHERE job = old.id;
 END;
+)sql",
+                                  R"sql(
+ALTER TABLE jobs ADD COLUMN claim INTEGER NOT NULL DEFAULT 0;
+CREATE INDEX jobs_by_times ON jobs(id, created_ms, ended_ms);
+)sql",
+                                  R"sql(
+CREATE TABLE webhooks(id INTEGER PRIMARY KEY AUTOINCREMENT, url TEXT NOT NULL, secret TEXT NOT NULL,
+  created_ms INTEGER NOT NULL, failures INTEGER NOT NULL DEFAULT 0,
+  due_ms INTEGER NOT NULL DEFAULT 0);
+CREATE TABLE deliveries(id INTEGER PRIMARY KEY AUTOINCREMENT, webhook INTEGER NOT NULL,
+  job INTEGER NOT NULL, created_ms INTEGER NOT NULL);
+CREATE INDEX deliveries_by_webhook ON deliveries(webhook);
 )sql"};
 constexpr int kSchemaVersion = std::size(kSteps);
 constexpr int kReaders = 4;

@@ -18,7 +18,8 @@ Result<std::vector<JobRecord>> SqliteJobStore::list(size_t limit, const Filter& 
       !filter.states.empty() && ((!filter.table && filter.labels.empty()) || !has_succeeded());
   const bool by_table = !by_state && filter.table;
   const bool by_label = !by_state && !by_table && !filter.labels.empty();
-  // Numbered parameters: ?1 ids below, ?2 limit, ?3 table, then states, then labels.
+  // Numbered parameters: ?1 ids below, ?2 limit, ?3 table, then states, then labels, then the
+  // bounds of times.
   constexpr size_t kFirstState = 4;
   const auto parameter = [](size_t number) { return "?" + std::to_string(number); };
   const auto state_at = [&](size_t i) { return parameter(kFirstState + i); };
@@ -35,6 +36,21 @@ Result<std::vector<JobRecord>> SqliteJobStore::list(size_t limit, const Filter& 
   }
   for (size_t i = by_label ? 1 : 0; i < filter.labels.size(); ++i)
     others += " AND EXISTS(SELECT 1 FROM job_labels WHERE job=jobs.id AND " + label_at(i) + ")";
+  // The times are read from an index that has them in the order of the ids, and not from the rows,
+  // which are larger.
+  std::string times;
+  const size_t first_time = kFirstState + filter.states.size() + 2 * filter.labels.size();
+  const std::pair<const char*, std::optional<int64_t>> bounds[] = {
+      {"created_ms>=", filter.created.from},
+      {"created_ms<", filter.created.before},
+      {"ended_ms>=", filter.ended.from},
+      {"ended_ms<", filter.ended.before}};
+  for (size_t i = 0; i < std::size(bounds); ++i)
+    if (bounds[i].second) times += " AND t." + (bounds[i].first + parameter(first_time + i));
+  const bool by_time = !times.empty() && !by_state && !by_table && !by_label;
+  if (!times.empty() && !by_time)
+    others += " AND EXISTS(SELECT 1 FROM jobs AS t INDEXED BY jobs_by_times WHERE t.id=jobs.id" +
+              times + ")";
   std::string ids;
   const auto add = [&](const std::string& from_where, const char* id = "id") {
     ids += (ids.empty() ? "" : " UNION ") +
@@ -49,6 +65,9 @@ Result<std::vector<JobRecord>> SqliteJobStore::list(size_t limit, const Filter& 
   } else if (by_label) {
     add("job_labels CROSS JOIN jobs ON id=job WHERE " + label_at(0), "job");
   }
+  if (by_time)
+    ids = "SELECT id FROM jobs AS t INDEXED BY jobs_by_times WHERE id<?1" + times +
+          " ORDER BY id DESC LIMIT ?2";
   const std::string sql = std::string("SELECT ") + kJobColumns + " FROM jobs WHERE id<?1 AND " +
                           (ids.empty() ? "1" : "id IN (" + ids + ")") +
                           " ORDER BY id DESC LIMIT ?2";
@@ -59,6 +78,8 @@ Result<std::vector<JobRecord>> SqliteJobStore::list(size_t limit, const Filter& 
   query.bind(filter.table);
   for (const JobState state : filter.states) query.bind(std::string(to_string(state)));
   for (const auto& [name, value] : filter.labels) query.bind(name).bind(value);
+  if (!times.empty())
+    for (const auto& [column, bound] : bounds) query.bind(bound);
   std::vector<JobRecord> jobs;
   while (query.next()) jobs.push_back(read_job(query));
   if (Status s = query.status(); !s.ok()) return s.error();

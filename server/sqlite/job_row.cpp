@@ -35,6 +35,7 @@ JobRecord read_job(const Query& row) {
   job.biased = row.integer(14) != 0;
   job.warnings = split_lines(row.text(15));
   job.attempts = static_cast<int>(row.integer(16));
+  job.claim = static_cast<uint64_t>(row.integer(17));
   job.state = state.value_or(JobState::kFailed);
   if (!damage.empty()) {
     job.damaged = true;

@@ -9,7 +9,7 @@ namespace qray::server {
 // What read_job() reads, in its order.
 inline constexpr const char* kJobColumns =
     "id, state, request, created_ms, started_ms, ended_ms, fraction, samples, seconds, "
-    "error_message, error_where, table_in, table_out, stats, biased, warnings, attempts";
+    "error_message, error_where, table_in, table_out, stats, biased, warnings, attempts, claim";
 
 // Of a row that cannot be read: what could be read, and JobRecord::damaged.
 JobRecord read_job(const Query& row);

@@ -8,8 +8,10 @@
 #include "server/sqlite/job_row.h"
 #include "server/sqlite/lines.h"
 #include "server/sqlite/sqlite_table_index.h"
+#include "server/sqlite/sqlite_webhook_store.h"
 
 namespace qray::server {
+
 Status SqliteJobStore::write(Database::Session& session, const JobRecord& job) {
   std::optional<std::string> message, where;
   if (job.error) {
@@ -19,7 +21,7 @@ Status SqliteJobStore::write(Database::Session& session, const JobRecord& job) {
   return Query(session.handle(),
                "UPDATE jobs SET state=?, request=?, started_ms=?, ended_ms=?, fraction=?, "
                "samples=?, seconds=?, error_message=?, error_where=?, table_in=?, table_out=?, "
-               "stats=?, biased=?, warnings=?, attempts=? WHERE id=?")
+               "stats=?, biased=?, warnings=?, attempts=?, claim=? WHERE id=?")
       .bind(std::string(to_string(job.state)))
       .bind(proto::job_request_to_json(job.request))
       .bind(job.started_ms)
@@ -35,6 +37,7 @@ Status SqliteJobStore::write(Database::Session& session, const JobRecord& job) {
       .bind(job.biased ? 1 : 0)
       .bind(join_lines(job.warnings))
       .bind(job.attempts)
+      .bind(job.claim)
       .bind(job.id.value)
       .run();
 }
@@ -178,6 +181,17 @@ Status SqliteJobStore::remove_scene(const std::string& scene,
   return remove();
 }
 
+Result<JobRecord> SqliteJobStore::update(JobId id, const std::function<void(JobRequest&)>& edit) {
+  Database::Transaction transaction(db_);
+  Result<JobRecord> job = read(transaction.handle(), id);
+  if (!job.ok()) return job;
+  if (job.value().damaged) return Error{ErrorCode::kConflict, job.value().error->message, ""};
+  edit(job.value().request);
+  if (Status s = write(transaction, job.value()); !s.ok()) return s.error();
+  if (Status s = transaction.commit(); !s.ok()) return s.error();
+  return job;
+}
+
 Result<JobRecord> SqliteJobStore::move(JobId id, JobState to, const Change& change) {
   Database::Session session(db_);
   if (Status s = prepare_events(); !s.ok()) return s.error();
@@ -191,12 +205,15 @@ Result<JobRecord> SqliteJobStore::move(JobId id, JobState to, const Change& chan
                      std::string(to_string(to)),
                  ""};
   }
+  if (change.claim && *change.claim != job.claim)
+    return Error{ErrorCode::kConflict, "another run has the job now", ""};
   job.state = to;
   if (change.edit) change.edit(job);
   if (has_ended(to)) job.ended_ms = now_ms_();
   if (to == JobState::kPreparing) {
     job.started_ms = now_ms_();
     ++job.attempts;
+    ++job.claim;
   }
   if (to == JobState::kQueued) {
     job.started_ms.reset();
@@ -216,6 +233,8 @@ Result<JobRecord> SqliteJobStore::move(JobId id, JobState to, const Change& chan
   }
   if (change.table)
     if (Status s = SqliteTableIndex::record(transaction, *change.table); !s.ok()) return s.error();
+  if (has_ended(to))
+    if (Status s = SqliteWebhookStore::tell(transaction, id, now_ms_()); !s.ok()) return s.error();
   if (Status s = transaction.commit(); !s.ok()) return s.error();
   for (Event& event : events) events_.publish(std::move(event));
   return job;

@@ -30,6 +30,7 @@ class SqliteJobStore final : public JobStore {
   Status try_writing() override;
   bool is_new() const override { return db_.is_new(); }
   Status reset_attempts(JobId id) override;
+  Result<JobRecord> update(JobId id, const std::function<void(JobRequest&)>& edit) override;
   Result<JobRecord> move(JobId id, JobState to, const Change& change = {}) override;
   void publish_hint(Event event) override;
 

@@ -45,11 +45,16 @@ class JobStore {
   // inserted meanwhile.
   virtual Status remove_scene(const std::string& scene,
                               const std::function<Status()>& remove) const = 0;
+  // Of a time, milliseconds: at `from` or after it, and before `before`.
+  struct Times {
+    std::optional<int64_t> from{}, before{};
+  };
   struct Filter {
     std::optional<JobId> before{};                              // ids below this one
     std::vector<JobState> states{};                             // one of these; none: any
     std::vector<std::pair<std::string, std::string>> labels{};  // name, value; all of these
     std::optional<std::string> table{};                         // that they used or made
+    Times created{}, ended{};
   };
   // Newest first. A job whose row cannot be read is listed too (JobRecord::damaged).
   virtual Result<std::vector<JobRecord>> list(size_t limit, const Filter& filter) const = 0;
@@ -89,7 +94,11 @@ class JobStore {
     std::function<void(JobRecord&)> edit;  // of the record, before it is written; may be empty
     std::vector<Event> events;             // before the state's own
     std::optional<TableRow> table;         // that it made: recorded with the move
+    // Of the run that asks: kConflict where the job has been claimed anew since.
+    std::optional<uint64_t> claim;
   };
+  // Changes what was asked for, in any state. kConflict: the record is damaged.
+  virtual Result<JobRecord> update(JobId id, const std::function<void(JobRequest&)>& edit) = 0;
   // The one transition function: kConflict when can_move() says no.
   virtual Result<JobRecord> move(JobId id, JobState to, const Change& change = {}) = 0;
 

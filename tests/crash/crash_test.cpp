@@ -182,6 +182,30 @@ const Operation kMerge{"merge tables",
                          }
                        }};
 
+// A table that was deleted comes back as a file.
+const Operation kUploadTable{
+    "upload a table",
+    [](ChildServer& server, Model& model) {
+      finished(server, model, tiny());
+      const std::string id = model.tables.begin()->first;
+      model.file = server.get("/v1/tables/" + id + "/file").body;
+      EXPECT_EQ(server.call("DELETE", "/v1/tables/" + id).status, 204);
+      model.tables[id] = Is::kGone;
+    },
+    [](ChildServer& server, Model& model, const auto& arm) {
+      auto& [id, is] = *model.tables.begin();
+      arm();
+      is = now_or(server.call("POST", "/v1/tables", model.file, "application/octet-stream"),
+                  Is::kThere);
+    }};
+
+const Operation kChange{"change a job", kDeleteJob.prepare,
+                        [](ChildServer& server, Model& model, const auto& arm) {
+                          arm();
+                          (void)server.call("PATCH", "/v1/jobs/" + model.jobs.begin()->first,
+                                            R"({"labels":{"a":"b"},"priority":2})");
+                        }};
+
 const Operation kUpload{
     "upload a scene", [](ChildServer&, Model&) {},
     [](ChildServer& server, Model& model, const auto& arm) {
@@ -271,7 +295,8 @@ TEST_P(CrashTest, WhatWasToldHolds) {
 INSTANTIATE_TEST_SUITE_P(Operations, CrashTest,
                          ::testing::Values(&kSubmit, &kRun, &kPause, &kCancel, &kHoldQueued,
                                            &kExtend, &kDeleteJob, &kDeleteTable, &kMerge, &kUpload,
-                                           &kDeleteScene, &kLeaveSession, &kStart),
+                                           &kDeleteScene, &kLeaveSession, &kUploadTable, &kChange,
+                                           &kStart),
                          [](const auto& info) {
                            std::string name = info.param->name;
                            std::replace(name.begin(), name.end(), ' ', '_');

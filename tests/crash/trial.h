@@ -61,6 +61,7 @@ struct Model {
   size_t unknown_jobs = 0;  // asked for, without an answer
   std::map<std::string, Is> tables, scenes;
   bool more_tables = false;  // than those
+  std::string file;          // that is sent
 };
 
 struct Operation {

@@ -22,6 +22,16 @@ JobInfo queued_job() {
 TEST(Messages, Time) {
   EXPECT_EQ(time_to_text(0), "1970-01-01T00:00:00.000Z");
   EXPECT_EQ(time_to_text(1'767'225'600'007), "2026-01-01T00:00:00.007Z");
+  EXPECT_EQ(parse_time("2026-01-01T00:00:00.007Z"), 1'767'225'600'007);
+  EXPECT_EQ(parse_time("2026-01-01T00:00:00.0079Z"), 1'767'225'600'007);
+  EXPECT_EQ(parse_time("2026-01-01T00:00:00Z"), 1'767'225'600'000);
+  EXPECT_EQ(parse_time("2024-02-29T23:59:59Z"), 1'709'251'199'000);
+  for (const char* wrong :
+       {"", "Z", "2026-01-01", "2026-01-01T00:00:00", "2026-01-01T00:00:00+01:00",
+        "2026-01-01 00:00:00Z", "2026-02-29T00:00:00Z", "2026-13-01T00:00:00Z",
+        "2026-01-01T24:00:00Z", "2026-01-01T00:60:00Z", "2026-01-01T00:00:00.Z",
+        "2026-01-01T00:00:00.xZ", "2026-01-01T00:00:0xZ", "20260101T000000Z"})
+    EXPECT_EQ(parse_time(wrong), std::nullopt) << wrong;
 }
 
 TEST(Messages, QueuedJobHasNullsWhereNothingIsKnown) {

@@ -32,9 +32,10 @@ class Process {
     posix_spawn_file_actions_addclose(&actions, out[0]);
     posix_spawn_file_actions_addclose(&actions, out[1]);
     std::string program = qray::test::program("qrayd").string();
-    std::string args[] = {program,    "--port",         "0",     "--data",   config.data,
-                          "--scenes", config.scenes,    "--web", config.web, "--threads",
-                          "1",        "--jobs-at-once", "1"};
+    std::vector<std::string> args = {program,    "--port",         "0",     "--data",   config.data,
+                                     "--scenes", config.scenes,    "--web", config.web, "--threads",
+                                     "1",        "--jobs-at-once", "1"};
+    if (!config.tokens.empty()) args.insert(args.end(), {"--tokens", config.tokens});
     std::vector<char*> argv;
     std::string shell[] = {"/bin/sh", "-c", "ulimit " + limit + " && exec \"$0\" \"$@\""};
     if (!limit.empty())
@@ -62,6 +63,7 @@ class Process {
     ::kill(pid_, signal);
     return wait();
   }
+  void send(int signal) const { ::kill(pid_, signal); }
   int wait() {
     int status = 0;
     ::waitpid(std::exchange(pid_, 0), &status, 0);
@@ -127,6 +129,25 @@ TEST_F(ProcessTest, SaysWhereItListensAndEndsOrderly) {
   const int status = server.end(SIGTERM);
   EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(2));
   EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0) << status;
+}
+
+TEST_F(ProcessTest, ASignalMakesItReadTheTokensAgain) {
+  const auto line = [](const std::string& token) { return "a read " + sha256(token).hex() + "\n"; };
+  config_.tokens = scratch_ / "tokens";
+  test::write_text(config_.tokens, line("first"));
+  Process server(config_);
+  const auto status = [&](const std::string& token) {
+    return httplib::Client("127.0.0.1", server.port())
+        .Get("/v1/jobs", {{"Authorization", "Bearer " + token}})
+        ->status;
+  };
+  EXPECT_EQ(status("first"), 200);
+  test::write_text(config_.tokens, line("second"));
+  server.send(SIGHUP);
+  for (int i = 0; i < 2000 && status("second") != 200; ++i)
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  EXPECT_EQ(status("second"), 200);
+  EXPECT_EQ(status("first"), 401);
 }
 
 TEST_F(ProcessTest, AKilledServersJobsRunAgainWithTheSameBits) {

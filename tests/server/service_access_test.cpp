@@ -37,6 +37,7 @@ class ServiceAccess : public ::testing::Test {
     if (method == "GET") return client.Get(path);
     if (method == "HEAD") return client.Head(path);
     if (method == "DELETE") return client.Delete(path);
+    if (method == "PATCH") return client.Patch(path, "{}", "application/json");
     if (method == "PUT") return client.Put(path, "x", "application/octet-stream");
     return client.Post(path, "{}", "application/json");
   }
@@ -145,6 +146,42 @@ TEST_F(ServiceAccess, OneUsersSessionsPushOutNoOthers) {
   EXPECT_EQ(call("GET", "/v1/jobs", {{"Cookie", admin}})->status, 200);
 }
 
+TEST_F(ServiceAccess, TokensAreReadAgain) {
+  const std::string read = open_session("read"), admin = open_session("admin");
+  const auto status = [&](const std::string& cookie) {
+    return call("GET", "/v1/jobs", {{"Cookie", cookie}})->status;
+  };
+  const std::string admins = "admin admin " + sha256(token("admin")).hex() + "\n";
+  test::write_text(s_.config.tokens, admins + "new read " + sha256(token("new")).hex() + "\n");
+  EXPECT_EQ(call("GET", "/v1/jobs", bearer(token("new")))->status, 401);
+  s_.service->reload_tokens();
+  EXPECT_EQ(call("GET", "/v1/jobs", bearer(token("new")))->status, 200);
+  EXPECT_EQ(call("GET", "/v1/jobs", bearer(token("read")))->status, 401);
+  EXPECT_EQ(status(read), 401);
+  EXPECT_EQ(status(admin), 200);
+  // A token that may less now.
+  test::write_text(s_.config.tokens, "admin read " + sha256(token("admin")).hex() + "\n");
+  s_.service->reload_tokens();
+  EXPECT_EQ(status(admin), 401);
+  EXPECT_EQ(call("POST", "/v1/jobs", bearer(token("admin")))->status, 403);
+  for (const char* wrong : {"admin admin 1234\n", ""}) {
+    test::write_text(s_.config.tokens, wrong);
+    s_.service->reload_tokens();
+    EXPECT_EQ(call("GET", "/v1/jobs", bearer(token("admin")))->status, 200);
+  }
+}
+
+TEST_F(ServiceAccess, BehindTlsTheCookieIsForTlsAlone) {
+  const auto cookie = [&](const httplib::Headers& headers) {
+    return with(headers)
+        .Post("/v1/session", Json{{"token", token("read")}}.dump(), "application/json")
+        ->get_header_value("Set-Cookie");
+  };
+  EXPECT_NE(cookie({{"X-Forwarded-Proto", "https"}}).find("; Secure"), std::string::npos);
+  EXPECT_EQ(cookie({{"X-Forwarded-Proto", "http"}}).find("; Secure"), std::string::npos);
+  EXPECT_EQ(cookie({}).find("; Secure"), std::string::npos);
+}
+
 TEST_F(ServiceAccess, TheLogSaysWhoAskedAndHoldsNoSecrets) {
   std::ostringstream log;
   const auto before = spdlog::default_logger();
@@ -171,7 +208,8 @@ TEST(ServiceQueries, WhatARouteDoesNotKnowIsRefused) {
   TestService s;
   s.start();
   const Json problem = s.get("/v1/jobs?lable=a:b", 422);
-  EXPECT_NE(problem["detail"].get<std::string>().find("before, label, limit"), std::string::npos);
+  EXPECT_NE(problem["detail"].get<std::string>().find("label, limit, state, table"),
+            std::string::npos);
   s.get("/v1/jobs?label=a:b&wait=1", 422);
   s.get("/v1/scenes?limit=1", 422);
   s.get("/v1/jobs?%ff=1", 422);

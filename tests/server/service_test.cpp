@@ -360,7 +360,7 @@ TEST_F(ServiceTest, WrongRequests) {
       {"POST", "/v1/jobs/j000099/cancel", "", json, 404, nullptr},
       {"GET", "/v1/events?job=j000099", "", "", 404, nullptr},
       {"GET", "/v1/nothing", "", "", 404, nullptr},
-      {"POST", "/v1/tables", "{}", json, 405, nullptr},
+      {"POST", "/v1/fields", "{}", json, 405, nullptr},
   };
   for (const Wrong& c : cases) {
     httplib::Client client = s_.client();

@@ -1,23 +1,9 @@
 // A start with 10,000 jobs of before: rows and pictures copied from one that ran here.
-import { execFileSync } from 'node:child_process';
 import { linkSync, mkdirSync, readdirSync } from 'node:fs';
 import { join } from 'node:path';
+import { multiply, sql } from './many_jobs.mjs';
 import { quantile } from './measure.mjs';
 import { Server, scratch_folder } from './server.mjs';
-
-const sql = (data, text) =>
-  execFileSync('sqlite3', ['-bail', join(data, 'qray.sqlite'), text], { encoding: 'utf8' }).trim();
-
-// `count` rows more of the table's first one, whatever its columns are.
-function multiply(data, table, key, count) {
-  const columns = sql(data, `SELECT name FROM pragma_table_info('${table}')`).split('\n')
-    .filter((name) => name !== key);
-  // A column of its own value in each row would be refused, not doubled.
-  const list = columns.map((name) => `"${name}"`).join(',');
-  sql(data, `WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM n WHERE i < ${count})
-    INSERT INTO ${table}(${list}) SELECT ${list} FROM n, (SELECT * FROM ${table} ORDER BY ${key}
-    LIMIT 1)`);
-}
 
 export async function run({ short }, report) {
   const count = short ? 1000 : 10_000;

@@ -5,7 +5,7 @@ import { dirname, join, resolve } from 'node:path';
 import { fileURLToPath } from 'node:url';
 import { parseArgs } from 'node:util';
 
-const kParts = ['streams', 'burst', 'kill', 'old-jobs', 'attacks', 'disk-full', 'clock',
+const kParts = ['streams', 'burst', 'kill', 'old-jobs', 'filters', 'attacks', 'disk-full', 'clock',
   'slow-reader', 'two-servers', 'memory'];
 const here = dirname(fileURLToPath(import.meta.url));
 const { values, positionals } = parseArgs({ allowPositionals: true, options: {

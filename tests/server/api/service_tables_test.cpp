@@ -63,6 +63,47 @@ TEST_F(ServiceTables, AreListedInPagesAndDownloaded) {
   s_.get("/v1/tables/" + std::string(32, '0') + "/file", 404);
 }
 
+TEST_F(ServiceTables, OneOfAnotherServerIsUploadedAndUsed) {
+  const std::string id = learned();
+  const std::string bytes = s_.client().Get("/v1/tables/" + id + "/file")->body;
+  TestService other;
+  other.start();
+  const auto post = [&](const std::string& body, const char* query = "",
+                        const char* type = "application/octet-stream") {
+    return other.client().Post(std::string("/v1/tables") + query, body, type);
+  };
+  const auto made = post(bytes, "?scene=box");
+  ASSERT_EQ(made->status, 201) << made->body;
+  EXPECT_EQ(made->get_header_value("Location"), "/v1/tables/" + id);
+  Json info = Json::parse(made->body), was = s_.get("/v1/tables/" + id);
+  EXPECT_EQ(info, other.get("/v1/tables/" + id));
+  EXPECT_TRUE(info["job"].is_null());
+  for (const char* same : {"scene", "method", "parents", "bytes", "states", "samples_seen"})
+    EXPECT_EQ(info[same], was[same]) << same;
+  EXPECT_EQ(other.client().Get("/v1/tables/" + id + "/file")->body, bytes);
+  EXPECT_EQ(post(bytes)->status, 200);
+  EXPECT_EQ(other.get("/v1/tables")["tables"], Json({info}));
+  EXPECT_EQ(other.wait_end(other.submit(request({{"seed", 9}})))["table_in"], id);
+
+  // A changed bit, a cut file, one whose checksums are good and whose id is another's.
+  std::string wrong = bytes;
+  wrong[wrong.size() / 2] = static_cast<char>(wrong[wrong.size() / 2] ^ 1);
+  Result<TableFile> table = decode_table(read_file(file(id), 1 << 28).value());
+  ASSERT_TRUE(table.ok());
+  table.value().header.samples_seen += 1;
+  const Bytes forged = encode_table(table.value());
+  for (const std::string& body : {wrong, bytes.substr(0, bytes.size() / 2), std::string(),
+                                  std::string(forged.begin(), forged.end())})
+    EXPECT_EQ(post(body)->status, 422);
+  EXPECT_EQ(post(bytes, "?scene=B")->status, 422);
+  EXPECT_EQ(post(bytes, "", "text/plain")->status, 415);
+  TestService small;
+  small.config.table_mib = 1;
+  small.start();
+  const std::string large(2u << 20, 'x');
+  EXPECT_EQ(small.client().Post("/v1/tables", large, "application/octet-stream")->status, 413);
+}
+
 TEST_F(ServiceTables, TwoMergedAreOneThatTheNextJobStartsFrom) {
   const std::string a = learned({{"seed", 1}}), b = learned({{"seed", 2}});
   const auto answer = s_.client().Post("/v1/tables/merge", body({a, b}), "application/json");

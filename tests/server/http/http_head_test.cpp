@@ -31,8 +31,8 @@ TEST(HttpHead, PassesOnWhatIsGood) {
 TEST(HttpHead, KeepsFromTheParserWhatItNeedNotKnow) {
   const AcceptedHead a = accepted(
       "GET / HTTP/1.1\r\nHost: x\r\nRange: bytes=0-1\r\nAccept-Encoding: br\r\n"
-      "remote_addr: 1.2.3.4\r\n\r\n");
-  EXPECT_EQ(a.text, "GET / HTTP/1.1\r\nHost: x\r\n\r\n");
+      "remote_addr: 1.2.3.4\r\nqray-range: bytes=5-6\r\n\r\n");
+  EXPECT_EQ(a.text, "GET / HTTP/1.1\r\nHost: x\r\nQray-Range: bytes=0-1\r\n\r\n");
 }
 
 TEST(HttpHead, TellsHandlersWhetherTheClientTakesGzip) {

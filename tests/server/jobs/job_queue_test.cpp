@@ -22,6 +22,20 @@ TEST(JobQueue, OldestFirstAndTellsItsRoom) {
   EXPECT_EQ(queue.size(), 0u);
 }
 
+TEST(JobQueue, APriorityIsChangedAndTheWaitCounts) {
+  using std::chrono::minutes;
+  JobQueue queue(10);
+  const auto now = JobQueue::Clock::now();
+  queue.push({1}, 0, now);
+  queue.push({2}, 0, now + minutes(3));
+  queue.push({3}, 0, now + minutes(4));
+  queue.set_priority({3}, 5);
+  queue.set_priority({2}, 2);  // a minute after the first
+  queue.set_priority({4}, 5);
+  for (const uint64_t id : {3, 1, 2}) EXPECT_EQ(queue.pop({}), JobId{id});
+  EXPECT_EQ(queue.size(), 0u);
+}
+
 TEST(JobQueue, HigherPriorityFirstAndNoneWaitsForEver) {
   using std::chrono::minutes;
   JobQueue queue(10);

@@ -160,7 +160,9 @@ TEST_F(SqliteJobStoreTest, AnOlderSchemaIsBroughtUpToDate) {
          {"DROP TRIGGER labels_of_a_new_job", "DROP TRIGGER labels_of_a_changed_job",
           "DROP TRIGGER labels_of_a_deleted_job", "DROP TABLE job_labels",
           "DROP INDEX jobs_by_table_in", "DROP INDEX jobs_by_table_out", "DROP TABLE job_log",
-          "DROP TABLE idempotency_keys", "DROP INDEX events_by_job", "PRAGMA user_version=1"})
+          "DROP TABLE idempotency_keys", "DROP INDEX events_by_job", "DROP TABLE webhooks",
+          "DROP TABLE deliveries", "DROP INDEX jobs_by_times", "ALTER TABLE jobs DROP COLUMN claim",
+          "PRAGMA user_version=1"})
       ASSERT_TRUE(session.exec(sql).ok()) << sql;
   }
   open();

@@ -1,104 +1,14 @@
-// What any store of jobs and tables must do. A store is a row in kStores: how it is opened on a
-// folder, again and again.
-#include <gtest/gtest.h>
-
-#include "server/sqlite/sqlite_job_store.h"
-#include "server/sqlite/sqlite_table_index.h"
-#include "tests/support/scratch.h"
+// What any store of jobs must do.
+#include "tests/server/store/store_conformance.h"
 
 namespace qray::server {
 namespace {
 
-using std::chrono::milliseconds;
+using test::kStores;
 using enum JobState;
+using std::chrono::milliseconds;
 
-// A store that is open.
-class OpenStore {
- public:
-  virtual ~OpenStore() = default;
-  virtual JobStore& jobs() = 0;
-  virtual TableIndex& tables() = 0;
-};
-
-class OpenSqlite final : public OpenStore {
- public:
-  OpenSqlite(const std::filesystem::path& folder, EventLog& events, std::function<int64_t()> now_ms)
-      : db_(Database::open(folder / "jobs.sqlite").value()),
-        jobs_(*db_, events, std::move(now_ms)),
-        tables_(*db_) {}
-  JobStore& jobs() override { return jobs_; }
-  TableIndex& tables() override { return tables_; }
-
- private:
-  std::unique_ptr<Database> db_;
-  SqliteJobStore jobs_;
-  SqliteTableIndex tables_;
-};
-
-struct StoreKind {
-  const char* name;
-  std::unique_ptr<OpenStore> (*open)(const std::filesystem::path& folder, EventLog& events,
-                                     std::function<int64_t()> now_ms);
-};
-constexpr StoreKind kStores[] = {
-    {"Sqlite",
-     [](const std::filesystem::path& folder, EventLog& events,
-        std::function<int64_t()> now_ms) -> std::unique_ptr<OpenStore> {
-       return std::make_unique<OpenSqlite>(folder, events, std::move(now_ms));
-     }},
-};
-
-class StoreConformance : public ::testing::TestWithParam<StoreKind> {
- protected:
-  void SetUp() override { open(); }
-  // As after a restart of the server.
-  void open() {
-    open_.reset();
-    events_ = std::make_unique<EventLog>();
-    open_ = GetParam().open(scratch_.path(), *events_, [this] { return now_ms_; });
-    store_ = &open_->jobs();
-    const Result<std::vector<JobRecord>> recovered = store_->recover();
-    ASSERT_TRUE(recovered.ok()) << recovered.error().text();
-    recovered_.clear();
-    for (const JobRecord& job : recovered.value()) recovered_.push_back(job.id);
-  }
-  JobId insert(const JobRequest& request, const std::optional<JobStore::IdempotencyKey>& key = {}) {
-    const JobStore::Posted posted{request, key};
-    auto inserted = store_->insert({&posted, 1}, 1);
-    EXPECT_TRUE(inserted[0].ok());
-    return inserted[0].ok() ? inserted[0].value().job.id : JobId{};
-  }
-  JobId insert() {
-    JobRequest request;
-    request.set(field::kScene, "box");
-    request.set(field::kSamples, 8);
-    return insert(request);
-  }
-  JobRecord get(JobId id) {
-    Result<JobRecord> job = store_->get(id);
-    EXPECT_TRUE(job.ok());
-    return job.value();
-  }
-  void move(JobId id, std::initializer_list<JobState> states) {
-    for (JobState to : states) {
-      const Result<JobRecord> moved = store_->move(id, to);
-      ASSERT_TRUE(moved.ok()) << moved.error().text();
-    }
-  }
-  std::vector<std::string> kinds_after(uint64_t cursor) {
-    std::vector<std::string> kinds;
-    for (const Event& e : events_->wait(cursor, "", milliseconds(0)).events)
-      kinds.push_back(e.kind);
-    return kinds;
-  }
-
-  qray::test::ScratchFolder scratch_;
-  int64_t now_ms_ = 1000;
-  std::unique_ptr<EventLog> events_;
-  std::unique_ptr<OpenStore> open_;
-  JobStore* store_ = nullptr;
-  std::vector<JobId> recovered_;
-};
+class StoreConformance : public test::StoreTest {};
 
 TEST_P(StoreConformance, InsertAndGet) {
   JobRequest request;
@@ -213,6 +123,59 @@ TEST_P(StoreConformance, ListsByStateAndLabel) {
   EXPECT_EQ(ids({{}, {kQueued}, lobby, "t"}), (Ids{3}));
   EXPECT_TRUE(ids({{}, {kCanceled}, {}, "t"}).empty());
   EXPECT_TRUE(ids({{}, {}, {}, "u"}).empty());
+}
+
+TEST_P(StoreConformance, ListsByTime) {
+  JobRequest request;
+  request.set(field::kScene, "box");
+  for (int i = 1; i <= 6; ++i) {
+    now_ms_ = 1000 * i;
+    request.set(field::kLabels, {{"odd", i % 2 ? "yes" : "no"}});
+    insert(request);
+  }
+  for (const uint64_t id : {1, 2, 3}) {  // at 7, 8 and 9 s
+    now_ms_ = 6000 + 1000 * static_cast<int64_t>(id);
+    move({id}, {kCanceled});
+  }
+  using Ids = std::vector<uint64_t>;
+  const auto ids = [&](const JobStore::Times& created, const JobStore::Times& ended,
+                       JobStore::Filter filter = {}, size_t limit = 10) {
+    filter.created = created;
+    filter.ended = ended;
+    Ids ids;
+    const Result<std::vector<JobRecord>> jobs = store_->list(limit, filter);
+    for (const JobRecord& job : jobs.value()) ids.push_back(job.id.value);
+    return ids;
+  };
+  EXPECT_EQ(ids({3000, {}}, {}), (Ids{6, 5, 4, 3}));
+  EXPECT_EQ(ids({{}, 3000}, {}), (Ids{2, 1}));
+  EXPECT_EQ(ids({2000, 5000}, {}), (Ids{4, 3, 2}));
+  EXPECT_EQ(ids({2000, 5000}, {}, {}, 2), (Ids{4, 3}));
+  EXPECT_EQ(ids({2000, 5000}, {}, {JobId{4}}), (Ids{3, 2}));
+  EXPECT_EQ(ids({}, {8000, {}}), (Ids{3, 2}));
+  EXPECT_EQ(ids({}, {{}, 8000}), (Ids{1}));  // not those that have not ended
+  EXPECT_EQ(ids({2000, {}}, {{}, 9000}), (Ids{2}));
+  EXPECT_EQ(ids({2000, {}}, {}, {{}, {}, {{"odd", "yes"}}}), (Ids{5, 3}));
+  EXPECT_EQ(ids({2000, {}}, {}, {{}, {kCanceled}}), (Ids{3, 2}));
+  EXPECT_EQ(ids({2000, {}}, {{}, 9000}, {{}, {kCanceled}, {{"odd", "no"}}}), (Ids{2}));
+}
+
+TEST_P(StoreConformance, WhatWasAskedForIsChangedInAnyState) {
+  const JobId queued = insert(), ended = insert();
+  move(ended, {kCanceled});
+  for (const JobId id : {queued, ended}) {
+    const JobRecord before = get(id);
+    const Result<JobRecord> changed = store_->update(id, [](JobRequest& request) {
+      request.set(field::kLabels, {{"kind", "new"}});
+    });
+    ASSERT_TRUE(changed.ok());
+    open();
+    EXPECT_EQ(get(id).request, changed.value().request);
+    EXPECT_EQ(get(id).state, before.state);
+    EXPECT_EQ(get(id).ended_ms, before.ended_ms);
+  }
+  EXPECT_EQ(store_->list(10, {{}, {}, {{"kind", "new"}}}).value().size(), 2u);
+  EXPECT_EQ(store_->update({99}, [](JobRequest&) {}).error().code, ErrorCode::kNotFound);
 }
 
 TEST_P(StoreConformance, AKeyGivesTheSameJobForADay) {
@@ -339,64 +302,21 @@ TEST_P(StoreConformance, EventIdsRiseAcrossRestartsAndReadersGoOn) {
   EXPECT_EQ(kinds_after(hint), std::vector<std::string>{"state"});
 }
 
-TableRow table(char digit, uint8_t scene = 0, uint64_t samples_seen = 8) {
-  TableRow row;
-  row.info.id = std::string(32, digit);
-  row.info.scene = "box";
-  row.info.method = "huang";
-  row.info.parents = {"p", "q"};
-  row.info.created_ms = 5;
-  row.info.bytes = 6;
-  row.info.states = 7;
-  row.info.samples_seen = samples_seen;
-  row.info.job = "j000001";
-  row.scene.geometry.bytes[0] = scene;
-  return row;
-}
-
-TEST_P(StoreConformance, ATableIsRecordedWithTheMoveThatMadeIt) {
+// A run that was given up for dead, and comes back when another has the job.
+TEST_P(StoreConformance, OnlyTheLastClaimMoves) {
   const JobId id = insert();
+  move(id, {kPreparing});
+  const uint64_t first = get(id).claim;
+  open();  // the job is queued again
+  move(id, {kPreparing});
+  const uint64_t second = get(id).claim;
+  EXPECT_GT(second, first);
   JobStore::Change change;
-  change.table = table('a');
-  EXPECT_FALSE(store_->move(id, kSucceeded, change).ok());
-  EXPECT_EQ(open_->tables().find(std::string(32, 'a')).error().code, ErrorCode::kNotFound);
-  move(id, {kPreparing, kRendering, kFinalizing});
-  ASSERT_TRUE(store_->move(id, kSucceeded, change).ok());
-  open();
-  const Result<proto::TableInfo> found = open_->tables().find(std::string(32, 'a'));
-  ASSERT_TRUE(found.ok());
-  EXPECT_EQ(found.value().parents, (std::vector<std::string>{"p", "q"}));
-  EXPECT_EQ(found.value().samples_seen, 8u);
-}
-
-TEST_P(StoreConformance, TablesAreFoundBySceneAndByAge) {
-  TableIndex& tables = open_->tables();
-  for (const TableRow& row : {table('a'), table('b', 1), table('c', 0, 9), table('d')})
-    ASSERT_TRUE(tables.add(row).ok());
-  const std::string a(32, 'a'), b(32, 'b'), c(32, 'c'), d(32, 'd');
-  EXPECT_EQ(tables.fitting("huang", table('a').scene, 8).value(),
-            (std::vector<std::string>{c, d, a}));
-  EXPECT_EQ(tables.fitting("huang", table('a').scene, 1).value(), std::vector<std::string>{c});
-  EXPECT_TRUE(tables.fitting("ppg", table('a').scene, 8).value().empty());
-  ASSERT_TRUE(tables.add(table('a')).ok());  // again: the newest
-  EXPECT_EQ(tables.list(1, "").value()[0].id, a);
-  EXPECT_EQ(tables.list(8, c).value().size(), 1u);
-  EXPECT_EQ(tables.list(8, "none").error().code, ErrorCode::kNotFound);
-  EXPECT_EQ(tables.ids().value().size(), 4u);
-}
-
-TEST_P(StoreConformance, ATableThatAnOpenJobNamesStays) {
-  TableIndex& tables = open_->tables();
-  const std::string a(32, 'a');
-  ASSERT_TRUE(tables.add(table('a')).ok());
-  JobRequest request;
-  request.set(field::kScene, "box");
-  request.set(field::kTable, a);
-  const JobId id = insert(request);
-  EXPECT_EQ(tables.remove(a).error().code, ErrorCode::kConflict);
-  move(id, {kCanceled});
-  EXPECT_TRUE(tables.remove(a).ok());
-  EXPECT_EQ(tables.remove(a).error().code, ErrorCode::kNotFound);
+  change.claim = first;
+  EXPECT_EQ(store_->move(id, kRendering, change).error().code, ErrorCode::kConflict);
+  EXPECT_EQ(get(id).state, kPreparing);
+  change.claim = second;
+  EXPECT_TRUE(store_->move(id, kRendering, change).ok());
 }
 
 TEST_P(StoreConformance, IdsThatWereGivenElsewhereAreNotGivenAgain) {
