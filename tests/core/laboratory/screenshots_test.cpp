@@ -48,11 +48,11 @@ TEST(Screenshots, InputsAndTargetsAreOtherRandomNumbersOfOneView) {
   const std::vector<TrainingView> views = views_of(*scene, 3, 2);
   ASSERT_EQ(views.size(), 3u);
   for (const TrainingView& v : views) {
-    EXPECT_EQ(v.input.width(), kScreenshotSide);
-    EXPECT_FALSE(same(v.input, v.target));
-    EXPECT_LT(relmse(v.input, v.target), 100);
+    EXPECT_EQ(v.input.colour.width(), kScreenshotSide);
+    EXPECT_FALSE(same(v.input.colour, v.target));
+    EXPECT_LT(relmse(v.input.colour, v.target), 100);
     EXPECT_GT(v.target_relmse, 0);
-    EXPECT_LT(v.target_relmse, relmse(v.input, v.target) + 1);
+    EXPECT_LT(v.target_relmse, relmse(v.input.colour, v.target) + 1);
   }
   EXPECT_FALSE(same(views[0].features, views[1].features));
 }
