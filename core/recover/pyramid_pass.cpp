@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "core/base/check.h"
 #include "core/recover/convolve.h"
@@ -16,6 +17,7 @@ constexpr PyramidPart kUpParts[] = {kFirstLayer, kUp1, kUp2, kUp3};
 constexpr PyramidPart kHeadParts[] = {kHead0, kHead1, kHead2, kHead3, kHead4};
 constexpr int kRowsAtOnce = 4;
 constexpr float kLeastLight = 1e-3f;
+constexpr float kUnknown = std::numeric_limits<float>::infinity();
 
 // Calls body(y) for rows [0, height), some after another by the same thread.
 template <typename Body>
@@ -141,9 +143,10 @@ struct PyramidPass::Expanded {
 };
 
 void PyramidPass::pack(const PyramidInput& input, TaskPool* pool) {
-  const int width = input.pictures.colour.width(), height = input.pictures.colour.height();
+  const RecoveryInput& pictures = input.pictures;
+  const int width = pictures.colour.width(), height = pictures.colour.height();
   width_ = width, height_ = height;
-  const bool shows = !input.pictures.shown.empty();
+  const bool shows = !pictures.shown.empty(), knows_own = !pictures.own_error.empty();
   const auto whole = [](int n) { return (n + kPyramidSide - 1) / kPyramidSide * kPyramidSide; };
   for (int l = 0; l < kPyramidLevels; ++l) {
     Level& level = levels_[l];
@@ -160,22 +163,20 @@ void PyramidPass::pack(const PyramidInput& input, TaskPool* pool) {
     for (int x = 0; x < fine.width; ++x) {
       const int px = std::min(x, width - 1);
       const float* f =
-          &input.pictures.features.data()[(static_cast<size_t>(py) * static_cast<size_t>(width) +
-                                           static_cast<size_t>(px)) *
-                                          kFeatures];
+          &pictures.features.data()[(static_cast<size_t>(py) * static_cast<size_t>(width) +
+                                     static_cast<size_t>(px)) *
+                                    kFeatures];
       float* in = input_.at(y / 2, x / 2) + (2 * (y % 2) + x % 2) * kPixelInputs;
       for (int c = 0; c < kColour; ++c) {
-        const float light = input.pictures.colour.at(px, py, c) / (f[c] + kAlbedoFloor);
+        const float light = pictures.colour.at(px, py, c) / (f[c] + kAlbedoFloor);
         fine.colour.at(c, y)[x] = light;
         in[c] = light * input.exposure / (1 + light * input.exposure);
       }
-      const float own = input.pictures.own_error.at(px, py, 0);
-      in[kPixelNoise] = input.pictures.noise.at(px, py, 0);
-      in[kPixelOwnNoise] =
-          std::isfinite(own)
-              ? own / (own + luminance(input.pictures.colour.rgb(px, py)) + kLeastLight)
-              : 1;
-      const float shown = shows ? luminance(input.pictures.shown.rgb(px, py)) : 0;
+      in[kPixelNoise] = pictures.noise.at(px, py, 0);
+      const float own = knows_own ? pictures.own_error.at(px, py, 0) : kUnknown;
+      const float light = luminance(pictures.colour.rgb(px, py)) + kLeastLight;
+      in[kPixelOwnNoise] = std::isfinite(own) ? own / (own + light) : 1;
+      const float shown = shows ? luminance(pictures.shown.rgb(px, py)) : 0;
       in[kPixelShown] = shown / (1 + shown);
       for (int k = 0; k < kFeatures; ++k) {
         in[kPixelFeatures + k] = f[k];

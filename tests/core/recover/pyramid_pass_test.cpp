@@ -17,8 +17,8 @@ struct PyramidPictures {
       : pictures{Image(width, height, kFeatures), Image(width, height, 3), Image(width, height, 1),
                  Image(width, height, 1), Image(width, height, 3)} {
     test::Random random(seed);
-    for (Image* image : {&pictures.features, &pictures.colour, &pictures.noise,
-                         &pictures.own_error, &pictures.shown})
+    for (Image* image : {&pictures.features, &pictures.colour, &pictures.noise, &pictures.own_error,
+                         &pictures.shown})
       for (float& v : image->data()) v = random.next();
     // Features as near to one another as neighbours' are.
     for (float& v : pictures.features.data()) v = 0.5f + 0.05f * v;
@@ -90,7 +90,8 @@ TEST(PyramidPass, InventsNothing) {
     float low = 1e30f, high = 0;
     for (int y = 0; y < result.height(); ++y)
       for (int x = 0; x < result.width(); ++x) {
-        const float light = p.pictures.colour.at(x, y, c) / (p.pictures.features.at(x, y, c) + kAlbedoFloor);
+        const float light =
+            p.pictures.colour.at(x, y, c) / (p.pictures.features.at(x, y, c) + kAlbedoFloor);
         low = std::min(low, light), high = std::max(high, light);
       }
     for (int y = 0; y < result.height(); ++y)
