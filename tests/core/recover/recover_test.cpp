@@ -187,7 +187,8 @@ TEST(Recover, AFittedFilterIsBetterThanThatItBeganWith) {
   TaskPool pool(2);
   const auto error = [&](const JointBilateral& filter) {
     const TrainingView unseen = corner(0.9f, 6);
-    return relmse(joint_bilateral(filter, unseen.features, unseen.input, pool), unseen.target);
+    return relmse(joint_bilateral(filter, unseen.input.features, unseen.input.colour, pool),
+                  unseen.target);
   };
   EXPECT_LT(error(fitted_joint_bilateral(views, pool)), 0.8 * error({}));
 }
