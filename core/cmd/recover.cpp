@@ -7,6 +7,7 @@
 #include <span>
 
 #include "core/base/file.h"
+#include "core/base/sha256.h"
 #include "core/cmd/commands.h"
 #include "core/cmd/files.h"
 #include "core/cmd/progress_line.h"
@@ -15,6 +16,7 @@
 #include "core/cmd/stop_on_signal.h"
 #include "core/laboratory/generated_scene.h"
 #include "core/laboratory/screenshots.h"
+#include "core/laboratory/views_file.h"
 #include "core/recover/included_networks.h"
 #include "core/recover/joint_bilateral.h"
 #include "core/recover/ladder.h"
@@ -29,7 +31,7 @@ constexpr int kViewsOverGenerated = 4;  // views of a real scene over those of a
 
 struct RecoverOptions {
   std::vector<std::string> scenes, weights;
-  std::string scene, table_in, method = "none", out, blocks;
+  std::string scene, table_in, method = "none", out, blocks, keep;
   int threads = default_threads(), held_out = 8, hidden = 0, generated = 0, pyramid_steps = 0;
   ScreenshotOptions views;
   TrainOptions train;
@@ -58,6 +60,20 @@ Result<std::shared_ptr<const PreparedScene>> scene_of(const std::string& name, u
   return std::shared_ptr<const PreparedScene>(std::move(prepared).value());
 }
 
+// Where views of the scene by these options are kept; empty: nowhere.
+std::filesystem::path kept_views_path(const RecoverOptions& o, const SceneHash& hash) {
+  if (o.keep.empty()) return {};
+  ByteWriter bytes;
+  for (const Digest* d : {&hash.geometry, &hash.materials, &hash.lights}) bytes.bytes(d->bytes);
+  for (const int n :
+       {o.views.views, o.views.least_samples, o.views.most_samples, o.views.target_samples})
+    bytes.u32(static_cast<uint32_t>(n));
+  bytes.u64(o.views.seed);
+  bytes.string(o.method);
+  bytes.string(o.table_in);
+  return std::filesystem::path(o.keep) / (sha256(bytes.data()).hex().substr(0, 32) + ".views");
+}
+
 Result<Album> take_album(const std::string& name, const RecoverOptions& o, TaskPool& pool,
                          std::stop_token stop) {
   ProgressLine line(o.quiet);
@@ -73,6 +89,12 @@ Result<Album> take_album(const std::string& name, const RecoverOptions& o, TaskP
       read_fitting_table(o.table_in, scene.value()->hash);
   if (!table) return table.error();
   if (table.value()) settings.value().method = table.value()->header.method;
+  const std::filesystem::path kept = kept_views_path(o, scene.value()->hash);
+  if (!kept.empty() && std::filesystem::exists(kept)) {
+    Result<std::vector<TrainingView>> views = read_views(kept);
+    if (!views) return views.error();
+    return Album{std::move(views).value(), scene.value()->hash, scene.value()->scene.name};
+  }
   const SteadyClock clock;
   const double start = clock.seconds();
   Result<std::vector<TrainingView>> views = take_screenshots(
@@ -82,6 +104,8 @@ Result<Album> take_album(const std::string& name, const RecoverOptions& o, TaskP
       });
   line.finish();
   if (!views) return views.error();
+  if (!kept.empty())
+    if (Status s = write_views(kept, views.value()); !s) return s.error();
   return Album{std::move(views).value(), scene.value()->hash, scene.value()->scene.name};
 }
 
@@ -257,10 +281,10 @@ Status compare(const RecoverOptions& o) {
   };
   for (const auto& [name, net] : networks)
     measure(name, [&](const TrainingView& v) {
-      return recover_quarter(net, {v.features, v.input, v.noise}, pool).picture;
+      return recover_quarter(net, {v.input.features, v.input.colour, v.input.noise}, pool).picture;
     });
   measure("bilateral", [&](const TrainingView& v) {
-    return joint_bilateral(filter, v.features, v.input, pool);
+    return joint_bilateral(filter, v.input.features, v.input.colour, pool);
   });
   print_compared(rows, rows.front(), rows.back());
   return {};
@@ -296,6 +320,8 @@ void add_view_options(CLI::App& app, RecoverOptions& o) {
   app.add_option("--target-spp", o.views.target_samples, "of what it is to become")
       ->check(CLI::Range(1, 65536))
       ->capture_default_str();
+  app.add_option("--keep-views", o.keep, "a folder for views that were taken, for other trainings")
+      ->check(CLI::ExistingDirectory);
   app.add_option("--seed", o.views.seed, "of places, pictures and training");
   app.add_option("--threads", o.threads, "default: one a processor")->check(CLI::Range(1, 1024));
   app.add_flag("-q,--quiet", o.quiet, "no progress");

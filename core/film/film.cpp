@@ -21,11 +21,17 @@ TileRect Film::tile(int index) const {
 }
 
 void Film::add(int index, std::span<const Rgb> sums, uint32_t samples,
-               std::span<const uint32_t> counts) {
+               std::span<const uint32_t> counts, std::span<const Rgb> seen) {
   Tile& tile = tiles_[static_cast<size_t>(index)];
   std::lock_guard lock(tile.mutex);
-  if (tile.sums.empty()) tile.sums.resize(sums.size()), tile.weights.resize(sums.size());
-  QRAY_CHECK(tile.sums.size() == sums.size() && (counts.empty() || counts.size() == sums.size()));
+  if (tile.sums.empty()) {
+    tile.sums.resize(sums.size());
+    tile.weights.resize(sums.size());
+    tile.seen.resize(sums.size());
+  }
+  QRAY_CHECK(tile.sums.size() == sums.size() && (counts.empty() || counts.size() == sums.size()) &&
+             (seen.empty() || seen.size() == sums.size()));
+  for (size_t i = 0; i < seen.size(); ++i) tile.seen[i] += seen[i];
   for (size_t i = 0; i < sums.size(); ++i) {
     tile.sums[i] += sums[i];
     tile.weights[i] += static_cast<float>(counts.empty() ? samples : counts[i]);
@@ -38,6 +44,7 @@ void Film::fade(float keep) {
   for (Tile& tile : tiles_) {
     std::lock_guard lock(tile.mutex);
     for (Rgb& sum : tile.sums) sum *= keep;
+    for (Rgb& sum : tile.seen) sum *= keep;
     for (float& weight : tile.weights) weight *= keep;
   }
 }
@@ -92,7 +99,7 @@ void Film::save_state(SnapshotWriter& out) const {
   out(width_, height_, version());
   for (const Tile& tile : tiles_) {
     std::lock_guard lock(tile.mutex);
-    out(tile.samples, tile.sums, tile.weights);
+    out(tile.samples, tile.sums, tile.weights, tile.seen);
   }
 }
 
@@ -106,10 +113,10 @@ void Film::load_state(SnapshotReader& in) {
   for (int i = 0; i < tile_count(); ++i) {
     Tile& tile = tiles_[static_cast<size_t>(i)];
     std::lock_guard lock(tile.mutex);
-    in(tile.samples, tile.sums, tile.weights);
+    in(tile.samples, tile.sums, tile.weights, tile.seen);
     const TileRect rect = this->tile(i);
     const size_t pixels = static_cast<size_t>(rect.width) * static_cast<size_t>(rect.height);
-    if (tile.sums.size() != tile.weights.size() ||
+    if (tile.sums.size() != tile.weights.size() || tile.sums.size() != tile.seen.size() ||
         (!tile.sums.empty() && tile.sums.size() != pixels))
       in.fail();
     if (!in.ok()) return;
@@ -118,15 +125,21 @@ void Film::load_state(SnapshotReader& in) {
   version_.store(version, std::memory_order_release);
 }
 
-Image Film::develop() const {
+Image Film::develop() const { return means(&Tile::sums); }
+Image Film::seen() const { return means(&Tile::seen); }
+
+Image Film::means(std::vector<Rgb> Tile::*sums) const {
   Image image(width_, height_, 3);
   for (int i = 0; i < tile_count(); ++i) {
-    const TileView v = tile_view(i);
-    if (v.mean.empty()) continue;
-    const TileRect rect = tile(i);
+    const Tile& tile = tiles_[static_cast<size_t>(i)];
+    std::lock_guard lock(tile.mutex);
+    if (tile.sums.empty()) continue;
+    const TileRect rect = this->tile(i);
     size_t k = 0;
     for (int y = 0; y < rect.height; ++y)
-      for (int x = 0; x < rect.width; ++x) image.set_rgb(rect.x + x, rect.y + y, v.mean[k++]);
+      for (int x = 0; x < rect.width; ++x, ++k)
+        if (tile.weights[k] > 0)
+          image.set_rgb(rect.x + x, rect.y + y, (tile.*sums)[k] * (1 / tile.weights[k]));
   }
   return image;
 }

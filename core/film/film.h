@@ -42,9 +42,10 @@ class Film {
   TileRect tile(int index) const;  // row by row from the top left
 
   // Adds what a pass of `samples` samples a pixel made of the tile: the sum of each pixel's, in
-  // rows. `counts`: how many each had; empty: all as many.
+  // rows. `counts`: how many each had; empty: all as many. `seen`: what of the sums lights and the
+  // environment showed of themselves; empty: nothing.
   void add(int index, std::span<const Rgb> sums, uint32_t samples,
-           std::span<const uint32_t> counts = {});
+           std::span<const uint32_t> counts = {}, std::span<const Rgb> seen = {});
 
   // What is there so far counts `keep` times as much, against what is added from here on.
   void fade(float keep);
@@ -66,6 +67,7 @@ class Film {
   // Tiles changed after `since`, at most `limit`. Following the cursor misses no change.
   Changes tiles_since(uint64_t since, int limit) const;
   Image develop() const;  // means; black where there is no sample yet
+  Image seen() const;     // the part of them that was seen directly
 
   // Of each pixel's luminance, as last estimated, in the channels of FilmNoise; zero but for the
   // first where a pixel has no samples.
@@ -84,7 +86,10 @@ class Film {
     uint32_t samples = 0;
     std::vector<Rgb> sums;       // empty until the first add
     std::vector<float> weights;  // parallel: of the samples in them
+    std::vector<Rgb> seen;       // parallel: sums too
   };
+  Image means(std::vector<Rgb> Tile::*sums) const;
+
   int width_, height_, tiles_x_;
   std::vector<Tile> tiles_;
   std::atomic<uint64_t> version_{0};

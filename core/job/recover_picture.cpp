@@ -1,5 +1,7 @@
 #include "core/job/recover_picture.h"
 
+#include <algorithm>
+
 #include "core/base/check.h"
 #include "core/recover/included_networks.h"
 #include "core/render/features.h"
@@ -7,6 +9,8 @@
 namespace qray {
 
 static_assert(kFeatureChannels == kFeatures);
+
+constexpr float kRaysCountFor = 4;  // samples, of what lights show of themselves
 
 Result<Recovery> included_recovery(const std::string& name) {
   if (name == "oidn") {
@@ -35,20 +39,33 @@ Result<RecoveryInput> recovery_input(const PreparedScene& scene, const RenderSet
     smooth.data()[i] = at[kRelativeError] / (1 + at[kRelativeError]);
     own.data()[i] = at[kOwnError];
   }
-  Result<Image> features = render_features(scene, settings, pool, std::move(stop));
-  if (!features.ok()) return features.error();
-  return RecoveryInput{std::move(features).value(), film.develop(), std::move(smooth),
-                       std::move(own)};
+  Result<FeaturePictures> rays = render_features(scene, settings, pool, std::move(stop));
+  if (!rays.ok()) return rays.error();
+  Image colour = film.develop(), shown = film.seen(), &emitted = rays.value().emitted;
+  for (size_t i = 0; i < shown.data().size(); ++i) {
+    float& seen = shown.data()[i];
+    colour.data()[i] = std::max(0.0f, colour.data()[i] - seen);
+    const float samples = noise->data()[kFilmNoiseChannels * (i / 3) + kSamples];
+    seen = (samples * seen + kRaysCountFor * emitted.data()[i]) / (samples + kRaysCountFor);
+  }
+  return RecoveryInput{std::move(rays.value().features), std::move(colour), std::move(smooth),
+                       std::move(own), std::move(shown)};
 }
 
 Result<Recovered> recover_picture(const PreparedScene& scene, const RenderSettings& settings,
                                   const Recovery& recovery, const Film& film, TaskPool& pool,
                                   std::stop_token stop) {
-  const Result<RecoveryInput> input = recovery_input(scene, settings, film, pool, std::move(stop));
+  Result<RecoveryInput> input = recovery_input(scene, settings, film, pool, std::move(stop));
   if (!input.ok()) return input.error();
   if (recovery.peer) {
-    Result<Image> picture =
-        recovery.peer->denoise(input.value().features, input.value().colour, pool.threads());
+    // It sees the whole picture, and what shines as white.
+    Image& features = input.value().features;
+    for (int y = 0; y < features.height(); ++y)
+      for (int x = 0; x < features.width(); ++x)
+        for (int c = 0; c < 3; ++c)
+          features.at(x, y, c) =
+              std::min(1.0f, features.at(x, y, c) + input.value().shown.at(x, y, c));
+    Result<Image> picture = recovery.peer->denoise(features, film.develop(), pool.threads());
     if (!picture.ok()) return picture.error();
     return Recovered{std::move(picture).value()};
   }

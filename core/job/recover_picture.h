@@ -26,7 +26,8 @@ Result<Recovery> included_recovery(const std::string& name);
 Status check_recovery(const Recovery& recovery, const RenderSettings& settings);
 
 // What is known of the film's picture: its colours and noise, and the features of all pixels.
-// kCanceled when stopped.
+// kCanceled when stopped. What the samples saw of lights directly is taken off the colours; what is
+// put back is known better, from rays of its own too.
 Result<RecoveryInput> recovery_input(const PreparedScene& scene, const RenderSettings& settings,
                                      const Film& film, TaskPool& pool, std::stop_token stop);
 

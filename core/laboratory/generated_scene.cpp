@@ -67,6 +67,7 @@ class RoomMaker {
   explicit RoomMaker(uint64_t seed) : n_(seed) {
     scene_.name = "generated " + std::to_string(seed);
     size_ = {n_.between(3, 8), n_.between(2.4f, 4), n_.between(3, 8)};
+    plain_ = n_.below(4) == 0;
     add_walls_and_light();
     const int things = 5 + n_.below(8);
     for (int i = 0; i < things; ++i) add_thing();
@@ -97,7 +98,7 @@ class RoomMaker {
   MaterialId any() {
     Material m;
     m.reflectance.value = n_.colour(0.05f, 0.9f);
-    switch (n_.below(8)) {
+    switch (plain_ ? 7 : n_.below(8)) {
       case 0:
       case 1:
         m.kind = MaterialKind::kPlastic;
@@ -186,14 +187,16 @@ class RoomMaker {
   void add_panel(float half) {
     const Vec3 at{n_.between(half, size_.x - half), size_.y - 0.02f,
                   n_.between(half, size_.z - half)};
-    const float power = n_.between(4, 30);
+    add_lamp(at, half, n_.between(4, 30));
+  }
+  void add_lamp(Vec3 at, float half, float power) {
     add_wall(lamp(n_.colour(0.5f, 1) * (power / (half * half))), at - Vec3{half, 0, half},
              {2 * half, 0, 0}, {0, 0, 2 * half}, nullptr);
   }
 
   void add_walls_and_light() {
-    const int light = n_.below(5);
-    const bool open = light == 4;
+    const int light = n_.below(6);
+    const bool open = light == 5;
     const Vec3 x{size_.x, 0, 0}, y{0, size_.y, 0}, z{0, 0, size_.z};
     struct Side {
       Vec3 origin, a, b;
@@ -226,10 +229,24 @@ class RoomMaker {
                  {0.6f, 0, 0}, nullptr);
         break;
       }
+      case 4:
+        add_light_through_a_gap(white);
+        break;
       default:
         add_sky();
         break;
     }
+  }
+
+  // A wall across the room, and all light behind it.
+  void add_light_through_a_gap(MaterialId white) {
+    const float at = n_.between(0.6f, 0.8f) * size_.z, gap = n_.between(0.05f, 0.6f);
+    const float wide = 0.5f * (size_.x - gap);
+    add_box(white, {wide, 0.5f * size_.y, at}, {wide, 0.5f * size_.y, 0.05f}, 0);
+    const float half = n_.between(0.1f, 0.25f);
+    const Vec3 lamp_at{n_.between(half, size_.x - half), size_.y - 0.02f,
+                       n_.between(at + half + 0.06f, size_.z - half)};
+    add_lamp(lamp_at, half, n_.between(40, 200));
   }
 
   void add_sky() {
@@ -287,6 +304,7 @@ class RoomMaker {
   Draws n_;
   Scene scene_;
   Vec3 size_;
+  bool plain_ = false;  // nothing shines or mirrors
 };
 
 }  // namespace

@@ -86,6 +86,15 @@ Status shoot(const PreparedScene& scene, const RenderSettings& settings, Guide* 
   return stats ? Status{} : stats.error();
 }
 
+// Without what lights show of themselves.
+Image reflected(const Film& film) {
+  Image picture = film.develop();
+  const Image seen = film.seen();
+  for (size_t i = 0; i < seen.data().size(); ++i)
+    picture.data()[i] = std::max(0.0f, picture.data()[i] - seen.data()[i]);
+  return picture;
+}
+
 }  // namespace
 
 std::vector<Camera> screenshot_cameras(const PreparedScene& scene, int count, int picture_height,
@@ -150,11 +159,9 @@ Result<std::vector<TrainingView>> take_screenshots(const PreparedScene& scene,
       Film film(settings.width, settings.height);
       if (Status s = shoot(scene, settings, guide.value().get(), film, pool, stop, clock); !s)
         return s.error();
-      halves.push_back(film.develop());
+      halves.push_back(reflected(film));
     }
-    RecoveryInput& known = input.value();
-    TrainingView view{std::move(known.features), std::move(known.colour), std::move(known.noise),
-                      halves[0], 0};
+    TrainingView view{std::move(input).value(), halves[0], 0};
     for (size_t i = 0; i < halves[0].data().size(); ++i)
       view.target.data()[i] = 0.5f * (halves[0].data()[i] + halves[1].data()[i]);
     // The mean lies as far from each half as it does, on average, from the truth.

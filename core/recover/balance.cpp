@@ -149,6 +149,11 @@ CellGrid factors_of(const Image& guess, const Image& samples, int step, TaskPool
   return std::move(levels.front());
 }
 
+bool is_as_it_should_be(const Cell& cell) {
+  return std::ranges::all_of(std::array{0, 1, 2},
+                             [&](int c) { return std::abs(cell.factor[c] - 1) <= kTouch; });
+}
+
 // Between the cells' centres.
 Rgb factor_at(const CellGrid& grid, int x, int y) {
   const auto place = [](int pixel, int count, int& first) {
@@ -233,6 +238,7 @@ Image wide_mean(const Image& samples, int step, TaskPool& pool) {
 Range range_of(const Image& samples, int step, TaskPool& pool) {
   Range range{extreme(samples, step, pool, [](float a, float b) { return std::min(a, b); }),
               extreme(samples, step, pool, [](float a, float b) { return std::max(a, b); })};
+  if (std::ranges::find(range.largest.data(), 0.0f) == range.largest.data().end()) return range;
   const Image mean = wide_mean(samples, step, pool);
   for (size_t i = 0; i < mean.data().size(); ++i)
     if (range.largest.data()[i] == 0) range.largest.data()[i] = mean.data()[i];
@@ -266,6 +272,7 @@ Recovered balanced(Image guess, const Image& samples, int step, TaskPool& pool) 
   const uint64_t held = hold(guess, range, pool);
   for (int round = 0; round < kBalanceRounds; ++round) {
     const CellGrid factors = factors_of(guess, samples, step, pool);
+    if (std::ranges::all_of(factors.cells, is_as_it_should_be)) break;
     pool.run(static_cast<size_t>(guess.height()), [&](size_t row, int) {
       const int y = static_cast<int>(row);
       for (int x = 0; x < guess.width(); ++x)

@@ -60,7 +60,8 @@ JointBilateral fitted_joint_bilateral(std::span<const TrainingView> views, TaskP
   const auto error_of = [&](const JointBilateral& filter) {
     double sum = 0;
     for (const TrainingView& view : views)
-      sum += relmse(joint_bilateral(filter, view.features, view.input, pool), view.target);
+      sum += relmse(joint_bilateral(filter, view.input.features, view.input.colour, pool),
+                    view.target);
     return sum;
   };
   JointBilateral best;

@@ -22,7 +22,7 @@ double cpu_seconds() {  // of all threads
 std::vector<double> errors_of(const Network& net, std::span<const TrainingView> views) {
   std::vector<double> errors;
   for (const TrainingView& view : views)
-    errors.push_back(net.hidden == 0 ? picture_error(bilinear_recovery(view.input), view)
+    errors.push_back(net.hidden == 0 ? picture_error(bilinear_recovery(view.input.colour), view)
                                      : recovery_error(net, view));
   return errors;
 }

@@ -3,7 +3,7 @@
 // (level 4). It never makes a colour itself.
 //
 //   input    of each block of 2 x 2 pixels: their colour / albedo in the picture's own exposure, as
-//            x / (1 + x), their noise and their features
+//            x / (1 + x), their noise, what they show of lights, and their features
 //   layers   1x1; then 3x3 at levels 1, 2, 3, 4 and back at 3, 2, 1, each on the mean of four
 //            cells, or on the coarser level beside its own (a sum); all of kPyramidChannels
 //   coarser  a cell's colour is a mean of its four, by a softmax of a logit of each
@@ -25,7 +25,10 @@ namespace qray {
 constexpr int kPyramidLevels = 5;
 constexpr int kPyramidSide = 1 << (kPyramidLevels - 1);  // pixels of the coarsest cells
 constexpr int kPyramidChannels = 32;
-constexpr int kPixelInputs = kColour + 1 + kFeatures;  // colour, noise, features
+// Colour; noise of the surroundings, and the pixel's own; what it shows of lights; features.
+constexpr int kPixelNoise = kColour, kPixelOwnNoise = kPixelNoise + 1,
+              kPixelShown = kPixelOwnNoise + 1, kPixelFeatures = kPixelShown + 1,
+              kPixelInputs = kPixelFeatures + kFeatures;
 constexpr int kPyramidInputs = kBlock * kPixelInputs;
 
 constexpr int kCoarseTaps = 4;

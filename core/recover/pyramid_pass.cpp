@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "core/base/check.h"
 #include "core/recover/convolve.h"
@@ -15,6 +16,8 @@ constexpr PyramidPart kDownParts[] = {kFirstLayer, kDown1, kDown2, kDown3, kDown
 constexpr PyramidPart kUpParts[] = {kFirstLayer, kUp1, kUp2, kUp3};
 constexpr PyramidPart kHeadParts[] = {kHead0, kHead1, kHead2, kHead3, kHead4};
 constexpr int kRowsAtOnce = 4;
+constexpr float kLeastLight = 1e-3f;
+constexpr float kUnknown = std::numeric_limits<float>::infinity();
 
 // Calls body(y) for rows [0, height), some after another by the same thread.
 template <typename Body>
@@ -140,8 +143,10 @@ struct PyramidPass::Expanded {
 };
 
 void PyramidPass::pack(const PyramidInput& input, TaskPool* pool) {
-  const int width = input.colour.width(), height = input.colour.height();
+  const RecoveryInput& pictures = input.pictures;
+  const int width = pictures.colour.width(), height = pictures.colour.height();
   width_ = width, height_ = height;
+  const bool shows = !pictures.shown.empty(), knows_own = !pictures.own_error.empty();
   const auto whole = [](int n) { return (n + kPyramidSide - 1) / kPyramidSide * kPyramidSide; };
   for (int l = 0; l < kPyramidLevels; ++l) {
     Level& level = levels_[l];
@@ -158,18 +163,23 @@ void PyramidPass::pack(const PyramidInput& input, TaskPool* pool) {
     for (int x = 0; x < fine.width; ++x) {
       const int px = std::min(x, width - 1);
       const float* f =
-          &input.features.data()[(static_cast<size_t>(py) * static_cast<size_t>(width) +
-                                  static_cast<size_t>(px)) *
-                                 kFeatures];
+          &pictures.features.data()[(static_cast<size_t>(py) * static_cast<size_t>(width) +
+                                     static_cast<size_t>(px)) *
+                                    kFeatures];
       float* in = input_.at(y / 2, x / 2) + (2 * (y % 2) + x % 2) * kPixelInputs;
       for (int c = 0; c < kColour; ++c) {
-        const float light = input.colour.at(px, py, c) / (f[c] + kAlbedoFloor);
+        const float light = pictures.colour.at(px, py, c) / (f[c] + kAlbedoFloor);
         fine.colour.at(c, y)[x] = light;
         in[c] = light * input.exposure / (1 + light * input.exposure);
       }
-      in[kColour] = input.noise.at(px, py, 0);
+      in[kPixelNoise] = pictures.noise.at(px, py, 0);
+      const float own = knows_own ? pictures.own_error.at(px, py, 0) : kUnknown;
+      const float light = luminance(pictures.colour.rgb(px, py)) + kLeastLight;
+      in[kPixelOwnNoise] = std::isfinite(own) ? own / (own + light) : 1;
+      const float shown = shows ? luminance(pictures.shown.rgb(px, py)) : 0;
+      in[kPixelShown] = shown / (1 + shown);
       for (int k = 0; k < kFeatures; ++k) {
-        in[kColour + 1 + k] = f[k];
+        in[kPixelFeatures + k] = f[k];
         fine.features.at(k, y)[x] = f[k];
       }
     }
@@ -300,7 +310,7 @@ void PyramidPass::filter(std::span<const float> values, int l, bool learns, Task
 
 Image PyramidPass::forward(std::span<const float> values, const PyramidInput& input, TaskPool* pool,
                            bool learns) {
-  QRAY_CHECK(values.size() == pyramid_size() && input.features.channels() == kFeatures);
+  QRAY_CHECK(values.size() == pyramid_size() && input.pictures.features.channels() == kFeatures);
   pack(input, pool);
   run_network(values, pool);
   for (int l = 1; l < kPyramidLevels; ++l) coarsen(l, pool);
@@ -319,7 +329,7 @@ Image PyramidPass::recover(std::span<const float> values, const PyramidInput& in
   for_rows(pool, height_, [&](int y) {
     for (int x = 0; x < width_; ++x)
       for (int c = 0; c < kColour; ++c)
-        picture.at(x, y, c) *= input.features.at(x, y, c) + kAlbedoFloor;
+        picture.at(x, y, c) *= input.pictures.features.at(x, y, c) + kAlbedoFloor;
   });
   return picture;
 }

@@ -11,6 +11,7 @@
 #include "core/image/image.h"
 #include "core/recover/fast_recovery.h"
 #include "core/recover/pyramid_rows.h"
+#include "core/recover/recovery_input.h"
 
 namespace qray {
 
@@ -18,12 +19,9 @@ namespace qray {
 // squares of 16 x 16 pixels. 1 where all is black.
 float exposure_of(const Image& colour);
 
-// Images of one size. noise: as tile_of() takes it (training_view.h).
 struct PyramidInput {
-  const Image& features;
-  const Image& colour;
-  const Image& noise;
-  float exposure;  // exposure_of() the whole picture
+  const RecoveryInput& pictures;
+  float exposure;  // exposure_of() the whole picture's colour
 };
 
 class PyramidPass {

@@ -32,8 +32,7 @@ Image guess(const Network& net, const RecoveryInput& input, TaskPool& pool) {
 
 Image pyramid_guess(std::span<const float> values, const RecoveryInput& input, TaskPool& pool) {
   PyramidPass pass;
-  return pass.recover(
-      values, {input.features, input.colour, input.noise, exposure_of(input.colour)}, &pool);
+  return pass.recover(values, {input, exposure_of(input.colour)}, &pool);
 }
 
 // Of all pixels: the mean of what each of the four of the blocks makes of the picture.
@@ -52,19 +51,26 @@ Image mean_of_guesses(const Network& net, const RecoveryInput& input, TaskPool& 
   return mean;
 }
 
+Recovered with_lights(Recovered recovered, const RecoveryInput& input) {
+  for (size_t i = 0; i < input.shown.data().size(); ++i)
+    recovered.picture.data()[i] += input.shown.data()[i];
+  return recovered;
+}
+
 }  // namespace
 
 Recovered recover_quarter(const Network& net, const RecoveryInput& input, TaskPool& pool) {
   Image picture = guess(net, input, pool);
-  if (net.hidden == 0) return {std::move(picture)};
-  return balanced(std::move(picture), input.colour, 2, pool);
+  if (net.hidden == 0) return with_lights({std::move(picture)}, input);
+  return with_lights(balanced(std::move(picture), input.colour, 2, pool), input);
 }
 
 Recovered recover_all(const Network& net, const RecoveryInput& input, TaskPool& pool) {
   const Image guessed = net.pyramid.empty() ? mean_of_guesses(net, input, pool)
                                             : pyramid_guess(net.pyramid, input, pool);
-  return balanced(shrink_towards(guessed, input.colour, input.own_error, pool), input.colour, 1,
-                  pool);
+  return with_lights(
+      balanced(shrink_towards(guessed, input.colour, input.own_error, pool), input.colour, 1, pool),
+      input);
 }
 
 }  // namespace qray

@@ -5,16 +5,9 @@
 #include "core/base/task_pool.h"
 #include "core/recover/balance.h"
 #include "core/recover/network.h"
+#include "core/recover/recovery_input.h"
 
 namespace qray {
-
-// A picture's guides beside its light; images of one size.
-struct RecoveryInput {
-  Image features;     // kFeatures channels, every pixel
-  Image colour;       // linear, where it is known
-  Image noise;        // one channel, there: r / (1 + r), r the standard error over the mean
-  Image own_error{};  // one channel: of the luminance, by two halves of a pixel's samples
-};
 
 // From the first pixel of each 2 x 2 block. Even sides. Balanced with the samples (balance.h), but
 // where there is no network.

@@ -11,9 +11,11 @@ constexpr float kLeastGuess = 1e-3f;  // luminance: differences are relative to 
 // Squares over the guess': summed over a column of the window, or the whole.
 struct Squares {
   float distance = 0, noise = 0;
+  float largest = 0;  // of one pixel, of its distance over its noise
   void operator+=(Squares s) {
     distance += s.distance;
     noise += s.noise;
+    largest = std::max(largest, s.largest);
   }
 };
 
@@ -31,8 +33,9 @@ Image shrink_towards(const Image& guess, const Image& samples, const Image& own_
     for (int x = 0; x < width; ++x) {
       const float g = luminance(guess.rgb(x, y));
       const float scale = 1 / (sqr(g) + sqr(kLeastGuess));
-      at(x, y) = {sqr(luminance(samples.rgb(x, y)) - g) * scale,
-                  sqr(own_error.at(x, y, 0)) * scale};
+      const float distance = sqr(luminance(samples.rgb(x, y)) - g) * scale,
+                  noise = sqr(own_error.at(x, y, 0)) * scale;
+      at(x, y) = {distance, noise, distance - noise};
     }
   });
   Image out(width, height, 3);
@@ -47,7 +50,11 @@ Image shrink_towards(const Image& guess, const Image& samples, const Image& own_
       Squares sum;
       for (int i = left; i < right; ++i) sum += columns[static_cast<size_t>(i)];
       const float over = 1 / static_cast<float>((bottom - top) * (right - left));
-      const float noise = sum.noise * over, prior = sum.distance * over - noise;
+      // One pixel alone is no evidence: bright samples may be in both of its halves.
+      const float largest = std::max(sum.largest, 0.0f);
+      const float others = sum.distance - sum.noise - largest;
+      const float noise = sum.noise * over;
+      const float prior = others > 0 ? (others + std::min(largest, others)) * over : 0.0f;
       // A pixel with more noise than its neighbours, such as a firefly, counts its own.
       const float share = prior > 0 ? prior / (prior + std::max(noise, at(x, y).noise)) : 0.0f;
       out.set_rgb(x, y, lerp(share, guess.rgb(x, y), samples.rgb(x, y)));

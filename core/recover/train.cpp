@@ -41,7 +41,7 @@ Choice choose(uint64_t seed, int step, int tile, int blocks, std::span<const Tra
     return static_cast<int>(bits >> 33) % n;
   };
   Choice c{static_cast<size_t>(below(static_cast<int>(views.size()))), 0, 0, {}};
-  const int room = std::max(1, views[c.view].features.width() / 2 - blocks + 1);
+  const int room = std::max(1, views[c.view].input.features.width() / 2 - blocks + 1);
   c.y = below(room), c.x = below(room);
   const int flip = below(8);
   c.flip = {(flip & 1) != 0, (flip & 2) != 0, (flip & 4) != 0};
@@ -88,8 +88,8 @@ class BlockPupil final : public Pupil {
   }
   double run(size_t i, Values, const TrainingView& view, const Choice& c, Loss kind,
              std::span<float> gradient) override {
-    const BlockTile tile =
-        tile_of(view.features, view.input, view.noise, c.y, c.x, kTileBlocks, kTileBlocks, c.flip);
+    const BlockTile tile = tile_of(view.input.features, view.input.colour, view.input.noise, c.y,
+                                   c.x, kTileBlocks, kTileBlocks, c.flip);
     const std::vector<float> target = target_of(view, c.y, c.x, kTileBlocks, kTileBlocks, c.flip);
     std::vector<float> d_result;
     const double loss =
@@ -125,19 +125,20 @@ class PyramidPupil final : public Pupil {
       const int side = std::min(2 * kPyramidTileBlocks, image.width());
       return turned(image, 2 * c.y, 2 * c.x, side, side, c.flip);
     };
-    const Image features = part(view.features);
+    const RecoveryInput input{part(view.input.features), part(view.input.colour),
+                              part(view.input.noise), part(view.input.own_error),
+                              part(view.input.shown)};
     Image target = part(view.target);
     // Errors count as they are seen in a picture of usual brightness.
-    const float exposure = exposure_of(view.input);
+    const float exposure = exposure_of(view.input.colour);
     std::vector<float> albedo;
     albedo.reserve(target.data().size());
-    for (int y = 0; y < features.height(); ++y)
-      for (int x = 0; x < features.width(); ++x)
+    for (int y = 0; y < target.height(); ++y)
+      for (int x = 0; x < target.width(); ++x)
         for (int k = 0; k < kColour; ++k)
-          albedo.push_back(exposure * (features.at(x, y, k) + kAlbedoFloor));
+          albedo.push_back(exposure * (input.features.at(x, y, k) + kAlbedoFloor));
     for (float& v : target.data()) v *= exposure;
-    const Image result = passes_[i].forward(
-        values, {features, part(view.input), part(view.noise), exposure}, nullptr, true);
+    const Image result = passes_[i].forward(values, {input, exposure}, nullptr, true);
     std::vector<float> d_result;
     const double loss = loss_of(kind, result.data(), albedo, target.data(), d_result);
     of_logarithm(d_result, loss);
@@ -273,8 +274,9 @@ double picture_error(const Image& picture, const TrainingView& view) {
 }
 
 double recovery_error(const Network& net, const TrainingView& view) {
-  const int height = view.features.height() / 2, width = view.features.width() / 2;
-  const BlockTile tile = tile_of(view.features, view.input, view.noise, 0, 0, height, width);
+  const int height = view.input.features.height() / 2, width = view.input.features.width() / 2;
+  const BlockTile tile =
+      tile_of(view.input.features, view.input.colour, view.input.noise, 0, 0, height, width);
   const std::vector<float> target = target_of(view, 0, 0, height, width, {});
   TilePass pass;
   const std::span<const float> result = pass.forward(net, tile);
@@ -289,8 +291,7 @@ double recovery_error(const Network& net, const TrainingView& view) {
 
 double pyramid_error(std::span<const float> values, const TrainingView& view) {
   PyramidPass pass;
-  const Image picture = pass.recover(
-      values, {view.features, view.input, view.noise, exposure_of(view.input)}, nullptr);
+  const Image picture = pass.recover(values, {view.input, exposure_of(view.input.colour)}, nullptr);
   return picture_error(picture, view);
 }
 

@@ -4,14 +4,13 @@
 
 #include "core/image/image.h"
 #include "core/recover/block_tile.h"
+#include "core/recover/recovery_input.h"
 
 namespace qray {
 
 struct TrainingView {
-  Image features;            // kFeatures channels
-  Image input;               // linear colour; every pixel, so that any may be the known one
-  Image noise;               // of the input: 1 channel, see tile_of()
-  Image target;              // linear colour
+  RecoveryInput input;       // of every pixel, so that any may be the known one
+  Image target;              // linear colour, without what lights show of themselves
   double target_relmse = 0;  // of the target itself, about: what the truth's error against it is
 };
 

@@ -15,7 +15,7 @@ namespace qray {
 // Of files with a pyramid; the others are of version 1.
 constexpr uint32_t kWeightsFormatVersion = 2;
 // Counts up when what a feature or an input means, or the network's shape, changes.
-constexpr uint32_t kFeatureLayout = 1;
+constexpr uint32_t kFeatureLayout = 2;
 
 constexpr uint64_t kMaxWeightsBytes = 1 << 20;
 

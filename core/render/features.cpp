@@ -28,6 +28,22 @@ Rgb emitted_at(const PreparedScene& scene, const MeshShading& mesh, const Surfac
                                   : mesh.material->emission.value;
 }
 
+// Of four rays within a pixel, rows and columns of their own.
+struct EdgeRay {
+  float x, y;
+};
+constexpr EdgeRay kEdgeRays[] = {
+    {0.125f, 0.625f}, {0.375f, 0.125f}, {0.625f, 0.875f}, {0.875f, 0.375f}};
+constexpr float kLeastCosine = 0.9f, kMostDepthStep = 0.1f;  // of one surface from pixel to pixel
+
+bool differ(const Seen& a, const Seen& b) {
+  const auto& f = a.features;
+  const auto& g = b.features;
+  return a.surface != b.surface ||
+         f[3] * g[3] + f[4] * g[4] + f[5] * g[5] < kLeastCosine * (f[7] < kNoSurface) ||
+         std::abs(f[6] - g[6]) > kMostDepthStep * std::min(f[6], g[6]);
+}
+
 }  // namespace
 
 Seen see(const PreparedScene& scene, Ray ray, float diagonal, PixelCone pixel) {
@@ -36,8 +52,9 @@ Seen see(const PreparedScene& scene, Ray ray, float diagonal, PixelCone pixel) {
   for (int mirrors = 0; mirrors <= kMostMirrors; ++mirrors) {
     Hit hit;
     if (!scene.accel->intersect(ray, hit)) {
-      if (mirrors == 0 && scene.lights.has_environment())
-        emitted = scene.lights.environment_radiance(ray.d);
+      if (mirrors > 0) break;
+      tint = Rgb{};
+      if (scene.lights.has_environment()) emitted = scene.lights.environment_radiance(ray.d);
       break;
     }
     const SurfacePoint at = scene.surface_at(ray, hit, pixel.at(length + hit.t));
@@ -60,8 +77,9 @@ Seen see(const PreparedScene& scene, Ray ray, float diagonal, PixelCone pixel) {
       continue;
     }
     Rgb albedo = material.bsdf->albedo(bsdf_at);
+    // What is seen to shine directly is taken off before recovery; in a mirror it is not.
     for (int c = 0; c < 3; ++c)
-      albedo[c] = tint[c] * std::max(albedo[c], std::min(shines[c], 1.0f));
+      albedo[c] = tint[c] * std::max(albedo[c], mirrors == 0 ? 0.0f : std::min(shines[c], 1.0f));
     const Vec3 n = wo.z < 0 ? -at.ns : at.ns;
     return {{albedo.r, albedo.g, albedo.b, n.x, n.y, n.z, length / diagonal,
              kind_of(material.kind, mesh.emits, mirrors > 0)},
@@ -75,25 +93,54 @@ Seen see(const PreparedScene& scene, Ray ray, float diagonal, PixelCone pixel) {
   return nothing;
 }
 
-Result<Image> render_features(const PreparedScene& scene, const RenderSettings& settings,
-                              TaskPool& pool, std::stop_token stop) {
+Result<FeaturePictures> render_features(const PreparedScene& scene, const RenderSettings& settings,
+                                        TaskPool& pool, std::stop_token stop) {
   const CameraRays camera(settings.camera.value_or(scene.scene.camera), settings.width,
                           settings.height);
   const float diagonal = std::max(length(scene.bounds.hi - scene.bounds.lo), 1e-30f);
-  Image image(settings.width, settings.height, kFeatureChannels);
-  pool.run(static_cast<size_t>(settings.height), [&](size_t row, int) {
-    const int y = static_cast<int>(row);
+  const int width = settings.width, height = settings.height;
+  const auto look = [&](float x, float y, Vec2 lens) {
+    return see(scene, camera.ray({x, y}, lens), diagonal, camera.cone());
+  };
+  std::vector<Seen> centres(static_cast<size_t>(width) * static_cast<size_t>(height));
+  const auto centre = [&](int x, int y) -> Seen& {
+    return centres[static_cast<size_t>(y) * static_cast<size_t>(width) + static_cast<size_t>(x)];
+  };
+  pool.run(static_cast<size_t>(height), [&](size_t row, int) {
     if (stop.stop_requested()) return;
-    for (int x = 0; x < settings.width; ++x) {
-      const Ray ray =
-          camera.ray({static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f}, {0.5f, 0.5f});
-      const Seen seen = see(scene, ray, diagonal, camera.cone());
+    const int y = static_cast<int>(row);
+    for (int x = 0; x < width; ++x)
+      centre(x, y) = look(static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f, {0.5f, 0.5f});
+  });
+  FeaturePictures pictures{Image(width, height, kFeatureChannels), Image(width, height, 3)};
+  pool.run(static_cast<size_t>(height), [&](size_t row, int) {
+    if (stop.stop_requested()) return;
+    const int y = static_cast<int>(row);
+    for (int x = 0; x < width; ++x) {
+      Seen seen = centre(x, y);
+      const bool edge = (x > 0 && differ(seen, centre(x - 1, y))) ||
+                        (y > 0 && differ(seen, centre(x, y - 1))) ||
+                        (x + 1 < width && differ(seen, centre(x + 1, y))) ||
+                        (y + 1 < height && differ(seen, centre(x, y + 1)));
+      if (edge || camera.has_lens()) {
+        seen.features = {};
+        seen.emitted = {};
+        for (const EdgeRay& r : kEdgeRays) {
+          const Seen part =
+              look(static_cast<float>(x) + r.x, static_cast<float>(y) + r.y, {r.y, r.x});
+          constexpr float kShare = 1.0f / std::size(kEdgeRays);
+          for (size_t k = 0; k < kFeatureChannels; ++k)
+            seen.features[k] += kShare * part.features[k];
+          seen.emitted += part.emitted * kShare;
+        }
+      }
       for (int k = 0; k < kFeatureChannels; ++k)
-        image.at(x, y, k) = seen.features[static_cast<size_t>(k)];
+        pictures.features.at(x, y, k) = seen.features[static_cast<size_t>(k)];
+      pictures.emitted.set_rgb(x, y, seen.emitted);
     }
   });
   if (stop.stop_requested()) return Error{ErrorCode::kCanceled, "canceled", ""};
-  return image;
+  return pictures;
 }
 
 }  // namespace qray

@@ -63,7 +63,7 @@ void PathTracer::sample(const Ray& ray, Sampler& sampler, GuideDelta* learn, flo
   const uint64_t rays_before = counters_.rays;
   const CycleScope scope(timed_, counters_.timed_total);
   learner_.begin(learn, guide_expects_ ? pixel.saved : nullptr);  // others are not judged
-  const Rgb radiance = walk(ray, sampler, pixel_deviation, pixel.radiance);
+  const Rgb radiance = walk(ray, sampler, pixel_deviation, pixel);
   learner_.end();
   if (guided) {
     ++counters_.guided_paths;
@@ -77,7 +77,7 @@ void PathTracer::sample(const Ray& ray, Sampler& sampler, GuideDelta* learn, flo
   if (shadow_rays_.enough()) flush();
 }
 
-Rgb PathTracer::walk(const Ray& ray, Sampler& sampler, float pixel_deviation, Rgb& pixel) {
+Rgb PathTracer::walk(const Ray& ray, Sampler& sampler, float pixel_deviation, PixelTarget pixel) {
   if (lights_.empty()) return {};  // black, whatever the path
   PathState path{.ray = ray,
                  .spread = pixel_.angle,
@@ -91,6 +91,7 @@ Rgb PathTracer::walk(const Ray& ray, Sampler& sampler, float pixel_deviation, Rg
     Hit hit;
     if (!intersect(path.ray, hit)) {
       add_environment(path);
+      if (path.depth == 1 && pixel.seen) *pixel.seen += path.radiance;
       break;
     }
     if (textured_) path.width += path.spread * hit.t;
@@ -101,6 +102,7 @@ Rgb PathTracer::walk(const Ray& ray, Sampler& sampler, float pixel_deviation, Rg
 
     // 2. Light that the surface emits.
     add_emission(path, hit, surface, cos_geometric);
+    if (path.depth == 1 && pixel.seen) *pixel.seen += path.radiance;
     if (path.depth >= settings_.max_depth) break;
 
     // 3. What the surface is made of, and what the guide knows about it.
@@ -110,7 +112,7 @@ Rgb PathTracer::walk(const Ray& ray, Sampler& sampler, float pixel_deviation, Rg
     ask_guide(path, v, cos_geometric > 0);
 
     // 4. Light straight from a light.
-    if (!add_direct_light(path, v, u.u_light, u.u_light_point, pixel)) break;
+    if (!add_direct_light(path, v, u.u_light, u.u_light_point, pixel.radiance)) break;
 
     // 5. Russian roulette.
     if (!survive(path, v, u.u_roulette)) break;

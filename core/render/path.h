@@ -72,7 +72,7 @@ class PathTracer {
     Rgb control;
   };
   // The steps of walk(). Those that return false end the path.
-  Rgb walk(const Ray& ray, Sampler& sampler, float pixel_deviation, Rgb& pixel);
+  Rgb walk(const Ray& ray, Sampler& sampler, float pixel_deviation, PixelTarget pixel);
   bool intersect(const Ray& ray, Hit& hit);
   void add_environment(PathState& path);
   void absorb(PathState& path, float distance);

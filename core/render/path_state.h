@@ -56,6 +56,9 @@ struct PixelTarget {
   // The sum of what guiding saved each of them, of the second moment of its luminance; null: not
   // wanted (guide_savings.h).
   double* saved = nullptr;
+  // The sum of what of their radiance lights and the environment showed of themselves to the
+  // camera; null: not wanted.
+  Rgb* seen = nullptr;
 };
 
 // A direction that a path takes on.

@@ -107,7 +107,7 @@ bool Renderer::sample_unit(size_t unit, RenderWorker& worker, const std::stop_to
   if (measures_) add_noise(round, samples);
   // A tile counts the samples of a pass once.
   film_.add(tile, samples.sums(), static_cast<uint32_t>(round == 0 ? pass_.samples : 0),
-            samples.counts());
+            samples.counts(), samples.seen());
   if (mode_.on_samples) mode_.on_samples(samples);
   if (learned) updates_.finish(unit, std::move(learned));
   return true;

@@ -25,6 +25,7 @@ class TileSamples {
     quarters_.assign(pixels, {});
     counts_.assign(pixels, 0);
     saved_.assign(pixels, 0);
+    seen_.assign(pixels, {});
   }
   const TileRect& rect() const { return rect_; }
 
@@ -32,7 +33,8 @@ class TileSamples {
   // `count` from number `first` on; stays until start().
   PixelTarget target(int x, int y, uint32_t first, uint32_t count, uint32_t number) {
     const bool later = number - first >= even_count(first, count);
-    return {quarters_[index(x, y)][2 * later + (number & 1)], &saved_[index(x, y)]};
+    return {quarters_[index(x, y)][2 * later + (number & 1)], &saved_[index(x, y)],
+            &seen_[index(x, y)]};
   }
   // How many of them have even numbers; as many are earlier ones.
   static uint32_t even_count(uint32_t first, uint32_t count) {
@@ -54,6 +56,7 @@ class TileSamples {
     return sums_;
   }
   std::span<const uint32_t> counts() const { return counts_; }
+  std::span<const Rgb> seen() const { return seen_; }  // of each pixel's sum, PixelTarget::seen
 
  private:
   using Quarters = std::array<Rgb, 4>;  // earlier even, earlier odd, later even, later odd
@@ -65,7 +68,7 @@ class TileSamples {
 
   TileRect rect_;
   std::vector<Quarters> quarters_;
-  std::vector<Rgb> sums_;
+  std::vector<Rgb> sums_, seen_;
   std::vector<uint32_t> counts_;
   std::vector<double> saved_;
 };

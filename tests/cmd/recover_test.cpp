@@ -63,7 +63,7 @@ TEST_F(RecoverCommand, WhatIsTrainedServesARender) {
   EXPECT_NE(done.err.find("recover"), std::string::npos) << "it says that this is no measurement";
 }
 
-TEST_F(RecoverCommand, TheDefaultNetworkIsFarBetterThanBilinear) {
+TEST_F(RecoverCommand, TheDefaultNetworkIsBetterThanBilinear) {
   ASSERT_EQ(render("truth.exr", {"--spp", "512"}).code, cmd::kExitOk);
   const auto error = [&](const char* network) {
     const Outcome done =
@@ -72,7 +72,8 @@ TEST_F(RecoverCommand, TheDefaultNetworkIsFarBetterThanBilinear) {
     EXPECT_EQ(stats()["recovery"], network);
     return relmse(picture("r.exr"), picture("truth.exr"));
   };
-  EXPECT_LT(error("default"), 0.2 * error("bilinear"));
+  // Lamps, which bilinear interpolation blurs worst, are kept apart from both.
+  EXPECT_LT(error("default"), 0.7 * error("bilinear"));
 }
 
 TEST_F(RecoverCommand, AllPixelsGoOnGettingBetterWithSamples) {

@@ -43,6 +43,17 @@ TEST(Film, WhatWasThereCountsAsMuchAsItIsWorth) {
   EXPECT_EQ(film.tiles_since(version, 9).tiles[0].samples, 7u);
 }
 
+TEST(Film, WhatWasSeenDirectlyIsAPartOfTheSums) {
+  Film film(70, 3);
+  film.add(0, flat(film.tile(0), 8.0f), 4, {}, flat(film.tile(0), 4.0f));
+  film.fade(0.25f);
+  film.add(0, flat(film.tile(0), 18.0f), 3, {}, flat(film.tile(0), 9.0f));
+  film.add(1, flat(film.tile(1), 18.0f), 3);
+  EXPECT_FLOAT_EQ(film.develop().at(9, 2, 1), 5.0f);
+  EXPECT_FLOAT_EQ(film.seen().at(9, 2, 1), 2.5f);
+  EXPECT_FLOAT_EQ(film.seen().at(69, 2, 1), 0) << "nothing, where none is told";
+}
+
 TEST(Film, PixelsMayHaveSamplesMoreOrLessOrNone) {
   Film film(4, 1);
   const std::vector<Rgb> sums{Rgb{6.0f}, Rgb{}, Rgb{8.0f}, Rgb{}};

@@ -4,7 +4,9 @@
 
 #include <algorithm>
 
+#include "core/laboratory/views_file.h"
 #include "tests/support/render.h"
+#include "tests/support/scratch.h"
 
 namespace qray {
 namespace {
@@ -48,21 +50,41 @@ TEST(Screenshots, InputsAndTargetsAreOtherRandomNumbersOfOneView) {
   const std::vector<TrainingView> views = views_of(*scene, 3, 2);
   ASSERT_EQ(views.size(), 3u);
   for (const TrainingView& v : views) {
-    EXPECT_EQ(v.input.width(), kScreenshotSide);
-    EXPECT_FALSE(same(v.input, v.target));
-    EXPECT_LT(relmse(v.input, v.target), 100);
+    EXPECT_EQ(v.input.colour.width(), kScreenshotSide);
+    EXPECT_FALSE(same(v.input.colour, v.target));
+    EXPECT_LT(relmse(v.input.colour, v.target), 100);
     EXPECT_GT(v.target_relmse, 0);
-    EXPECT_LT(v.target_relmse, relmse(v.input, v.target) + 1);
+    EXPECT_LT(v.target_relmse, relmse(v.input.colour, v.target) + 1);
   }
-  EXPECT_FALSE(same(views[0].features, views[1].features));
+  EXPECT_FALSE(same(views[0].input.features, views[1].input.features));
+}
+
+TEST(Screenshots, AreKeptInAFileForTheNextTraining) {
+  const auto scene = test::included_scene("cornell-box");
+  const std::vector<TrainingView> views = views_of(*scene, 2, 2);
+  const test::ScratchFolder folder;
+  const std::filesystem::path path = folder / "some.views";
+  EXPECT_EQ(read_views(path).error().code, ErrorCode::kNotFound);
+  ASSERT_TRUE(write_views(path, views).ok());
+  const Result<std::vector<TrainingView>> read = read_views(path);
+  ASSERT_TRUE(read.ok()) << read.error().text();
+  ASSERT_EQ(read.value().size(), views.size());
+  for (size_t i = 0; i < views.size(); ++i) {
+    EXPECT_TRUE(same(read.value()[i].target, views[i].target));
+    EXPECT_TRUE(same(read.value()[i].input.shown, views[i].input.shown));
+    EXPECT_TRUE(same(read.value()[i].input.own_error, views[i].input.own_error));
+    EXPECT_EQ(read.value()[i].target_relmse, views[i].target_relmse);
+  }
+  std::filesystem::resize_file(path, std::filesystem::file_size(path) - 1);
+  EXPECT_EQ(read_views(path).error().code, ErrorCode::kCorrupt);
 }
 
 TEST(Screenshots, AreTheSameForAnyNumberOfThreads) {
   const auto scene = test::included_scene("cornell-box");
   const std::vector<TrainingView> one = views_of(*scene, 2, 1), three = views_of(*scene, 2, 3);
   for (size_t i = 0; i < 2; ++i) {
-    EXPECT_TRUE(same(one[i].input, three[i].input));
-    EXPECT_TRUE(same(one[i].noise, three[i].noise));
+    EXPECT_TRUE(same(one[i].input.colour, three[i].input.colour));
+    EXPECT_TRUE(same(one[i].input.noise, three[i].input.noise));
     EXPECT_TRUE(same(one[i].target, three[i].target));
   }
 }

@@ -12,16 +12,18 @@ namespace qray {
 namespace {
 
 struct PyramidPictures {
-  Image features, colour, noise;
+  RecoveryInput pictures;
   PyramidPictures(int width, int height, uint64_t seed)
-      : features(width, height, kFeatures), colour(width, height, 3), noise(width, height, 1) {
+      : pictures{Image(width, height, kFeatures), Image(width, height, 3), Image(width, height, 1),
+                 Image(width, height, 1), Image(width, height, 3)} {
     test::Random random(seed);
-    for (Image* image : {&features, &colour, &noise})
+    for (Image* image : {&pictures.features, &pictures.colour, &pictures.noise, &pictures.own_error,
+                         &pictures.shown})
       for (float& v : image->data()) v = random.next();
     // Features as near to one another as neighbours' are.
-    for (float& v : features.data()) v = 0.5f + 0.05f * v;
+    for (float& v : pictures.features.data()) v = 0.5f + 0.05f * v;
   }
-  PyramidInput input() const { return {features, colour, noise, 1}; }
+  PyramidInput input() const { return {pictures, 1}; }
 };
 
 std::vector<float> shaken(uint64_t seed) {
@@ -88,7 +90,8 @@ TEST(PyramidPass, InventsNothing) {
     float low = 1e30f, high = 0;
     for (int y = 0; y < result.height(); ++y)
       for (int x = 0; x < result.width(); ++x) {
-        const float light = p.colour.at(x, y, c) / (p.features.at(x, y, c) + kAlbedoFloor);
+        const float light =
+            p.pictures.colour.at(x, y, c) / (p.pictures.features.at(x, y, c) + kAlbedoFloor);
         low = std::min(low, light), high = std::max(high, light);
       }
     for (int y = 0; y < result.height(); ++y)
@@ -106,9 +109,9 @@ TEST(PyramidPass, UntrainedItKeepsAnEdgeOfTheFeatures) {
     for (int x = 0; x < 48; ++x)
       for (int k = 0; k < kFeatures; ++k) {
         const bool left = x < edge;
-        p.features.at(x, y, k) =
+        p.pictures.features.at(x, y, k) =
             k >= kFeatureNormal && k < kFeatureDepth ? (k == kFeatureNormal) == left : 0.5f;
-        if (k < 3) p.colour.at(x, y, k) = left ? 0.5f + kAlbedoFloor : 0;
+        if (k < 3) p.pictures.colour.at(x, y, k) = left ? 0.5f + kAlbedoFloor : 0;
       }
   PyramidPass pass;
   const Image result = pass.forward(untrained_pyramid(1), p.input(), nullptr, false);

@@ -20,20 +20,20 @@ constexpr int kRecoverSide = 64;  // pixels
 // A floor and a wall of two albedos under an even light, and noise.
 TrainingView corner(float noise, uint64_t seed) {
   test::Random random(seed);
-  TrainingView view{Image(kRecoverSide, kRecoverSide, kFeatures),
-                    Image(kRecoverSide, kRecoverSide, 3), Image(kRecoverSide, kRecoverSide, 1),
+  TrainingView view{{Image(kRecoverSide, kRecoverSide, kFeatures),
+                     Image(kRecoverSide, kRecoverSide, 3), Image(kRecoverSide, kRecoverSide, 1)},
                     Image(kRecoverSide, kRecoverSide, 3)};
   for (int y = 0; y < kRecoverSide; ++y)
     for (int x = 0; x < kRecoverSide; ++x) {
       const bool wall = 3 * y + x < 2 * kRecoverSide;
       const float albedo = (x / 6 + y / 6) % 2 ? 0.7f : 0.3f, light = wall ? 2.0f : 0.5f;
-      for (int k = 0; k < 3; ++k) view.features.at(x, y, k) = albedo;
-      view.features.at(x, y, kFeatureNormal + (wall ? 0 : 1)) = 1;
-      view.features.at(x, y, kFeatureDepth) = 1;
-      view.noise.at(x, y, 0) = noise / (1 + noise);
+      for (int k = 0; k < 3; ++k) view.input.features.at(x, y, k) = albedo;
+      view.input.features.at(x, y, kFeatureNormal + (wall ? 0 : 1)) = 1;
+      view.input.features.at(x, y, kFeatureDepth) = 1;
+      view.input.noise.at(x, y, 0) = noise / (1 + noise);
       for (int c = 0; c < 3; ++c) {
         view.target.at(x, y, c) = albedo * light;
-        view.input.at(x, y, c) = albedo * light * (1 + noise * (2 * random.next() - 1));
+        view.input.colour.at(x, y, c) = albedo * light * (1 + noise * (2 * random.next() - 1));
       }
     }
   return view;
@@ -43,7 +43,9 @@ TrainingView corner(float noise, uint64_t seed) {
 RecoveryInput input_of(const TrainingView& view) {
   Image unknown(kRecoverSide, kRecoverSide, 1);
   for (float& e : unknown.data()) e = std::numeric_limits<float>::infinity();
-  return {view.features, view.input, view.noise, std::move(unknown)};
+  RecoveryInput input = view.input;
+  input.own_error = std::move(unknown);
+  return input;
 }
 
 TEST(Recover, APictureThatItsFeaturesExplainComesBackWhole) {
@@ -53,8 +55,9 @@ TEST(Recover, APictureThatItsFeaturesExplainComesBackWhole) {
   const Image untrained = recover_quarter(untrained_network(16, 1), input_of(view), pool).picture;
   EXPECT_LT(relmse(untrained, view.target), 0.1 * relmse(bilinear, view.target));
   const JointBilateral filter;
-  EXPECT_LT(relmse(joint_bilateral(filter, view.features, view.input, pool), view.target),
-            0.1 * relmse(bilinear, view.target));
+  EXPECT_LT(
+      relmse(joint_bilateral(filter, view.input.features, view.input.colour, pool), view.target),
+      0.1 * relmse(bilinear, view.target));
 }
 
 TEST(Recover, OnlyTheFirstPixelOfEachBlockIsRead) {
@@ -66,7 +69,7 @@ TEST(Recover, OnlyTheFirstPixelOfEachBlockIsRead) {
     before.push_back(recover_quarter(net, input_of(view), pool).picture);
   for (int y = 0; y < kRecoverSide; ++y)
     for (int x = 0; x < kRecoverSide; ++x)
-      if (x % 2 || y % 2) view.input.set_rgb(x, y, Rgb{1e6f});
+      if (x % 2 || y % 2) view.input.colour.set_rgb(x, y, Rgb{1e6f});
   for (size_t i = 0; i < before.size(); ++i)
     EXPECT_EQ(relmse(recover_quarter(nets[i], input_of(view), pool).picture, before[i]), 0);
 }
@@ -78,7 +81,7 @@ TEST(Recover, AllPixelsMakeABetterPictureThanAQuarter) {
   const double quarter = relmse(recover_quarter(net, input_of(view), pool).picture, view.target);
   const double all = relmse(recover_all(net, input_of(view), pool).picture, view.target);
   EXPECT_LT(all, 0.6 * quarter);
-  EXPECT_LT(all, 0.2 * relmse(view.input, view.target));
+  EXPECT_LT(all, 0.2 * relmse(view.input.colour, view.target));
 }
 
 TEST(Recover, APyramidIsUsedForAllPixels) {
@@ -89,7 +92,7 @@ TEST(Recover, APyramidIsUsedForAllPixels) {
   net.pyramid = untrained_pyramid(1);
   const Image after = recover_all(net, input_of(view), pool).picture;
   EXPECT_GT(relmse(after, before), 0);
-  EXPECT_LT(relmse(after, view.target), 0.2 * relmse(view.input, view.target));
+  EXPECT_LT(relmse(after, view.target), 0.2 * relmse(view.input.colour, view.target));
   // As bright as the samples in all, and odd sides too.
   RecoveryInput odd = input_of(view);
   for (Image* image : {&odd.features, &odd.colour, &odd.noise, &odd.own_error}) {
@@ -125,16 +128,16 @@ TrainingView shade(float lamp, Rgb tint, uint64_t seed) {
   for (int y = 0; y < kRecoverSide; ++y)
     for (int x = 0; x < kRecoverSide; ++x) {
       const bool shines = x / 16 == 1 && y / 16 == 1;
-      for (int k = 0; k < kFeatures; ++k) view.features.at(x, y, k) = 0;
-      view.features.at(x, y, kFeatureNormal) = 1;
-      view.features.at(x, y, kFeatureDepth) = 1;
-      view.features.at(x, y, kFeatureKind) = 1;
-      view.noise.at(x, y, 0) = shines ? 0.0f : 0.5f;
+      for (int k = 0; k < kFeatures; ++k) view.input.features.at(x, y, k) = 0;
+      view.input.features.at(x, y, kFeatureNormal) = 1;
+      view.input.features.at(x, y, kFeatureDepth) = 1;
+      view.input.features.at(x, y, kFeatureKind) = 1;
+      view.input.noise.at(x, y, 0) = shines ? 0.0f : 0.5f;
       const float light = random.next() < 0.5f ? 0.45f : 0.05f;
       for (int c = 0; c < 3; ++c) {
-        view.features.at(x, y, c) = tint[c] * (shines ? lamp : 0.8f);
+        view.input.features.at(x, y, c) = tint[c] * (shines ? lamp : 0.8f);
         view.target.at(x, y, c) = tint[c] * (shines ? 16.0f : 0.2f);
-        view.input.at(x, y, c) = tint[c] * (shines ? 16.0f : 0.8f * light);
+        view.input.colour.at(x, y, c) = tint[c] * (shines ? 16.0f : 0.8f * light);
       }
     }
   return view;
@@ -170,11 +173,12 @@ TEST(Recover, NoLightComesFromALampThatIsBlackOrInATintedMirror) {
         const Network net = included_network(name).value();
         const Recovered quarter = recover_quarter(net, input_of(view), pool),
                         all = recover_all(net, input_of(view), pool);
-        EXPECT_NEAR(mean_light(all.picture) / mean_light(view.input), 1, 0.1) << name << lamp;
-        EXPECT_NEAR(mean_light(quarter.picture, 2) / mean_light(view.input, 2), 1, 0.1)
+        EXPECT_NEAR(mean_light(all.picture) / mean_light(view.input.colour), 1, 0.1)
             << name << lamp;
-        expect_no_more_than_was_seen(all.picture, view.input, 1);
-        expect_no_more_than_was_seen(quarter.picture, view.input, 2);
+        EXPECT_NEAR(mean_light(quarter.picture, 2) / mean_light(view.input.colour, 2), 1, 0.1)
+            << name << lamp;
+        expect_no_more_than_was_seen(all.picture, view.input.colour, 1);
+        expect_no_more_than_was_seen(quarter.picture, view.input.colour, 2);
       }
 }
 
@@ -183,7 +187,8 @@ TEST(Recover, AFittedFilterIsBetterThanThatItBeganWith) {
   TaskPool pool(2);
   const auto error = [&](const JointBilateral& filter) {
     const TrainingView unseen = corner(0.9f, 6);
-    return relmse(joint_bilateral(filter, unseen.features, unseen.input, pool), unseen.target);
+    return relmse(joint_bilateral(filter, unseen.input.features, unseen.input.colour, pool),
+                  unseen.target);
   };
   EXPECT_LT(error(fitted_joint_bilateral(views, pool)), 0.8 * error({}));
 }

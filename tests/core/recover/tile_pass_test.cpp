@@ -45,7 +45,7 @@ TEST(TilePass, GradientsAreThoseOfFiniteDifferences) {
       const Pictures p = random_pictures(3);
       const BlockTile t = tile(p);
       const std::vector<float> target =
-          target_of({p.features, p.input, p.noise, p.target}, 0, 0, t.height, t.width, {});
+          target_of({{p.features, p.input, p.noise}, p.target}, 0, 0, t.height, t.width, {});
       Network net = shaken(hidden, 5);
       const Network::Parts at = net.parts();
       TilePass pass;

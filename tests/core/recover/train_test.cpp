@@ -12,22 +12,24 @@ constexpr int kTrainSide = 64;  // pixels
 // Stripes of albedo under a smooth light, seen through noise.
 TrainingView stripes(uint64_t seed) {
   test::Random random(seed);
-  TrainingView view{Image(kTrainSide, kTrainSide, kFeatures), Image(kTrainSide, kTrainSide, 3),
-                    Image(kTrainSide, kTrainSide, 1), Image(kTrainSide, kTrainSide, 3)};
+  TrainingView view{{Image(kTrainSide, kTrainSide, kFeatures), Image(kTrainSide, kTrainSide, 3),
+                     Image(kTrainSide, kTrainSide, 1), Image(kTrainSide, kTrainSide, 1),
+                     Image(kTrainSide, kTrainSide, 3)},
+                    Image(kTrainSide, kTrainSide, 3)};
   const float tilt = random.next();
   for (int y = 0; y < kTrainSide; ++y)
     for (int x = 0; x < kTrainSide; ++x) {
       const float albedo = (x / 5 + y / 7) % 2 ? 0.8f : 0.2f;
       const float light = 0.5f + tilt * static_cast<float>(x) / kTrainSide +
                           0.5f * static_cast<float>(y) / kTrainSide;
-      for (int k = 0; k < 3; ++k) view.features.at(x, y, k) = albedo;
+      for (int k = 0; k < 3; ++k) view.input.features.at(x, y, k) = albedo;
       for (int k = 0; k < 3; ++k)  // says nothing of the light, which must be learned
-        view.features.at(x, y, kFeatureNormal + k) = random.next();
-      view.features.at(x, y, kFeatureDepth) = 1;
-      view.noise.at(x, y, 0) = 0.5f;
+        view.input.features.at(x, y, kFeatureNormal + k) = random.next();
+      view.input.features.at(x, y, kFeatureDepth) = 1;
+      view.input.noise.at(x, y, 0) = 0.5f;
       for (int c = 0; c < 3; ++c) {
         view.target.at(x, y, c) = albedo * light;
-        view.input.at(x, y, c) = albedo * light * 2 * random.next();
+        view.input.colour.at(x, y, c) = albedo * light * 2 * random.next();
       }
     }
   return view;

@@ -53,6 +53,27 @@ TEST(RenderLoop, SameBitsForAnyNumberOfThreads) {
   }
 }
 
+TEST(RenderLoop, WhatIsSeenDirectlyIsWhatAPathOfOneSurfaceIsPaid) {
+  const auto scene = test::included_scene("many-lights");
+  RenderSettings settings = small("none", 4);
+  const auto film_of = [&](int max_depth) {
+    settings.max_depth = max_depth;
+    auto film = std::make_unique<Film>(settings.width, settings.height);
+    TaskPool pool(2);
+    RenderObserver observer;
+    EXPECT_TRUE(run_job(*scene, settings, {}, *film, pool, observer, {}, SteadyClock()).ok());
+    return film;
+  };
+  const auto whole = film_of(8), one = film_of(1);
+  const Image seen = whole->seen(), emitted = one->develop(), picture = whole->develop();
+  EXPECT_GT(test::mean_luminance(seen), 0);
+  EXPECT_LT(test::mean_luminance(seen), 0.9 * test::mean_luminance(picture));
+  for (size_t i = 0; i < seen.data().size(); ++i) {
+    ASSERT_NEAR(seen.data()[i], emitted.data()[i], 1e-5f * emitted.data()[i]);
+    ASSERT_LE(seen.data()[i], picture.data()[i] * 1.00001f);
+  }
+}
+
 TEST(RenderLoop, AQuarterIsThosePixelsOfTheWholePicture) {
   const auto scene = test::prepare(test::room());
   RenderSettings settings = small("none", 6);
