@@ -17,9 +17,12 @@ constexpr Least kYoung{8, 500'000, 0.9}, kOld{16, 1'000'000, 1.25};
 constexpr uint64_t kOldEvents = 4'000'000;  // a table that saw so many is old at once
 constexpr uint64_t kWarm = 4;  // samples: a guide that starts from a table is old by then
 constexpr double kHope = 1.1;  // a loser that got better by this goes on
-// A sample's variance from which a picture has much noise; and what a guide must gain on a part to
-// serve all of one that has little, whose Sobol points matter most.
-constexpr double kMuchNoise = 4, kPartGain = 1.5;
+// A sample's variance from which a picture has much noise; and below which it surely has little.
+// Between them rare light may not have shown yet, so that a pilot looks at more samples. What a
+// guide must gain on a part to serve all of a picture that has little noise, whose Sobol points
+// matter most.
+constexpr double kMuchNoise = 4, kLittleNoise = 1, kPartGain = 1.5;
+constexpr uint64_t kSureSamples = 4;  // a pixel
 // What learning as much again must have brought: for an old table to grow on, of two checks in a
 // row one, since gains are noisy; for learning to go on.
 constexpr double kLeastGrowth = 1.25, kLeastGain = 1.1;
@@ -40,9 +43,12 @@ bool GuideGate::paid(const GuideWorth& worth) {
   return worth.efficiency_gain >= kOld.gain && worth.unguided_rays > 0;
 }
 
+bool GuideGate::noisy() const { return variance_ == 0 || variance_ >= kMuchNoise; }
+
 bool GuideGate::pilot_is_over(uint64_t samples, uint64_t table_samples_seen) const {
   if (samples < kUnguidedSamples) return false;
-  return !noisy_ || samples >= kMostPilotSamples || knows_enough(table_samples_seen);
+  if (!noisy()) return variance_ < kLittleNoise || samples >= kSureSamples;
+  return samples >= kMostPilotSamples || knows_enough(table_samples_seen);
 }
 
 GuideGate GuideGate::after_pilot() const {
@@ -51,9 +57,9 @@ GuideGate GuideGate::after_pilot() const {
   gate.open_ = open_;
   gate.trusted_ = true;
   gate.lost_ = lost_;
-  gate.noisy_ = noisy_;
-  gate.part_ = lost_ || !noisy_;
-  if (gate.part_) gate.start_ = lost_ && !noisy_ ? kLatestStart : kLateStart;
+  gate.variance_ = variance_;
+  gate.part_ = lost_ || !noisy();
+  if (gate.part_) gate.start_ = lost_ && !noisy() ? kLatestStart : kLateStart;
   gate.unguided_ = unguided_;
   return gate;
 }
@@ -62,10 +68,13 @@ void GuideGate::unguided(const PassCost& cost, double variance) {
   unguided_.paths += cost.paths;
   unguided_.rays += cost.rays;
   if (!(variance > 0)) return;
-  const bool was_noisy = noisy_;
-  noisy_ = variance >= kMuchNoise;
-  if (noisy_ && !was_noisy && !lost_) part_ = false;  // fewer samples did not show it
-  if (!noisy_ && !trusted_ && checks_.empty()) {
+  const bool was_noisy = noisy();
+  variance_ = std::max(variance_, variance);
+  if (noisy() && !was_noisy && !lost_) {  // fewer samples did not show it
+    part_ = false;
+    start_ = 0;
+  }
+  if (!noisy() && !trusted_ && checks_.empty()) {
     part_ = true;
     start_ = kLateStart;
   }

@@ -78,8 +78,9 @@ class GuideGate {
                 double variance, double unguided_variance);
   template <class Self, class Archive>
   static void exchange(Self& self, Archive& archive) {
-    archive(self.warm_, self.trusted_, self.lost_, self.start_, self.part_, self.unguided_,
-            self.checks_, self.brought_little_, self.on_, self.grows_, self.learns_);
+    archive(self.warm_, self.trusted_, self.lost_, self.variance_, self.start_, self.part_,
+            self.unguided_, self.checks_, self.brought_little_, self.on_, self.grows_,
+            self.learns_);
   }
 
  private:
@@ -94,15 +95,18 @@ class GuideGate {
     }
   };
 
+  bool noisy() const;
   // What learning as much again brought.
   void judge_learning(uint64_t samples, uint64_t table_samples_seen, double efficiency_gain);
 
   double lookup_rays_;
   bool warm_, open_;
   bool trusted_ = false;  // it guides from the first sample on: what paths cost without is known
-  bool noisy_ = true;     // the unguided passes were, by the last of them
-  bool lost_ = false;     // the table did, in the job that measured it last
-  uint64_t start_ = 0;    // samples before it is tried
+  // Of a sample of the unguided passes, the greatest that one told: where rare light was missed,
+  // one tells too little. 0: not known.
+  double variance_ = 0;
+  bool lost_ = false;   // the table did, in the job that measured it last
+  uint64_t start_ = 0;  // samples before it is tried
   bool part_ = false;
   PassCost unguided_;
   std::vector<Check> checks_;

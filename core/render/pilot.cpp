@@ -47,8 +47,9 @@ std::optional<Pilot> render_pilot(const PreparedScene& scene, const RenderSettin
   Film film(small->width, small->height);
   RenderObserver nobody;
   RenderMode mode;
-  mode.in_rounds = true;    // there are few tiles for the threads
-  mode.view_lasts = false;  // the picture's own passes tell whether the table need grow
+  mode.in_rounds = true;       // there are few tiles for the threads
+  mode.measures_noise = true;  // also where the guide waits
+  mode.view_lasts = false;     // the picture's own passes tell whether the table need grow
   Renderer renderer(scene, *small, guide, film, pool, clock, mode);
   const GuideGate& gate = renderer.decision()->gate();
   uint64_t samples = 0;

@@ -5,8 +5,8 @@
 namespace qray {
 namespace {
 
-constexpr uint64_t kSeen = 1'000'000, kMuchSeen = 5'000'000;  // events of a table
-constexpr double kNoisy = 10, kQuiet = 1;                     // variance of a sample
+constexpr uint64_t kSeen = 1'000'000, kMuchSeen = 5'000'000;   // events of a table
+constexpr double kNoisy = 10, kNearlyNoisy = 3, kQuiet = 0.5;  // variance of a sample
 const PassCost kUnguided{100, 600, 0}, kGuided{100, 500, 100};
 
 // Gains of passes that end at 4, 8, 16, 32 ... samples.
@@ -138,6 +138,27 @@ TEST(GuideGate, APilotEndsWhenItKnowsTheNoiseAndItsTableEnough) {
   EXPECT_FALSE(noisy.pilot_is_over(2, 100'000));
   EXPECT_TRUE(noisy.pilot_is_over(2, kSeen));
   EXPECT_TRUE(noisy.pilot_is_over(GuideGate::kMostPilotSamples, 0));
+}
+
+TEST(GuideGate, NoiseThatShowedOnceIsBelieved) {
+  GuideGate gate(1);
+  gate.unguided(kUnguided, kNoisy);
+  gate.unguided(kUnguided, kQuiet);
+  EXPECT_FALSE(gate.pilot_is_over(4, 0));
+  EXPECT_FALSE(gate.after_pilot().on_part());
+}
+
+// Two samples a pixel may miss rare light.
+TEST(GuideGate, APilotThatIsNotSureOfLittleNoiseLooksAgain) {
+  GuideGate gate(1);
+  gate.unguided(kUnguided, kNearlyNoisy);
+  EXPECT_FALSE(gate.pilot_is_over(2, kSeen));
+  EXPECT_FALSE(gate.guides(3, kSeen) || gate.learns(3)) << "it would hide the noise";
+  EXPECT_TRUE(gate.pilot_is_over(4, kSeen)) << "no more showed";
+  gate.unguided(kUnguided, kNoisy);
+  EXPECT_FALSE(gate.pilot_is_over(4, 0)) << "its table must learn now";
+  EXPECT_TRUE(gate.learns(4));
+  EXPECT_TRUE(gate.after_pilot().guides(0, kSeen));
 }
 
 TEST(GuideGate, WithoutAPilotThePictureTellsItsNoise) {
