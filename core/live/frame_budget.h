@@ -25,6 +25,13 @@ class FrameBudget {
   }
   double paths(double elapsed) const { return sampling_seconds(elapsed) * paths_per_second_; }
 
+  // Nothing is known of what is to be seen, in `pixels` of full size: as large as leaves time for a
+  // path in each. Few paths in a large picture would be a mosaic.
+  void begin_anew(double pixels) {
+    few_ = many_ = 0;
+    for (step_ = 0; step_ + 1 < kSteps && paths(0) < pixels * scale() * scale();) ++step_;
+  }
+
   void sampled(double paths, double seconds) {
     if (paths >= kLeastPaths && seconds > 0)
       paths_per_second_ += kFollow * (paths / seconds - paths_per_second_);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace qray {
 namespace {
@@ -56,6 +57,7 @@ void LiveView::set_scene(std::shared_ptr<const PreparedScene> scene) {
   guide_.scene_changed();
   history_.clear();
   view_ = {};
+  anew_ = true;
 }
 
 // Sees where the camera is now, and what is known of it.
@@ -177,6 +179,8 @@ std::optional<LiveFrame> LiveView::next_frame(std::stop_token stop) {
   if (looked_) {
     sample_resting(frame, clock_.seconds() - start, stop);
   } else {
+    const RenderSettings& s = settings_.render;
+    if (std::exchange(anew_, false) && !fixed()) budget_.begin_anew(1.0 * s.width * s.height);
     look(frame, budget_.scale());
     sample_moving(frame, clock_.seconds() - start, stop);
   }

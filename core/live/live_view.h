@@ -60,6 +60,7 @@ class LiveView {
 
   uint64_t frames_ = 0;
   bool looked_ = false;  // view_ is of the settings' camera
+  bool anew_ = true;     // nothing is known of what is seen
   ViewBuffer view_;
   History history_;  // of the frames before the camera came to rest, if it rests
   std::optional<BlockGrid> blocks_;

@@ -232,6 +232,17 @@ TEST(LiveView, ALightSwitchedOffLeavesNothing) {
   }
 }
 
+TEST(FrameBudget, WhatBeginsAnewIsAsLargeAsPathsForAllItsPixelsAllow) {
+  FrameBudget budget(0.1);
+  for (int i = 0; i < 50; ++i) budget.sampled(10'000, 0.1);
+  for (const double side : {64.0, 128.0, 256.0, 400.0}) {
+    budget.begin_anew(side * side);
+    const double scale = budget.scale();
+    EXPECT_LE(sqr(scale * side), 10'100) << side;
+    EXPECT_GT(sqr(scale * side), side < 100 ? 4000 : 10'000 / 2.0) << side;
+  }
+}
+
 TEST(LiveView, ACutShowsNothingOfBefore) {
   Walk walk("none");
   for (int i = 0; i < 4; ++i) walk.next();
