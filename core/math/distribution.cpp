@@ -1,6 +1,7 @@
 #include "core/math/distribution.h"
 
 #include <algorithm>
+#include <bit>
 
 #include "core/base/check.h"
 
@@ -19,13 +20,30 @@ double fill_cdf(std::span<const float> weights, std::span<float> cdf) {
   return sum;
 }
 
-CdfPick pick_by_cdf(std::span<const float> cdf, float u) {
-  const auto above = std::upper_bound(cdf.begin(), cdf.end(), u);
-  const int index =
-      std::clamp(static_cast<int>(above - cdf.begin()) - 1, 0, static_cast<int>(cdf.size()) - 2);
-  const float lo = cdf[static_cast<size_t>(index)], hi = cdf[static_cast<size_t>(index) + 1];
+void fill_guide(std::span<const float> cdf, std::span<uint32_t> guide) {
+  const size_t parts = guide.size() - 1, last = cdf.size() - 2;
+  QRAY_CHECK(std::has_single_bit(parts));  // u times it is exact
+  size_t index = 0;
+  for (size_t k = 0; k <= parts; ++k) {
+    const float u = static_cast<float>(k) / static_cast<float>(parts);
+    while (index < last && cdf[index + 1] <= u) ++index;
+    guide[k] = static_cast<uint32_t>(index);
+  }
+}
+
+CdfPick pick_by_cdf(std::span<const float> cdf, std::span<const uint32_t> guide, float u) {
+  const size_t parts = guide.size() - 1;
+  const size_t part = std::min(static_cast<size_t>(u * static_cast<float>(parts)), parts - 1);
+  // The last of them that begins at u or before, without branches: nothing could predict them.
+  const float* at = cdf.data() + guide[part];
+  for (size_t count = guide[part + 1] - guide[part] + 1; count > 1;) {
+    const size_t half = count / 2;
+    at += half & -static_cast<size_t>(at[half] <= u);
+    count -= half;
+  }
+  const float lo = at[0], hi = at[1];
   const float offset = hi > lo ? (u - lo) / (hi - lo) : 0.5f;
-  return {index, std::clamp(offset, 0.0f, kOneMinusEpsilon)};
+  return {static_cast<int>(at - cdf.data()), std::clamp(offset, 0.0f, kOneMinusEpsilon)};
 }
 
 AliasTable::AliasTable(std::span<const float> weights) : bins_(weights.size()) {

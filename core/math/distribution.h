@@ -48,6 +48,11 @@ struct CdfPick {
   int index;
   float offset;  // [0, 1)
 };
-CdfPick pick_by_cdf(std::span<const float> cdf, float u);
+// `guide` (fill_guide()) narrows the search to a few intervals side by side in memory (Chen and
+// Asau 1974): the same pick as by a search of the whole, so that strata stay strata.
+CdfPick pick_by_cdf(std::span<const float> cdf, std::span<const uint32_t> guide, float u);
+// For each of guide.size() - 1 equal parts of [0, 1], a power of two, the interval of the cdf in
+// which it begins, and in which the last one ends.
+void fill_guide(std::span<const float> cdf, std::span<uint32_t> guide);
 
 }  // namespace qray

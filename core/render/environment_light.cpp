@@ -1,12 +1,27 @@
 #include "core/render/environment_light.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <limits>
 
 #include "core/math/distribution.h"
 #include "core/math/warp.h"
 
 namespace qray {
+namespace {
+
+// Tiles along either side of the picture, at most: their tables then take a quarter of a megabyte.
+constexpr int kTiles = 256;
+// No node of an even tile is farther from their mean than by this factor.
+constexpr float kEvenWithin = 1.5f;
+constexpr size_t kTilesAPart = 4;  // of what a guide leaves to be searched, about
+
+size_t guide_size(size_t tiles) {
+  return std::bit_ceil(std::max<size_t>(1, tiles / kTilesAPart)) + 1;
+}
+
+}  // namespace
 
 EnvironmentLight::EnvironmentLight(const Environment& environment)
     : environment_(environment),
@@ -20,45 +35,91 @@ EnvironmentLight::EnvironmentLight(const Environment& environment)
   row_sine_.assign(h + 2, 0);
   for (size_t j = 1; j <= h; ++j)
     row_sine_[j] = std::sin(kPi * (static_cast<float>(j) - 0.5f) / static_cast<float>(h));
-  cell_cdf_.resize((h + 1) * (w + 1));
-  std::vector<float> cells(w), rows(h + 1);
+  while (std::max(width_, height_ + 1) >> shift_ > kTiles) ++shift_;
+  const int side = 1 << shift_;
+  tile_columns_ = (width_ + side - 1) >> shift_;
+  tile_rows_ = (height_ + side) >> shift_;
+  const size_t columns = static_cast<size_t>(tile_columns_),
+               tile_rows = static_cast<size_t>(tile_rows_);
+  tile_cdf_.resize(tile_rows * (columns + 1));
+  guide_size_ = guide_size(columns);
+  tile_guide_.resize(tile_rows * guide_size_);
+  block_of_tile_.assign(tile_rows * columns, kEven);
+  std::vector<float> weights(columns), rows(tile_rows);
   double sum = 0;
-  for (size_t row = 0; row <= h; ++row) {
-    for (size_t x = 0; x < w; ++x)
-      cells[x] = cell_weight(static_cast<int>(x), static_cast<int>(row));
-    const double height = row == 0 || row == h ? 0.5 : 1;
-    rows[row] = static_cast<float>(
-        height * fill_cdf(cells, std::span(cell_cdf_).subspan(row * (w + 1), w + 1)));
+  for (int j = 0; j < tile_rows_; ++j) {
+    for (int i = 0; i < tile_columns_; ++i) weights[static_cast<size_t>(i)] = add_tile(tile(i, j));
+    const size_t row = static_cast<size_t>(j);
+    const auto cdf = std::span(tile_cdf_).subspan(row * (columns + 1), columns + 1);
+    rows[row] = static_cast<float>(fill_cdf(weights, cdf));
+    fill_guide(cdf, std::span(tile_guide_).subspan(row * guide_size_, guide_size_));
     sum += double{rows[row]};
   }
-  row_cdf_.resize(h + 2);
+  row_cdf_.resize(tile_rows + 1);
   fill_cdf(rows, row_cdf_);
+  row_guide_.resize(guide_size(tile_rows));
+  fill_guide(row_cdf_, row_guide_);
+  blocks_.shrink_to_fit();
   // The integral over the sphere is 2 pi^2 of the mean over the picture.
   mean_luminance_ = luminance(environment.radiance) * (kPi / 2) *
                     static_cast<float>(sum / static_cast<double>(w * h));
 }
 
-float EnvironmentLight::node(int column, int row) const {
-  const int y = std::clamp(row - 1, 0, height_ - 1);  // at the poles the sine is 0
-  return luminance(environment_.image.rgb(column == width_ ? 0 : column, y)) *
-         row_sine_[static_cast<size_t>(row)];
+inline EnvironmentLight::Corners EnvironmentLight::corners(int column, int row) const {
+  const Image& image = environment_.image;
+  const int x0 = column, x1 = x0 + 1 == width_ ? 0 : x0 + 1;
+  const int y0 = std::max(row - 1, 0),
+            y1 = std::min(row, height_ - 1);  // at the poles the sine is 0
+  Corners c{image.rgb(x0, y0), image.rgb(x1, y0), image.rgb(x0, y1), image.rgb(x1, y1), 0, 0, 0, 0};
+  c.n00 = node(c.c00, row), c.n10 = node(c.c10, row);
+  c.n01 = node(c.c01, row + 1), c.n11 = node(c.c11, row + 1);
+  return c;
 }
 
-float EnvironmentLight::cell_weight(int column, int row) const {
-  return 0.25f * (node(column, row) + node(column + 1, row) + node(column, row + 1) +
-                  node(column + 1, row + 1));
+inline EnvironmentLight::Tile EnvironmentLight::tile(int tile_column, int tile_row) const {
+  const int column = tile_column << shift_, row = tile_row << shift_, side = 1 << shift_;
+  const size_t index = static_cast<size_t>(tile_row) * static_cast<size_t>(tile_columns_) +
+                       static_cast<size_t>(tile_column);
+  return {column, std::min(column + side, width_),      row, std::min(row + side, height_ + 1),
+          index,  index + static_cast<size_t>(tile_row)};
+}
+
+float EnvironmentLight::add_tile(const Tile& t) {
+  const size_t side = size_t{1} << shift_;
+  std::vector<float> sums(side * side);
+  double sum = 0;
+  float least = std::numeric_limits<float>::infinity(), most = 0;
+  for (int row = t.row; row < t.row_end; ++row) {
+    float* out = &sums[static_cast<size_t>(row - t.row) * side];
+    const double height = row == 0 || row == height_ ? 0.5 : 1;
+    for (int column = t.column; column < t.column_end; ++column) {
+      const Corners c = corners(column, row);
+      sum += height * 0.25 * double{(c.n00 + c.n10) + (c.n01 + c.n11)};
+      least = std::min({least, c.n00, c.n10, c.n01, c.n11});
+      most = std::max({most, c.n00, c.n10, c.n01, c.n11});
+      *out++ = static_cast<float>(sum);
+    }
+    while (out < &sums[static_cast<size_t>(row - t.row) * side] + side)
+      *out++ = static_cast<float>(sum);
+  }
+  const float weight = static_cast<float>(sum), mean = weight / static_cast<float>(t.cells());
+  const bool even = t.row > 0 && t.row_end <= height_ && most <= kEvenWithin * mean &&
+                    least * kEvenWithin >= mean;
+  if (even || !(weight > 0)) return weight;
+  block_of_tile_[t.index] = static_cast<uint32_t>(blocks_.size() / sums.size());
+  for (const float s : sums) blocks_.push_back(s / weight);
+  return weight;
 }
 
 EnvironmentLight::Place EnvironmentLight::place(Vec3 wi) const {
   const Vec3 d = environment_.to_world.transposed() * wi;
   const float sin_theta = std::sqrt(d.x * d.x + d.z * d.z);
-  const float u = 0.5f + std::atan2(d.x, -d.z) * (0.5f * kInvPi);
+  const float u = 0.5f + angle_of(d.x, -d.z) * (0.5f * kInvPi);
   const float x = u * static_cast<float>(width_) - 0.5f;
   const float column = std::floor(x);
   Place at{(static_cast<int>(column) + width_) % width_, 0, {x - column, 0}, sin_theta};
   // From the nearer pole, or rounding would take what is close to the other one.
-  const float from_pole =
-      std::atan2(sin_theta, std::abs(d.y)) * kInvPi * static_cast<float>(height_);
+  const float from_pole = angle_of(sin_theta, std::abs(d.y)) * kInvPi * static_cast<float>(height_);
   if (from_pole < 0.5f) {  // half as high as other cells
     at.row = d.y > 0 ? 0 : height_;
     at.offset.y = d.y > 0 ? 2 * from_pole : 1 - 2 * from_pole;
@@ -70,17 +131,57 @@ EnvironmentLight::Place EnvironmentLight::place(Vec3 wi) const {
   return at;
 }
 
+// `offset`: in the tile, of its weight above and to the left.
+inline EnvironmentLight::Place EnvironmentLight::place_in(const Tile& t, Vec2 offset) const {
+  const auto whole = [](float x, int end) { return std::min(static_cast<int>(x), end - 1); };
+  const int columns = t.column_end - t.column, rows = t.row_end - t.row;
+  const uint32_t block = block_of_tile_[t.index];
+  if (block == kEven) {
+    const float x = offset.x * static_cast<float>(columns), y = offset.y * static_cast<float>(rows);
+    const int column = whole(x, columns), row = whole(y, rows);
+    return {t.column + column,
+            t.row + row,
+            {x - static_cast<float>(column), y - static_cast<float>(row)},
+            0};
+  }
+  // The row, then the cell in it.
+  const size_t side = size_t{1} << shift_;
+  const float* sums = &blocks_[block * side * side];
+  size_t row = 0;
+  for (size_t r = 0; r + 1 < static_cast<size_t>(rows); ++r)
+    row += sums[r * side + side - 1] <= offset.y ? 1 : 0;
+  const float* in_row = sums + row * side;
+  const float begin = row > 0 ? in_row[-1] : 0, end = in_row[side - 1];
+  const float at = begin + offset.x * (end - begin);
+  size_t column = 0;
+  for (size_t c = 0; c + 1 < static_cast<size_t>(columns); ++c) column += in_row[c] <= at ? 1 : 0;
+  const float left = column > 0 ? in_row[column - 1] : begin, right = in_row[column];
+  const auto share = [](float x, float lo, float hi) {
+    return hi > lo ? std::clamp((x - lo) / (hi - lo), 0.0f, kOneMinusEpsilon) : 0.5f;
+  };
+  return {t.column + static_cast<int>(column),
+          t.row + static_cast<int>(row),
+          {share(at, left, right), share(offset.y, begin, end)},
+          0};
+}
+
 EnvironmentLight::Sample EnvironmentLight::sample(Vec2 u) const {
   if (width_ == 0) return {square_to_uniform_sphere(u), kUniformSpherePdfW};
-  const CdfPick row = pick_by_cdf(row_cdf_, u.y);
-  const size_t columns = static_cast<size_t>(width_) + 1;
-  const CdfPick column = pick_by_cdf(
-      std::span(cell_cdf_).subspan(static_cast<size_t>(row.index) * columns, columns), u.x);
-  Place at{column.index, row.index, {}, 0};
-  const float n00 = node(at.column, at.row), n10 = node(at.column + 1, at.row);
-  const float n01 = node(at.column, at.row + 1), n11 = node(at.column + 1, at.row + 1);
-  const float y = sample_linear(row.offset, n00 + n10, n01 + n11);
-  at.offset = {sample_linear(column.offset, lerp(y, n00, n01), lerp(y, n10, n11)), y};
+  const CdfPick row = pick_by_cdf(row_cdf_, row_guide_, u.y);
+  const size_t columns = static_cast<size_t>(tile_columns_) + 1, r = static_cast<size_t>(row.index);
+  const CdfPick column =
+      pick_by_cdf(std::span(tile_cdf_).subspan(r * columns, columns),
+                  std::span(tile_guide_).subspan(r * guide_size_, guide_size_), u.x);
+  const Tile t = tile(column.index, row.index);
+  Place at = place_in(t, {column.offset, row.offset});
+  Corners c;
+  const bool even = block_of_tile_[t.index] == kEven;
+  if (!even) {
+    c = corners(at.column, at.row);
+    const float y = sample_linear(at.offset.y, c.n00 + c.n10, c.n01 + c.n11);
+    at.offset = {sample_linear(at.offset.x, lerp(y, c.n00, c.n01), lerp(y, c.n10, c.n11)), y};
+  }
+  const float y = at.offset.y;
 
   const bool south = at.row == height_;
   const float from_pole = south         ? 0.5f * (1 - y)
@@ -93,39 +194,54 @@ EnvironmentLight::Sample EnvironmentLight::sample(Vec2 u) const {
   at.sin_theta = std::sin(theta);
   const Vec3 d{at.sin_theta * std::sin(phi), (south ? -1 : 1) * std::cos(theta),
                -at.sin_theta * std::cos(phi)};
-  return {environment_.to_world * d, pdf_w(at)};
+  return {environment_.to_world * d, pdf_w(at, t, even ? nullptr : &c)};
 }
 
-float EnvironmentLight::pdf_w(Vec3 wi) const {
-  return width_ == 0 ? kUniformSpherePdfW : pdf_w(place(wi));
-}
-
-// The cell's probability is read from the table that sample() walks: what rounding does to the one
-// it does to the other.
-float EnvironmentLight::pdf_w(const Place& at) const {
-  const float n00 = node(at.column, at.row), n10 = node(at.column + 1, at.row);
-  const float n01 = node(at.column, at.row + 1), n11 = node(at.column + 1, at.row + 1);
-  const float mean = 0.25f * (n00 + n10 + n01 + n11);
-  if (!(mean > 0 && at.sin_theta > 0)) return 0;
-  const float value = lerp(at.offset.y, lerp(at.offset.x, n00, n10), lerp(at.offset.x, n01, n11));
-  const size_t row = static_cast<size_t>(at.row);
-  const size_t cell = row * (static_cast<size_t>(width_) + 1) + static_cast<size_t>(at.column);
-  const float probability =
-      (row_cdf_[row + 1] - row_cdf_[row]) * (cell_cdf_[cell + 1] - cell_cdf_[cell]);
-  const float height = at.row == 0 || at.row == height_ ? 0.5f : 1.0f;
-  const float area = height / (static_cast<float>(width_) * static_cast<float>(height_));
-  return probability / area * (value / mean) / (2 * kPi * kPi * at.sin_theta);
+EnvironmentLight::Arriving EnvironmentLight::at(Vec3 wi) const {
+  if (width_ == 0) return {environment_.radiance, kUniformSpherePdfW};
+  const Place at = place(wi);
+  const Corners c = corners(at.column, at.row);
+  return {radiance(at, c), pdf_w(at, tile(at.column >> shift_, at.row >> shift_), &c)};
 }
 
 Rgb EnvironmentLight::radiance(Vec3 wi) const {
   if (width_ == 0) return environment_.radiance;
-  const Image& image = environment_.image;
   const Place at = place(wi);
-  const int x0 = at.column, x1 = x0 + 1 == width_ ? 0 : x0 + 1;
-  const int y0 = std::max(at.row - 1, 0), y1 = std::min(at.row, height_ - 1);
-  const Rgb top = lerp(at.offset.x, image.rgb(x0, y0), image.rgb(x1, y0));
-  const Rgb bottom = lerp(at.offset.x, image.rgb(x0, y1), image.rgb(x1, y1));
-  return environment_.radiance * lerp(at.offset.y, top, bottom);
+  return radiance(at, corners(at.column, at.row));
+}
+
+inline float EnvironmentLight::cell_probability(const Tile& t, const Place& at) const {
+  const size_t side = size_t{1} << shift_;
+  const float* sums = &blocks_[block_of_tile_[t.index] * side * side];
+  const size_t i =
+      static_cast<size_t>(at.row - t.row) * side + static_cast<size_t>(at.column - t.column);
+  return sums[i] - (i > 0 ? sums[i - 1] : 0);
+}
+
+// Probabilities are read from the tables that sample() walks: what rounding does to the one it does
+// to the other. `corners` are not needed where the tile is even.
+inline float EnvironmentLight::pdf_w(const Place& at, const Tile& t, const Corners* corners) const {
+  if (!(at.sin_theta > 0)) return 0;
+  const size_t row = t.index / static_cast<size_t>(tile_columns_);
+  float probability =
+      (row_cdf_[row + 1] - row_cdf_[row]) * (tile_cdf_[t.in_cdf + 1] - tile_cdf_[t.in_cdf]);
+  float cells = static_cast<float>(t.cells());
+  if (block_of_tile_[t.index] != kEven) {
+    const Corners& c = *corners;
+    const float mean = 0.25f * (c.n00 + c.n10 + c.n01 + c.n11);
+    if (!(mean > 0)) return 0;
+    const float value =
+        lerp(at.offset.y, lerp(at.offset.x, c.n00, c.n10), lerp(at.offset.x, c.n01, c.n11));
+    probability *= cell_probability(t, at) * (value / mean);
+    cells = at.row == 0 || at.row == height_ ? 0.5f : 1.0f;
+  }
+  const float area = cells / (static_cast<float>(width_) * static_cast<float>(height_));
+  return probability / area / (2 * kPi * kPi * at.sin_theta);
+}
+
+inline Rgb EnvironmentLight::radiance(const Place& at, const Corners& c) const {
+  return environment_.radiance *
+         lerp(at.offset.y, lerp(at.offset.x, c.c00, c.c10), lerp(at.offset.x, c.c01, c.c11));
 }
 
 float EnvironmentLight::brightest() const {

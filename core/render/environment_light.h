@@ -1,7 +1,9 @@
-// The environment as a light: looked up with bilinear interpolation, and sampled by a density that
-// is bilinear between the same texels, in proportion to luminance times sin(theta) at each; so it
-// is positive exactly where the picture is, and light at the poles, where rows shrink to a point,
-// is neither missed nor overdone. 4 bytes a texel beside the picture. Immutable; any thread.
+// The environment as a light: looked up with bilinear interpolation, and sampled by a density in
+// proportion to luminance times sin(theta). Tiles of a large picture are picked by a table that
+// stays in the cache. Where a tile is even, its directions are alike; elsewhere the density is
+// bilinear between the same texels as the picture, so that it is positive exactly where the picture
+// is, and light at the poles, where rows shrink to a point, is neither missed nor overdone. 4 bytes
+// a texel beside the picture, at most. Immutable; any thread.
 #pragma once
 
 #include <vector>
@@ -19,8 +21,14 @@ class EnvironmentLight {
     float pdf_w = 0;  // 0: no light anywhere
   };
   Sample sample(Vec2 u) const;
-  float pdf_w(Vec3 wi) const;
-  Rgb radiance(Vec3 wi) const;  // that arrives from there
+  // What arrives from there, and the density with which sample() makes it.
+  struct Arriving {
+    Rgb radiance;
+    float pdf_w = 0;
+  };
+  Arriving at(Vec3 wi) const;
+  float pdf_w(Vec3 wi) const { return at(wi).pdf_w; }
+  Rgb radiance(Vec3 wi) const;
   float mean_luminance() const { return mean_luminance_; }
   float brightest() const;  // luminance of any direction
 
@@ -32,16 +40,41 @@ class EnvironmentLight {
     Vec2 offset;      // in it, 0..1
     float sin_theta;
   };
+  // The four texels about it, and the density's nodes there.
+  struct Corners {
+    Rgb c00, c10, c01, c11;
+    float n00, n10, n01, n11;
+  };
   Place place(Vec3 wi) const;
-  float node(int column, int row) const;  // luminance times sin(theta)
-  float cell_weight(int column, int row) const;
-  float pdf_w(const Place& place) const;
+  Corners corners(int column, int row) const;
+  float node(Rgb texel, int row) const {  // luminance times sin(theta)
+    return luminance(texel) * row_sine_[static_cast<size_t>(row)];
+  }
+  // Cells that are picked together: columns and rows [begin, end).
+  struct Tile {
+    int column, column_end, row, row_end;
+    size_t index;   // row by row
+    size_t in_cdf;  // of tile_cdf_
+    int cells() const { return (column_end - column) * (row_end - row); }
+  };
+  Tile tile(int tile_column, int tile_row) const;
+  float add_tile(const Tile& tile);  // to blocks_; returns its weight
+  Place place_in(const Tile& tile, Vec2 offset) const;
+  float pdf_w(const Place& place, const Tile& tile, const Corners* corners) const;
+  float cell_probability(const Tile& tile, const Place& place) const;  // of the tile's
+  Rgb radiance(const Place& place, const Corners& corners) const;
 
+  static constexpr uint32_t kEven = ~0u;
   const Environment& environment_;
-  int width_, height_;           // texels; 0: constant
-  std::vector<float> row_sine_;  // of each row of nodes
-  std::vector<float> row_cdf_;   // of cells: height + 2
-  std::vector<float> cell_cdf_;  // height + 1 rows of width + 1
+  int width_, height_;                                // texels; 0: constant
+  std::vector<float> row_sine_;                       // of each row of nodes
+  int shift_ = 0, tile_columns_ = 0, tile_rows_ = 0;  // a tile has 2^shift cells on a side
+  std::vector<float> row_cdf_, tile_cdf_;             // of rows of tiles, and of tiles in each
+  std::vector<uint32_t> row_guide_, tile_guide_;
+  size_t guide_size_ = 0;  // of a row
+  // Of a tile that is not even: running sums of its cells' weights over all, row by row.
+  std::vector<uint32_t> block_of_tile_;  // where they begin, in squares of the side; or kEven
+  std::vector<float> blocks_;
   float mean_luminance_ = 0;
 };
 

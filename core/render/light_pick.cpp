@@ -1,8 +1,10 @@
 #include "core/render/light_pick.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 
+#include "core/math/hash.h"
 #include "core/math/warp.h"
 #include "core/scene/surface.h"
 
@@ -10,6 +12,8 @@ namespace qray {
 namespace {
 
 constexpr uint32_t kNoTriangle = ~0u;
+// Where lights are fewer, weighing them costs more than it brings.
+constexpr size_t kFewestForATree = 8;
 
 // What a triangle's images leave of its emission, about; never so little that it is not picked.
 float brightness_share(const Mesh& mesh, const Material& material, uint32_t triangle,
@@ -27,6 +31,21 @@ float brightness_share(const Mesh& mesh, const Material& material, uint32_t tria
            textures.opacity(material, surface.uv);
   }
   return std::max(kLeast, sum / (kSteps * kSteps) / whole);
+}
+
+bool has_place(const PunctualLight& light) { return light.kind != LightKind::kDirectional; }
+
+LightBounds punctual_bounds(const PunctualLight& light) {
+  LightBounds b;
+  b.box.add(light.position);
+  b.intensity = luminance(light.intensity);
+  b.cos_spread = -1;
+  b.cos_emission = 1;
+  if (light.kind == LightKind::kSpot && light.outer_rad < kPi) {
+    b.axis = light.direction;
+    b.cos_spread = std::cos(light.outer_rad);
+  }
+  return b;
 }
 
 }  // namespace
@@ -55,15 +74,16 @@ void LightPick::build(const Scene& scene, const Bounds3& bounds, const MaterialT
       t.index = static_cast<uint32_t>(&tri - placed.mesh->triangles.data());
       t.varies = material.emission.texture.valid() || material.opacity.texture.valid() ||
                  material.opacity.value < 1;
-      float radiance = luminance(t.emission);
-      if (t.varies) radiance *= brightness_share(*placed.mesh, material, t.index, textures);
-      powers.push_back(kPi * t.area * radiance * (t.two_sided ? 2.0f : 1.0f));
+      t.brightness = luminance(t.emission);
+      if (t.varies) t.brightness *= brightness_share(*placed.mesh, material, t.index, textures);
+      powers.push_back(kPi * t.area * t.brightness * (t.two_sided ? 2.0f : 1.0f));
       triangles_.push_back(t);
     }
   }
   double power_inside = 0;
   for (const PunctualLight& light : scene.lights)
     if (light.emits()) punctual_.push_back(light);
+  std::ranges::stable_partition(punctual_, has_place);
   for (const PunctualLight& light : punctual_)
     powers.push_back(light.kind == LightKind::kDirectional ? 0 : luminance(light.power()));
   for (const float p : powers) power_inside += p;
@@ -84,17 +104,34 @@ void LightPick::build(const Scene& scene, const Bounds3& bounds, const MaterialT
   }
   if (!powers.empty()) set_picker(powers);
   set_brightest(bounds.radius());
+  set_tree(powers);
+}
+
+void LightPick::set_tree(std::span<const float> powers) {
+  const size_t in_tree =
+      triangles_.size() + static_cast<size_t>(std::ranges::count_if(punctual_, has_place));
+  double inside = 0, outside = 0;
+  for (size_t i = 0; i < powers.size(); ++i) (i < in_tree ? inside : outside) += double{powers[i]};
+  if (in_tree < kFewestForATree || !(inside > 0)) return;
+  std::vector<LightBounds> bounds;
+  bounds.reserve(in_tree);
+  for (const EmittingTriangle& t : triangles_) bounds.push_back(bounds_of(t));
+  for (size_t i = triangles_.size(); i < in_tree; ++i)
+    bounds.push_back(punctual_bounds(punctual_[i - triangles_.size()]));
+  tree_ = std::make_shared<const LightTree>(bounds);
+  tree_probability_ = static_cast<float>(inside / (inside + outside));
+  in_tree_ = in_tree;
+  outside_ = in_tree < powers.size() ? AliasTable(powers.subspan(in_tree)) : AliasTable();
 }
 
 void LightPick::set_picker(std::span<const float> weights) {
   picker_ = AliasTable(weights);
-  for (size_t i = 0; i < triangles_.size(); ++i)
-    triangles_[i].pick_probability = picker_.probability(static_cast<uint32_t>(i));
   if (environment_) environment_probability_ = picker_.probability(picker_.size() - 1);
 }
 
 LightPick LightPick::uniform() const {
   LightPick other = *this;
+  other.tree_ = nullptr;
   if (!empty()) other.set_picker(std::vector<float>(picker_.size(), 1.0f));
   return other;
 }
@@ -110,6 +147,7 @@ void LightPick::set_brightest(float radius) {
 }
 
 bool LightPick::picks_uniformly() const {
+  if (tree_) return false;
   for (uint32_t i = 1; i < picker_.size(); ++i)
     if (std::abs(picker_.probability(i) / picker_.probability(0) - 1) > 1e-3f) return false;
   return true;
@@ -139,15 +177,44 @@ bool LightPick::sample_environment(Vec2 u, LightSample& out) const {
   if (!(s.pdf_w > 0)) return false;
   out.wi = s.wi;
   out.distance = std::numeric_limits<float>::infinity();
-  out.radiance = environment_->radiance(s.wi);
+  out.varies = true;
   out.pdf_w = environment_probability_ * s.pdf_w;
   return true;
 }
 
-float LightPick::pdf_w_triangle(MeshId mesh, uint32_t triangle, float distance,
-                                float abs_cos_light) const {
-  const EmittingTriangle& t = triangles_[first_of_mesh_[mesh.value] + triangle];
-  return t.pick_probability * sqr(distance) / (abs_cos_light * t.area);
+LightBounds LightPick::bounds_of(const EmittingTriangle& t) {
+  LightBounds b;
+  for (const Vec3 p : {t.p0, t.p0 + t.e1, t.p0 + t.e2}) b.box.add(p);
+  b.axis = t.n;
+  b.intensity = t.brightness * t.area;
+  b.two_sided = t.two_sided;
+  return b;
+}
+
+bool LightPick::sample_by_tree(const LightReceiver& at, float u_light, Vec2 u,
+                               LightSample& out) const {
+  if (!(u_light < tree_probability_)) {
+    const float rest = (u_light - tree_probability_) / (1 - tree_probability_);
+    AliasTable::Pick pick = outside_.sample(rest);
+    pick.index += static_cast<uint32_t>(in_tree_);
+    pick.probability *= 1 - tree_probability_;
+    return sample_of(pick, at.p, u, out);
+  }
+  // 24 random bits tell few of a million lights apart: more follow from the point's.
+  const uint64_t more = mix64(static_cast<uint64_t>(std::bit_cast<uint32_t>(u.x)) << 32 |
+                              std::bit_cast<uint32_t>(u.y));
+  const double fine = double{u_light} + static_cast<double>(more >> 11) * 0x1p-77;
+  const LightTree::Pick pick = tree_->sample(at, std::min(fine / double{tree_probability_}, 1.0));
+  if (!(pick.probability > 0)) return false;
+  return sample_of({pick.light, pick.probability * tree_probability_}, at.p, u, out);
+}
+
+float LightPick::pdf_w_triangle(const LightReceiver& at, MeshId mesh, uint32_t triangle,
+                                float distance, float abs_cos_light) const {
+  const uint32_t light = first_of_mesh_[mesh.value] + triangle;
+  const float probability =
+      tree_ ? tree_probability_ * tree_->probability(at, light) : picker_.probability(light);
+  return probability * sqr(distance) / (abs_cos_light * triangles_[light].area);
 }
 
 }  // namespace qray

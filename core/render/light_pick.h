@@ -1,5 +1,7 @@
-// Picks a point of a light for next event estimation, by power: emitting triangles, lights without
-// an extent, and the environment as one light more. Immutable after build; any thread.
+// Picks a point of a light for next event estimation: emitting triangles, lights without an extent,
+// and the environment as one light more. Where lights are few, they are picked by power; many, by
+// what they send to the point, with the environment and directional lights beside the tree by their
+// power. Immutable after build; any thread.
 #pragma once
 
 #include <memory>
@@ -8,6 +10,7 @@
 #include "core/math/distribution.h"
 #include "core/math/warp.h"
 #include "core/render/environment_light.h"
+#include "core/render/light_tree.h"
 #include "core/render/material_textures.h"
 #include "core/scene/scene.h"
 
@@ -19,8 +22,8 @@ struct LightSample {
   Rgb radiance;           // that arrives if nothing is in the way; punctual: irradiance facing it
   float pdf_w = 0;        // per steradian, the choice of light counted; punctual: of it alone
   bool punctual = false;  // no other sampling finds it
-  bool varies = false;    // over the triangle: `radiance` is to be looked up at the point
-  MeshId mesh;
+  bool varies = false;    // over the light: `radiance` is to be looked up at the point
+  MeshId mesh;            // not valid: the environment
   uint32_t triangle = 0;
   Vec2 barycentric;
 };
@@ -36,26 +39,27 @@ class LightPick {
   // scene's radius would send on.
   float brightest() const { return brightest_; }
   bool empty() const { return picker_.size() == 0; }
+  bool has_tree() const { return tree_ != nullptr; }
   bool has_punctual() const { return !punctual_.empty(); }
 
-  // False: this choice of light sends nothing to p (it faces away).
-  bool sample(Vec3 p, float u_light, Vec2 u, LightSample& out) const {
-    const AliasTable::Pick pick = picker_.sample(u_light);
-    if (pick.index < triangles_.size()) return sample_triangle(triangles_[pick.index], p, u, out);
-    const size_t rest = pick.index - triangles_.size();
-    return rest < punctual_.size() ? sample_punctual(punctual_[rest], pick.probability, p, out)
-                                   : sample_environment(u, out);
+  // False: this choice of light sends nothing to the point (it faces away).
+  bool sample(const LightReceiver& at, float u_light, Vec2 u, LightSample& out) const {
+    if (tree_) return sample_by_tree(at, u_light, u, out);
+    return sample_of(picker_.sample(u_light), at.p, u, out);
   }
   // Density with which sample() makes the direction that hits an emitting triangle, or escapes.
-  float pdf_w_triangle(MeshId mesh, uint32_t triangle, float distance, float abs_cos_light) const;
-  float pdf_w_environment(Vec3 wi) const {
-    return environment_probability_ * environment_->pdf_w(wi);
+  float pdf_w_triangle(const LightReceiver& at, MeshId mesh, uint32_t triangle, float distance,
+                       float abs_cos_light) const;
+  EnvironmentLight::Arriving from_environment(Vec3 wi) const {
+    const EnvironmentLight::Arriving a = environment_->at(wi);
+    return {a.radiance, environment_probability_ * a.pdf_w};
   }
   Rgb environment_radiance(Vec3 wi) const { return environment_->radiance(wi); }
   bool has_environment() const { return environment_ != nullptr; }
 
  private:
   void set_picker(std::span<const float> weights);
+  void set_tree(std::span<const float> powers);
   void set_brightest(float radius);
 
   struct EmittingTriangle {
@@ -63,12 +67,22 @@ class LightPick {
     Vec3 n;           // unit, front
     float area = 0;
     Rgb emission;
+    float brightness = 0;  // luminance of a side, the mean over it
     bool two_sided = false, varies = false;
     MeshId mesh;
     uint32_t index = 0;  // in its mesh
-    float pick_probability = 0;
   };
-  static bool sample_triangle(const EmittingTriangle& t, Vec3 p, Vec2 u, LightSample& out) {
+  bool sample_of(AliasTable::Pick pick, Vec3 p, Vec2 u, LightSample& out) const {
+    if (pick.index < triangles_.size())
+      return sample_triangle(triangles_[pick.index], pick.probability, p, u, out);
+    const size_t rest = pick.index - triangles_.size();
+    return rest < punctual_.size() ? sample_punctual(punctual_[rest], pick.probability, p, out)
+                                   : sample_environment(u, out);
+  }
+  bool sample_by_tree(const LightReceiver& at, float u_light, Vec2 u, LightSample& out) const;
+  static LightBounds bounds_of(const EmittingTriangle& t);
+  static bool sample_triangle(const EmittingTriangle& t, float probability, Vec3 p, Vec2 u,
+                              LightSample& out) {
     const Vec2 b = square_to_triangle(u);
     const Vec3 to_light = t.p0 + t.e1 * b.x + t.e2 * b.y - p;
     const float distance2 = dot(to_light, to_light);
@@ -78,7 +92,7 @@ class LightPick {
     if (!(t.two_sided ? cos_light != 0 : cos_light > 0) || !(distance2 > 0)) return false;
     out.radiance = t.emission;
     if (t.varies) out.varies = true, out.mesh = t.mesh, out.triangle = t.index, out.barycentric = b;
-    out.pdf_w = t.pick_probability * distance2 / (std::abs(cos_light) * t.area);
+    out.pdf_w = probability * distance2 / (std::abs(cos_light) * t.area);
     return true;
   }
   static bool sample_punctual(const PunctualLight& light, float probability, Vec3 p,
@@ -87,9 +101,15 @@ class LightPick {
 
   std::vector<EmittingTriangle> triangles_;
   std::vector<uint32_t> first_of_mesh_;  // by Hit::mesh: index of its first triangle, or none
-  std::vector<PunctualLight> punctual_;
+  std::vector<PunctualLight> punctual_;  // those that have a place first
   std::shared_ptr<const EnvironmentLight> environment_;  // null: none
   AliasTable picker_;  // triangles, punctual lights, then the environment; empty: no light at all
+  // Null: lights are picked by picker_. Else triangles and lights that have a place are picked by
+  // the tree with its probability, the rest by `outside_`.
+  std::shared_ptr<const LightTree> tree_;
+  float tree_probability_ = 1;
+  size_t in_tree_ = 0;
+  AliasTable outside_;
   float environment_probability_ = 0;
   float brightest_ = 0;
 };

@@ -28,8 +28,8 @@ MaterialShading material_shading(const Material& m, const Bsdf* bsdf,
   s.kind = bsdf->kind();
   const bool passes = m.kind == MaterialKind::kPrincipled && m.transmission.value > 0;
   s.bounds_solid = m.kind == MaterialKind::kDielectric || (passes && !m.thin);
-  s.one_sided =
-      !m.two_sided && !s.bounds_solid && !passes && m.kind != MaterialKind::kThinDielectric;
+  s.opaque = !s.bounds_solid && !passes && m.kind != MaterialKind::kThinDielectric;
+  s.one_sided = !m.two_sided && s.opaque;
   return s;
 }
 

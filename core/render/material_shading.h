@@ -19,6 +19,7 @@ struct MaterialShading {
   bool masked = false;        // rays may pass; for a blend its parts counted
   bool blends = false;        // resolved to one of two others at every hit
   bool one_sided = false;     // black from behind
+  bool opaque = false;        // light goes on only on the side where it comes from
   bool anisotropic = false;   // wants frames that follow the uv directions
   bool bounds_solid = false;  // what passes it is inside or outside from then on
 

@@ -177,10 +177,8 @@ inline float PathTracer::ray_offset(Vec3 p, float t) const {
 // direction.
 inline void PathTracer::add_environment(PathState& path) {
   if (!lights_.has_environment() || (hides_lights_ && path.depth == 1)) return;
-  const Rgb emitted = lights_.environment_radiance(path.ray.d);
-  const float mis = path.delta || !settings_.nee
-                        ? 1.0f
-                        : power_heuristic(path.pdf_w, lights_.pdf_w_environment(path.ray.d));
+  const auto [emitted, nee_pdf_w] = lights_.from_environment(path.ray.d);
+  const float mis = path.delta || !settings_.nee ? 1.0f : power_heuristic(path.pdf_w, nee_pdf_w);
   path.radiance += path.throughput * emitted * mis;
   learner_.emitted(emitted, mis);
 }
@@ -203,8 +201,8 @@ inline void PathTracer::add_emission(PathState& path, const Hit& hit, const Surf
                           : mesh.material->emission.value;
   float mis = 1;
   if (!path.delta && settings_.nee) {
-    mis = power_heuristic(
-        path.pdf_w, lights_.pdf_w_triangle(hit.mesh, hit.triangle, hit.t, std::abs(cos_light)));
+    mis = power_heuristic(path.pdf_w, lights_.pdf_w_triangle(path.from, hit.mesh, hit.triangle,
+                                                             hit.t, std::abs(cos_light)));
   }
   path.radiance += path.throughput * emitted * mis;
   learner_.emitted(emitted, mis);
@@ -272,14 +270,17 @@ inline bool PathTracer::add_direct_light(PathState& path, const PathVertex& v, f
 inline PathTracer::Connection PathTracer::connect(const PathVertex& v, float u_light,
                                                   Vec2 u_light_point) {
   LightSample light;
-  if (!lights_.sample(v.surface.p, u_light, u_light_point, light)) return {};
+  if (!lights_.sample(v.receiver(), u_light, u_light_point, light)) return {};
   if (!settings_.nee && !light.punctual) return {};
   const Vec3 wi_local = v.frame.to_local(light.wi);
   if (!v.sides_agree(light.wi, wi_local)) return {};
   const BsdfEval eval = v.eval(wi_local);
   if (eval.f_cos.is_black()) return {};
-  if (light.varies)
-    light.radiance = scene_.emission_at(light.mesh, light.triangle, light.barycentric);
+  if (light.varies) {
+    light.radiance = light.mesh.valid()
+                         ? scene_.emission_at(light.mesh, light.triangle, light.barycentric)
+                         : lights_.environment_radiance(light.wi);
+  }
   if (const Rgb* inside = v.inside_along(light.wi); inside && std::isfinite(light.distance))
     light.radiance *= transmittance(*inside, light.distance);
   const float ratio =
@@ -377,6 +378,7 @@ inline bool PathTracer::go_on(PathState& path, const PathVertex& v, float u_lobe
   path.ray = {v.ray_origin(next->wi), next->wi};
   path.pdf_w = next->pdf_w;
   path.delta = next->delta;
+  path.from = v.receiver();
   if (!next->delta && next->bsdf_pdf_w > 0) path.guidance *= next->pdf_w / next->bsdf_pdf_w;
   ++path.depth;
   return true;

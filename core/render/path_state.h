@@ -5,6 +5,7 @@
 #include "core/math/ray.h"
 #include "core/math/sampler.h"
 #include "core/math/vec.h"
+#include "core/render/light_tree.h"
 
 namespace qray {
 
@@ -41,6 +42,7 @@ struct PathState {
   // camera's.
   float pdf_w = 0;
   bool delta = true;
+  LightReceiver from{};  // the surface where it was chosen
   float guidance = 1;  // the densities of its directions over what the BSDFs' own were, multiplied
   // Of a sample of the pixel. Not known (0), it is guessed to be what the first place with
   // expectations may bring.

@@ -8,6 +8,7 @@
 #include "core/bsdf/diffuse.h"
 #include "core/guide/guide.h"
 #include "core/math/frame.h"
+#include "core/render/light_tree.h"
 #include "core/render/material_shading.h"
 #include "core/scene/surface.h"
 
@@ -42,6 +43,9 @@ struct PathVertex {
   }
   void find_parts() {
     parts = kind == BsdfKind::kDiffuse ? Diffuse::parts_at(bsdf_at.sp) : bsdf.parts(bsdf_at);
+  }
+  LightReceiver receiver() const {
+    return {surface.p, material.opaque ? frame.z * std::copysign(1.0f, bsdf_at.wo.z) : Vec3{}};
   }
   // Both normals must agree on which side a direction lies, or light leaks through the surface.
   bool sides_agree(Vec3 wi, Vec3 wi_local) const { return dot(wi, surface.ng) * wi_local.z > 0; }

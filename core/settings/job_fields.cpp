@@ -182,7 +182,9 @@ void add_renderer(FieldTable& out) {
   out.push_back(with_default(
       {.path = "light_table",
        .type = FieldType::kSwitch,
-       .help = "Lights are picked by their power. Without the table all are picked alike.",
+       .help = "Many lights are picked by what they send to the place, few by their power. Without "
+               "it all "
+               "are picked alike.",
        .callers = kVariant,
        .setting = setting([](RenderSettings & s) -> auto& { return s.light_table; })}));
 }

@@ -24,6 +24,19 @@ Image noise(int width, int height, uint64_t seed) {
   return image;
 }
 
+// Of several texels a tile: smooth but for stripes of noise, with a sun.
+Image large_sky(int width, int height) {
+  Image image(width, height, 3);
+  test::Random random(6);
+  for (int y = 0; y < height; ++y)
+    for (int x = 0; x < width; ++x) {
+      const float level = 1 + 0.5f * std::sin(0.01f * static_cast<float>(x + 2 * y));
+      image.set_rgb(x, y, Rgb{y / 40 % 3 == 0 ? 2 * random.next() : level});
+    }
+  for (int x = 301; x < 304; ++x) image.set_rgb(x, 130, Rgb{3000});
+  return image;
+}
+
 Environment with_image(Image image) {
   Environment environment;
   environment.radiance = {1, 0.9f, 0.8f};
@@ -69,9 +82,47 @@ TEST(EnvironmentLight, DirectionsFollowTheDensity) {
   }
 }
 
+// Of a picture with tiles, counted in blocks of texels. The density times the sine is linear or
+// constant in each quarter of a texel: the middle's is its mean.
+TEST(EnvironmentLight, DirectionsInALargePictureFollowTheDensity) {
+  constexpr int kWidth = 1010, kHeight = 505, kSamples = 1'000'000;
+  constexpr size_t kColumns = 101, kRows = 101;
+  const Environment environment = with_image(large_sky(kWidth, kHeight));
+  const EnvironmentLight light(environment);
+  const auto bin = [](double u, double v) {
+    return static_cast<size_t>(v * kRows) * kColumns + static_cast<size_t>(u * kColumns);
+  };
+  std::vector<double> expected(kColumns * kRows), observed(kColumns * kRows);
+  double integral = 0;
+  for (int y = 0; y < 2 * kHeight; ++y)
+    for (int x = 0; x < 2 * kWidth; ++x) {
+      const double u = (x + 0.5) / (2 * kWidth), v = (y + 0.5) / (2 * kHeight);
+      const double theta = M_PI * v, phi = 2 * M_PI * (u - 0.5), sine = std::sin(theta);
+      const Vec3 d{static_cast<float>(sine * std::sin(phi)), static_cast<float>(std::cos(theta)),
+                   static_cast<float>(-sine * std::cos(phi))};
+      const double share = double{light.pdf_w(environment.to_world * d)} * sine * M_PI * M_PI /
+                           (2.0 * kWidth * kHeight);
+      expected[bin(u, v)] += share * kSamples;
+      integral += share;
+    }
+  EXPECT_NEAR(integral, 1, 1e-4);
+  test::Random random(11);
+  for (int i = 0; i < kSamples; ++i) {
+    const EnvironmentLight::Sample s = light.sample(random.next_2d());
+    const Vec3 d = environment.to_world.transposed() * s.wi;
+    const double u = 0.5 + std::atan2(d.x, -d.z) / (2 * M_PI);
+    const double v = std::atan2(std::hypot(d.x, d.z), d.y) / M_PI;
+    ++observed[bin(std::min(u, 0.999999), std::min(v, 0.999999))];
+  }
+  const test::Chi2 result = test::chi2_counts(observed, expected);
+  EXPECT_GT(result.p_value, test::significance(1)) << result.table;
+}
+
 // No direction is so unlikely for its light that it becomes a firefly, and none is missed.
 TEST(EnvironmentLight, DensityIsProportionalToLuminance) {
-  for (const Environment& environment : environments()) {
+  std::vector<Environment> all = environments();
+  all.push_back(with_image(large_sky(1010, 505)));
+  for (const Environment& environment : all) {
     const EnvironmentLight light(environment);
     test::Random random(5);
     for (int i = 0; i < 100'000; ++i) {

@@ -65,11 +65,12 @@ TEST(LightSampling, EnvironmentDirectionsFollowTheDensity) {
         [&](test::Random& random) -> std::optional<Vec3> {
           LightSample light;
           const float u_light = random.next();
-          if (!lights.sample({0, 2, 0}, u_light, random.next_2d(), light)) return std::nullopt;
-          EXPECT_NEAR(light.pdf_w / lights.pdf_w_environment(light.wi), 1, 1e-3);
+          if (!lights.sample({{0, 2, 0}, {}}, u_light, random.next_2d(), light))
+            return std::nullopt;
+          EXPECT_NEAR(light.pdf_w / lights.from_environment(light.wi).pdf_w, 1, 1e-3);
           return light.wi;
         },
-        [&](Vec3 wi) { return lights.pdf_w_environment(wi); }, options);
+        [&](Vec3 wi) { return lights.from_environment(wi).pdf_w; }, options);
     EXPECT_GT(result.p_value, test::significance(2)) << result.table;
   }
 }

@@ -112,22 +112,62 @@ TEST(AliasTable, OddWeights) {
   for (int i = 0; i < 1000; ++i) EXPECT_EQ(table.sample(random.next()).index, 2u);
 }
 
+CdfPick pick(std::span<const float> cdf, size_t parts, float u) {
+  std::vector<uint32_t> guide(parts + 1);
+  fill_guide(cdf, guide);
+  return pick_by_cdf(cdf, guide, u);
+}
+
 TEST(Cdf, PicksByWeightAndPlacesEvenly) {
-  const std::vector<float> weights{0, 1, 0, 3, 0};
-  std::vector<float> cdf(6);
-  EXPECT_EQ(fill_cdf(weights, cdf), 4);
-  for (const float u : {0.0f, 0.1f, 0.2f}) {
-    EXPECT_EQ(pick_by_cdf(cdf, u).index, 1);
-    EXPECT_FLOAT_EQ(pick_by_cdf(cdf, u).offset, u * 4);
+  const std::vector<float> weights{0, 1, 0, 3, 0}, zeros(4, 0.0f);
+  for (const size_t parts : {1, 2, 8, 64}) {
+    std::vector<float> cdf(6);
+    EXPECT_EQ(fill_cdf(weights, cdf), 4);
+    for (const float u : {0.0f, 0.1f, 0.2f}) {
+      EXPECT_EQ(pick(cdf, parts, u).index, 1);
+      EXPECT_FLOAT_EQ(pick(cdf, parts, u).offset, u * 4);
+    }
+    EXPECT_EQ(pick(cdf, parts, 0.25f).index, 3);
+    EXPECT_FLOAT_EQ(pick(cdf, parts, 0.625f).offset, 0.5f);
+    EXPECT_EQ(pick(cdf, parts, kOneMinusEpsilon).index, 3);
+    EXPECT_LT(pick(cdf, parts, kOneMinusEpsilon).offset, 1);
+    cdf.resize(5);
+    EXPECT_EQ(fill_cdf(zeros, cdf), 0);
+    EXPECT_EQ(pick(cdf, parts, 0.6f).index, 2);
   }
-  EXPECT_EQ(pick_by_cdf(cdf, 0.25f).index, 3);
-  EXPECT_FLOAT_EQ(pick_by_cdf(cdf, 0.625f).offset, 0.5f);
-  EXPECT_EQ(pick_by_cdf(cdf, kOneMinusEpsilon).index, 3);
-  EXPECT_LT(pick_by_cdf(cdf, kOneMinusEpsilon).offset, 1);
-  const std::vector<float> zeros(4, 0.0f);
-  cdf.resize(5);
-  EXPECT_EQ(fill_cdf(zeros, cdf), 0);
-  EXPECT_EQ(pick_by_cdf(cdf, 0.6f).index, 2);
+}
+
+TEST(Cdf, AGuideOnlyShortensTheSearch) {
+  Random random(7);
+  std::vector<float> weights(1000), cdf(1001);
+  for (float& w : weights) w = random.next() < 0.3f ? 0 : std::pow(random.next(), 20.0f);
+  fill_cdf(weights, cdf);
+  for (const size_t parts : {1, 16, 64, 1024}) {
+    std::vector<uint32_t> guide(parts + 1);
+    fill_guide(cdf, guide);
+    for (int i = 0; i < 20'000; ++i) {
+      // Every other one where a part or an interval begins.
+      const float u = i % 2 ? random.next()
+                            : std::min(cdf[static_cast<size_t>(i / 2 % 1000)], kOneMinusEpsilon);
+      const auto above = std::upper_bound(cdf.begin(), cdf.end(), u);
+      ASSERT_EQ(pick_by_cdf(cdf, guide, u).index, above - cdf.begin() - 1) << u;
+    }
+  }
+}
+
+TEST(Warp, AnglesAreTheLibrarys) {
+  Random random(8);
+  for (int i = 0; i < 10'000; ++i) {
+    const float x = random.next() - 0.5f, y = random.next() - 0.5f;
+    ASSERT_NEAR(angle_of(y, x), std::atan2(y, x), 4e-7) << y << ", " << x;
+  }
+  for (const auto& [y, x] : {std::pair{0.0f, 1.0f},
+                             {1.0f, 0.0f},
+                             {-1.0f, 0.0f},
+                             {0.0f, -1.0f},
+                             {1e-30f, 1.0f},
+                             {0.0f, 0.0f}})
+    EXPECT_NEAR(angle_of(y, x), std::atan2(y, x), 4e-7) << y << ", " << x;
 }
 
 TEST(Warp, LinearFollowsItsDensity) {
