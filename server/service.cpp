@@ -285,9 +285,9 @@ Result<std::unique_ptr<Service>> Service::start(const Config& config) {
   parts->thumbnails = std::move(thumbnails).value();
   parts->importer = std::make_unique<SceneImporter>(
       *parts->assets, *parts->uploads, parts->upload_quota, import_limits, config.imports);
-  parts->scene_handlers = std::make_unique<SceneHandlers>(SceneHandlers::Uses{
-      *parts->importer, parts->scenes, *parts->uploads, *parts->assets, parts->jobs,
-      *parts->thumbnails, requests});
+  parts->scene_handlers = std::make_unique<SceneHandlers>(
+      SceneHandlers::Uses{*parts->importer, parts->scenes, *parts->uploads, *parts->assets,
+                          parts->jobs, *parts->thumbnails, requests});
   parts->asset_handlers = std::make_unique<AssetHandlers>(*parts->assets, config.asset_mib << 20);
   parts->health_handlers = std::make_unique<HealthHandlers>(
       HealthHandlers::Uses{parts->jobs, parts->metrics, parts->event_handlers,

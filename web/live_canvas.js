@@ -1,4 +1,4 @@
-// A live frame in WebGL2: a texture of linear light (RGB9E5, or sRGB from a decoded JPEG) that fills
+// A live frame in WebGL2: a texture of linear light (RGB9E5, or sRGB of a decoded JPEG) that fills
 // the canvas, smoothed where the frame is smaller; exposure and the sRGB curve in the shader.
 
 const kVertexShader = `#version 300 es

@@ -11,7 +11,8 @@ function header_of(view, at) {
   const u64 = (offset) => Number(view.getBigUint64(at + offset, true));
   if (u32(0) !== kMagic) throw new Error('this is no frame');
   return {
-    header_bytes: u32(4), picture_bytes: u32(8), encoding: kEncodings[view.getUint8(at + 12)], stage: kStages[view.getUint8(at + 13)],
+    header_bytes: u32(4), picture_bytes: u32(8),
+    encoding: kEncodings[view.getUint8(at + 12)], stage: kStages[view.getUint8(at + 13)],
     guided: view.getUint8(at + 14) === 1, percent: view.getUint8(at + 15), number: u64(16),
     camera: u64(24), width: u32(32), height: u32(36),
     ms: { features: f32(40), reprojection: f32(44), samples: f32(48), learning: f32(52),
@@ -112,7 +113,8 @@ export class LiveStream {
     this.#size -= at;
     this.#began_ms = performance.now();
     on_frame(frame, frame.encoding === 'rgb9e5' ? new Uint32Array(bytes.buffer) :
-      await createImageBitmap(new Blob([bytes], { type: `image/${frame.encoding}` }), { colorSpaceConversion: 'none' }));
+      await createImageBitmap(new Blob([bytes], { type: `image/${frame.encoding}` }),
+        { colorSpaceConversion: 'none' }));
   }
 
   // How long a frame took from its first byte to its last is how fast the line is.

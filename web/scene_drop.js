@@ -71,8 +71,8 @@ export class SceneDrop {
     const scenes = files.filter((one) => kScene.test(one.name)).map((one) => one.name);
     const empty = files.find(({ file }) => file.size === 0);
     if (!archive && !scenes.length) {
-      return this.#say('Expected a .glb, a .zip, or a scene (.gltf, .xml, .obj, .ply, scene.json) ' +
-        'together with its files.', true);
+      return this.#say('Expected a .glb, a .zip, or a scene (.gltf, .xml, .obj, .ply, ' +
+        'scene.json) together with its files.', true);
     }
     if (empty && (archive || scenes.includes(empty.name))) {
       return this.#say(`${empty.name} is empty.`, true);
@@ -83,7 +83,8 @@ export class SceneDrop {
     }
     const hashes = {};
     for (const [index, one] of files.entries()) {
-      this.#say(`Sending ${one.name}${files.length > 1 ? ` (${index + 1} of ${files.length})` : ''} …`);
+      const which = files.length > 1 ? ` (${index + 1} of ${files.length})` : '';
+      this.#say(`Sending ${one.name}${which} …`);
       hashes[one.name] = await this.#send(one.file);
     }
     const entry = archive ? undefined : await this.#which(scenes);

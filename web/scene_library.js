@@ -115,7 +115,8 @@ export class SceneLibrary {
 
   async #delete() {
     const name = title_of(this.#chosen);
-    if (!confirm(`Delete the scene ${name} and its files? Pictures that were made of it stay.`)) return;
+    const question = `Delete the scene ${name} and its files? Pictures made of it stay.`;
+    if (!confirm(question)) return;
     await this.#change(() => delete_scene(this.#chosen));
   }
 

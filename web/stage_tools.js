@@ -49,7 +49,8 @@ export class StageTools {
 
   #list_others() {
     const { job: job_id, with: with_id } = this.#address.view;
-    const words = (job) => `${job.id} · ${title_of(job.request.scene)} · ${method_words(job.request.method)}`;
+    const words = ({ id, request: { scene, method } }) =>
+      `${id} · ${title_of(scene)} · ${method_words(method)}`;
     const others = this.#store.newest_first().filter((job) => job.id !== job_id);
     show_options(this.#part('compare'),
       [['', 'nothing'], ...others.map((job) => [job.id, words(job)])], with_id ?? '');

@@ -126,7 +126,8 @@ export class TablesPage {
 
   async #delete({ id, scene }) {
     const short = id.slice(0, 8);
-    if (!confirm(`Delete table ${short} of ${title_of(scene)}? What it learned is gone then.`)) return;
+    const of = title_of(scene);
+    if (!confirm(`Delete table ${short} of ${of}? What it learned is gone then.`)) return;
     await this.#change(async () => {
       await delete_table(id);
       return `Table ${short} is deleted.`;

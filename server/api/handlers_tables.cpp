@@ -11,7 +11,7 @@ namespace {
 
 constexpr int kMostListed = 1000;
 constexpr size_t kAtOnceBytes = 1 << 18;  // of a file, that is sent
-constexpr const char* kBytes = "application/octet-stream";
+constexpr const char* kTableBytes = "application/octet-stream";
 
 }  // namespace
 
@@ -56,7 +56,7 @@ void TableHandlers::file(httplib::Response& res, const std::string& id) const {
   if (!file.ok()) return reply_error(res, file.error());
   const auto shared = std::make_shared<const MappedFile>(std::move(file).value());
   res.set_header("Content-Disposition", "attachment; filename=\"" + id + ".qrt\"");
-  res.set_content_provider(shared->bytes().size(), kBytes,
+  res.set_content_provider(shared->bytes().size(), kTableBytes,
                            [shared](size_t offset, size_t size, httplib::DataSink& sink) {
                              const auto* bytes =
                                  reinterpret_cast<const char*>(shared->bytes().data());
@@ -66,9 +66,10 @@ void TableHandlers::file(httplib::Response& res, const std::string& id) const {
 
 void TableHandlers::upload(const httplib::Request& req, httplib::Response& res,
                            const httplib::ContentReader& body) {
-  if (req.get_header_value("Content-Type") != kBytes)
+  if (req.get_header_value("Content-Type") != kTableBytes)
     return reply_problem(
-        res, {415, "Wrong media type", std::string("expected a table's file as ") + kBytes, {}});
+        res,
+        {415, "Wrong media type", std::string("expected a table's file as ") + kTableBytes, {}});
   const std::string scene = req.get_param_value("scene");
   if (!scene.empty() && !proto::is_name(scene))
     return reply_error(res, {ErrorCode::kInvalid, "expected a scene's name", "/scene"});

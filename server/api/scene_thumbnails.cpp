@@ -22,10 +22,11 @@ constexpr const char* kEnding = ".jpg";
 
 RenderSettings settings_for(const Scene& scene) {
   RenderSettings settings = settings_of(JobRequest(), scene);
-  const double scale =
-      double{SceneThumbnails::kSide} / std::max(settings.width, settings.height);
+  const double scale = double{SceneThumbnails::kSide} / std::max(settings.width, settings.height);
   // Recovery works on blocks of 2 x 2 pixels.
-  const auto side = [&](int pixels) { return std::max(2, 2 * static_cast<int>(pixels * scale / 2)); };
+  const auto side = [&](int pixels) {
+    return std::max(2, 2 * static_cast<int>(pixels * scale / 2));
+  };
   settings.width = side(settings.width);
   settings.height = side(settings.height);
   settings.method = "none";

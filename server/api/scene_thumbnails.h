@@ -18,7 +18,8 @@ class SceneThumbnails {
   // Those of scenes that are gone are removed.
   static Result<std::unique_ptr<SceneThumbnails>> open(const std::filesystem::path& data,
                                                        SceneStore& scenes);
-  // A JPEG. kNotFound: no such scene; kBusy: others are being made; else what is wrong in the scene.
+  // A JPEG. kNotFound: no such scene; kBusy: others are being made; else what is wrong in the
+  // scene.
   Result<Bytes> get(const std::string& scene);
   // Ends what is being made.
   void stop() { stop_.request_stop(); }

@@ -43,7 +43,7 @@ class UploadedScenes {
   std::optional<std::filesystem::path> file(std::string_view name) const;  // of the scene
   std::vector<proto::SceneInfo> list() const;                              // sorted by name
   size_t count() const;
-  Status remove(const std::string& name);  // kNotFound
+  Status remove(const std::string& name);                            // kNotFound
   Status rename(const std::string& name, const std::string& title);  // kNotFound
   const std::filesystem::path& folder() const { return folder_; }
 

@@ -300,8 +300,9 @@ TEST_F(ServiceTest, JobsInPages) {
 
 TEST_F(ServiceTest, ScenesHealthAndPage) {
   const Json scenes = s_.get("/v1/scenes");
-  EXPECT_EQ(scenes["scenes"],
-            Json::parse(R"([{"name":"box","width":48,"height":40,"uploaded":false}])"));
+  EXPECT_EQ(
+      scenes["scenes"],
+      Json::parse(R"([{"name":"box","width":48,"height":40,"uploaded":false,"title":"box"}])"));
   EXPECT_EQ(s_.get("/healthz")["status"], "ok");
   const auto page = s_.client().Get("/");
   ASSERT_TRUE(page);

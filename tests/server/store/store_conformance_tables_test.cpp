@@ -9,7 +9,7 @@ using enum JobState;
 
 class StoreConformanceTables : public test::StoreTest {};
 
-TableRow table(char digit, uint8_t scene = 0, uint64_t samples_seen = 8) {
+TableRow table_row(char digit, uint8_t scene = 0, uint64_t samples_seen = 8) {
   TableRow row;
   row.info.id = std::string(32, digit);
   row.info.scene = "box";
@@ -27,7 +27,7 @@ TableRow table(char digit, uint8_t scene = 0, uint64_t samples_seen = 8) {
 TEST_P(StoreConformanceTables, ATableIsRecordedWithTheMoveThatMadeIt) {
   const JobId id = insert();
   JobStore::Change change;
-  change.table = table('a');
+  change.table = table_row('a');
   EXPECT_FALSE(store_->move(id, kSucceeded, change).ok());
   EXPECT_EQ(open_->tables().find(std::string(32, 'a')).error().code, ErrorCode::kNotFound);
   move(id, {kPreparing, kRendering, kFinalizing});
@@ -41,14 +41,15 @@ TEST_P(StoreConformanceTables, ATableIsRecordedWithTheMoveThatMadeIt) {
 
 TEST_P(StoreConformanceTables, TablesAreFoundBySceneAndByAge) {
   TableIndex& tables = open_->tables();
-  for (const TableRow& row : {table('a'), table('b', 1), table('c', 0, 9), table('d')})
+  for (const TableRow& row :
+       {table_row('a'), table_row('b', 1), table_row('c', 0, 9), table_row('d')})
     ASSERT_TRUE(tables.add(row).ok());
   const std::string a(32, 'a'), b(32, 'b'), c(32, 'c'), d(32, 'd');
-  EXPECT_EQ(tables.fitting("huang", table('a').scene, 8).value(),
+  EXPECT_EQ(tables.fitting("huang", table_row('a').scene, 8).value(),
             (std::vector<std::string>{c, d, a}));
-  EXPECT_EQ(tables.fitting("huang", table('a').scene, 1).value(), std::vector<std::string>{c});
-  EXPECT_TRUE(tables.fitting("ppg", table('a').scene, 8).value().empty());
-  ASSERT_TRUE(tables.add(table('a')).ok());  // again: the newest
+  EXPECT_EQ(tables.fitting("huang", table_row('a').scene, 1).value(), std::vector<std::string>{c});
+  EXPECT_TRUE(tables.fitting("ppg", table_row('a').scene, 8).value().empty());
+  ASSERT_TRUE(tables.add(table_row('a')).ok());  // again: the newest
   EXPECT_EQ(tables.list(1, "").value()[0].id, a);
   EXPECT_EQ(tables.list(8, c).value().size(), 1u);
   EXPECT_EQ(tables.list(8, "none").error().code, ErrorCode::kNotFound);
@@ -58,7 +59,7 @@ TEST_P(StoreConformanceTables, TablesAreFoundBySceneAndByAge) {
 TEST_P(StoreConformanceTables, ATableThatAnOpenJobNamesStays) {
   TableIndex& tables = open_->tables();
   const std::string a(32, 'a');
-  ASSERT_TRUE(tables.add(table('a')).ok());
+  ASSERT_TRUE(tables.add(table_row('a')).ok());
   JobRequest request;
   request.set(field::kScene, "box");
   request.set(field::kTable, a);
