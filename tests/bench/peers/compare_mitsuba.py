@@ -10,9 +10,7 @@ import xml.etree.ElementTree as xml
 import mitsuba
 import numpy
 
-# llvm_ad_rgb is faster, but compiles for the machine, which not every LLVM can.
-mitsuba.set_variant("scalar_rgb")
-REGIONS = 4  # a side
+from pictures import read, regions
 
 
 def prepared(path, folder, size, spp):
@@ -53,18 +51,6 @@ def prepared(path, folder, size, spp):
     out = os.path.join(folder, "prepared.xml")
     tree.write(out)
     return out, wide, high
-
-
-def regions(image):
-    """Mean radiance of REGIONS x REGIONS blocks, each with three channels."""
-    rows = numpy.array_split(image, REGIONS, axis=0)
-    return numpy.array([block.mean(axis=(0, 1)) for row in rows
-                        for block in numpy.array_split(row, REGIONS, axis=1)])
-
-
-def read(path):
-    return numpy.array(mitsuba.Bitmap(path).convert(
-        mitsuba.Bitmap.PixelFormat.RGB, mitsuba.Struct.Type.Float32, srgb_gamma=False))
 
 
 def compare(qray, folder, size, spp, runs, path):

@@ -9,14 +9,6 @@ set -euo pipefail
 here="$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)"
 build=${1:?usage: mitsuba.sh BUILD_DIR SCENE.xml...}
 shift
-scratch=$(mktemp -d)
-trap 'rm -rf "$scratch"' EXIT
-
-venv="$scratch/venv"
-if ! { python3 -m venv "$venv" && "$venv/bin/pip" install -q mitsuba numpy; } \
-  > "$scratch/pip.log" 2>&1; then
-  echo "mitsuba.sh: skipped, no Mitsuba from PyPI: $(tail -n 1 "$scratch/pip.log")"
-  exit 0
-fi
+. "$here/with_mitsuba.sh"
 "$venv/bin/python" "$here/compare_mitsuba.py" "$build/bin/qray" "${KEEP:-$scratch/kept}" \
   "${SIZE:-256}" "${SPP:-256}" "${RUNS:-4}" "$@"

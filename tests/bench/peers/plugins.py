@@ -8,8 +8,9 @@ import sys
 import mitsuba
 import numpy
 
-mitsuba.set_variant("scalar_rgb")
-WIDE, HIGH, SPP, REGIONS = 64, 48, 64, 4
+from pictures import read, regions
+
+WIDE, HIGH, SPP = 64, 48, 64
 
 
 def tag(kind, name, value):
@@ -223,17 +224,6 @@ def write_files(folder):
         for a, b, c, d in faces:
             for corners in ((a, b, c), (a, c, d)):
                 file.write("f " + " ".join(f"{i + 1}/{i + 1}" for i in corners) + "\n")
-
-
-def regions(image):
-    rows = numpy.array_split(image, REGIONS, axis=0)
-    return numpy.array([block.mean(axis=(0, 1)) for row in rows
-                        for block in numpy.array_split(row, REGIONS, axis=1)])
-
-
-def read(path):
-    return numpy.array(mitsuba.Bitmap(path).convert(
-        mitsuba.Bitmap.PixelFormat.RGB, mitsuba.Struct.Type.Float32, srgb_gamma=False))
 
 
 def compare(qray, folder, name, text, runs):

@@ -9,14 +9,6 @@ set -euo pipefail
 here="$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)"
 build=${1:?usage: plugins.sh BUILD_DIR [NAME...]}
 shift
-scratch=$(mktemp -d)
-trap 'rm -rf "$scratch"' EXIT
-
-venv="$scratch/venv"
-if ! { python3 -m venv "$venv" && "$venv/bin/pip" install -q mitsuba numpy; } \
-  > "$scratch/pip.log" 2>&1; then
-  echo "plugins.sh: skipped, no Mitsuba from PyPI: $(tail -n 1 "$scratch/pip.log")"
-  exit 0
-fi
+. "$here/with_mitsuba.sh"
 mkdir "$scratch/scenes"
 "$venv/bin/python" "$here/plugins.py" "$build/bin/qray" "$scratch/scenes" "${RUNS:-4}" "$@"

@@ -5,7 +5,7 @@
 
 #include <thread>
 
-#include "tests/support/scratch.h"
+#include "tests/server/store/job_store_steps.h"
 
 namespace qray::server {
 namespace {
@@ -13,59 +13,23 @@ namespace {
 using std::chrono::milliseconds;
 using enum JobState;
 
-class SqliteJobStoreTest : public ::testing::Test {
+class SqliteJobStoreTest : public test::JobStoreSteps {
  protected:
   void SetUp() override { open(); }
   // As after a restart of the server.
   void open() {
-    store_.reset();
+    sqlite_.reset();
     events_ = std::make_unique<EventLog>();
     db_.reset();
     Result<std::unique_ptr<Database>> db = Database::open(scratch_ / "jobs.sqlite");
     ASSERT_TRUE(db.ok()) << db.error().text();
     db_ = std::move(db).value();
-    store_ = std::make_unique<SqliteJobStore>(*db_, *events_, [this] { return now_ms_; });
-    const Result<std::vector<JobRecord>> recovered = store_->recover();
-    ASSERT_TRUE(recovered.ok()) << recovered.error().text();
-    recovered_.clear();
-    for (const JobRecord& job : recovered.value()) recovered_.push_back(job.id);
-  }
-  JobId insert(const JobRequest& request, const std::optional<JobStore::IdempotencyKey>& key = {}) {
-    const JobStore::Posted posted{request, key};
-    auto inserted = store_->insert({&posted, 1}, 1);
-    EXPECT_TRUE(inserted[0].ok());
-    return inserted[0].ok() ? inserted[0].value().job.id : JobId{};
-  }
-  JobId insert() {
-    JobRequest request;
-    request.set(field::kScene, "box");
-    request.set(field::kSamples, 8);
-    return insert(request);
-  }
-  JobRecord get(JobId id) {
-    Result<JobRecord> job = store_->get(id);
-    EXPECT_TRUE(job.ok());
-    return job.value();
-  }
-  void move(JobId id, std::initializer_list<JobState> states) {
-    for (JobState to : states) {
-      const Result<JobRecord> moved = store_->move(id, to);
-      ASSERT_TRUE(moved.ok()) << moved.error().text();
-    }
-  }
-  std::vector<std::string> kinds_after(uint64_t cursor) {
-    std::vector<std::string> kinds;
-    for (const Event& e : events_->wait(cursor, "", milliseconds(0)).events)
-      kinds.push_back(e.kind);
-    return kinds;
+    sqlite_ = std::make_unique<SqliteJobStore>(*db_, *events_, [this] { return now_ms_; });
+    recover(*sqlite_);
   }
 
-  qray::test::ScratchFolder scratch_;
-  int64_t now_ms_ = 1000;
-  std::unique_ptr<EventLog> events_;
   std::unique_ptr<Database> db_;
-  std::unique_ptr<JobStore> store_;
-  std::vector<JobId> recovered_;
+  std::unique_ptr<SqliteJobStore> sqlite_;
 };
 
 TEST_F(SqliteJobStoreTest, AFailedWriteUndoesTheWholeMove) {
@@ -209,7 +173,7 @@ TEST_F(SqliteJobStoreTest, ANewerSchemaIsRefused) {
     Database::Session session(*db_);
     ASSERT_TRUE(session.exec("PRAGMA user_version=99").ok());
   }
-  store_.reset();
+  sqlite_.reset();
   db_.reset();
   const Result<std::unique_ptr<Database>> db = Database::open(scratch_ / "jobs.sqlite");
   ASSERT_FALSE(db.ok());

@@ -7,11 +7,10 @@
 #include "server/sqlite/sqlite_job_store.h"
 #include "server/sqlite/sqlite_table_index.h"
 #include "server/sqlite/sqlite_webhook_store.h"
-#include "tests/support/scratch.h"
+#include "tests/server/store/job_store_steps.h"
 
 namespace qray::server::test {
 
-using std::chrono::milliseconds;
 using enum JobState;
 
 // A store that is open.
@@ -54,7 +53,7 @@ inline constexpr StoreKind kStores[] = {
      }},
 };
 
-class StoreTest : public ::testing::TestWithParam<StoreKind> {
+class StoreTest : public JobStoreSteps, public ::testing::WithParamInterface<StoreKind> {
  protected:
   void SetUp() override { open(); }
   // As after a restart of the server.
@@ -62,48 +61,10 @@ class StoreTest : public ::testing::TestWithParam<StoreKind> {
     open_.reset();
     events_ = std::make_unique<EventLog>();
     open_ = GetParam().open(scratch_.path(), *events_, [this] { return now_ms_; });
-    store_ = &open_->jobs();
-    const Result<std::vector<JobRecord>> recovered = store_->recover();
-    ASSERT_TRUE(recovered.ok()) << recovered.error().text();
-    recovered_.clear();
-    for (const JobRecord& job : recovered.value()) recovered_.push_back(job.id);
-  }
-  JobId insert(const JobRequest& request, const std::optional<JobStore::IdempotencyKey>& key = {}) {
-    const JobStore::Posted posted{request, key};
-    auto inserted = store_->insert({&posted, 1}, 1);
-    EXPECT_TRUE(inserted[0].ok());
-    return inserted[0].ok() ? inserted[0].value().job.id : JobId{};
-  }
-  JobId insert() {
-    JobRequest request;
-    request.set(field::kScene, "box");
-    request.set(field::kSamples, 8);
-    return insert(request);
-  }
-  JobRecord get(JobId id) {
-    Result<JobRecord> job = store_->get(id);
-    EXPECT_TRUE(job.ok());
-    return job.value();
-  }
-  void move(JobId id, std::initializer_list<JobState> states) {
-    for (JobState to : states) {
-      const Result<JobRecord> moved = store_->move(id, to);
-      ASSERT_TRUE(moved.ok()) << moved.error().text();
-    }
-  }
-  std::vector<std::string> kinds_after(uint64_t cursor) {
-    std::vector<std::string> kinds;
-    for (const Event& e : events_->wait(cursor, "", milliseconds(0)).events)
-      kinds.push_back(e.kind);
-    return kinds;
+    recover(open_->jobs());
   }
 
-  qray::test::ScratchFolder scratch_;
-  int64_t now_ms_ = 1000;
-  std::unique_ptr<EventLog> events_;
   std::unique_ptr<OpenStore> open_;
-  JobStore* store_ = nullptr;
-  std::vector<JobId> recovered_;
 };
 
 }  // namespace qray::server::test
