@@ -8,6 +8,8 @@
 namespace qray {
 namespace {
 
+const ImageLibrary* library_instead = nullptr;
+
 // Calls a function of the library, or says why there is none.
 template <class R, class... Params, class... Args>
 R call(R (*ImageLibrary::*function)(Params...), const Args&... args) {
@@ -30,9 +32,13 @@ Result<const ImageLibrary*> open_image_library(const std::filesystem::path& file
   return reinterpret_cast<ImageLibraryEntry*>(entry)();
 }
 
+void use_image_library(const ImageLibrary& library) { library_instead = &library; }
+
 const Result<const ImageLibrary*>& image_library() {
   static const Result<const ImageLibrary*> library =
-      open_image_library(beside_program("lib/qray/qray_openimageio.so", QRAY_IMAGE_LIBRARY));
+      library_instead
+          ? Result<const ImageLibrary*>(library_instead)
+          : open_image_library(beside_program("lib/qray/qray_openimageio.so", QRAY_IMAGE_LIBRARY));
   return library;
 }
 

@@ -28,6 +28,8 @@ using ImageLibraryEntry = const ImageLibrary*();
 
 // `file`: a library with that entry. It stays loaded. kIo: it cannot be loaded.
 Result<const ImageLibrary*> open_image_library(const std::filesystem::path& file);
+// From now on `library` instead of the one that comes with qray: before the first picture.
+void use_image_library(const ImageLibrary& library);
 // The one that comes with qray, opened by the first call.
 const Result<const ImageLibrary*>& image_library();
 

@@ -101,8 +101,9 @@ Status tidy_data_folder(const fs::path& data, JobStore& jobs, TableStore& tables
     }
   }
   for (const JobId id : open.value()) tidying.remove_half_written(data / "results" / id.text());
-  for (const char* folder : {"checkpoints", "tables", "weights"})
+  for (const char* folder : {"checkpoints", "tables", "weights", "thumbnails"})
     tidying.remove_half_written(data / folder);
+  for (const fs::path& scene : entries_of(data / "scenes")) tidying.remove_half_written(scene);
 
   // Step 3: tables.
   const std::set<std::string> recorded(table_ids.value().begin(), table_ids.value().end());

@@ -101,13 +101,25 @@ class Line {
   Status shake_hands() {
     if (!tls_context()) return refused(tls_fault(), url_);
     tls_.reset(::SSL_new(tls_context()));
-    if (!tls_ || ::SSL_set_fd(tls_.get(), fd_) != 1 ||
-        ::SSL_set1_host(tls_.get(), url_.host.c_str()) != 1 ||
-        ::SSL_set_tlsext_host_name(tls_.get(), url_.host.c_str()) != 1)
+    if (!tls_ || ::SSL_set_fd(tls_.get(), fd_) != 1 || !expect_certificate())
       return refused(tls_fault(), url_);
-    for (int done; (done = ::SSL_connect(tls_.get())) != 1;)
-      if (Status s = wait_after(done, POLLIN); !s.ok()) return s;
+    for (int done; (done = ::SSL_connect(tls_.get())) != 1;) {
+      const Status waited = wait_after(done, POLLIN);
+      const long judged = ::SSL_get_verify_result(tls_.get());
+      if (judged != X509_V_OK)
+        return refused(std::string("its certificate: ") + ::X509_verify_cert_error_string(judged),
+                       url_);
+      if (!waited.ok()) return waited;
+    }
     return {};
+  }
+
+  // The certificate must name the host: an address as such, which is not asked for by name.
+  bool expect_certificate() {
+    const char* host = url_.host.c_str();
+    if (::X509_VERIFY_PARAM_set1_ip_asc(::SSL_get0_param(tls_.get()), host) == 1) return true;
+    return ::SSL_set1_host(tls_.get(), host) == 1 &&
+           ::SSL_set_tlsext_host_name(tls_.get(), host) == 1;
   }
 
   // After a call that did not go on: until it may.

@@ -4,6 +4,7 @@
 // ones.
 #include <gtest/gtest.h>
 
+#include "core/base/file.h"
 #include "tests/crash/trial.h"
 #include "tests/support/sanitized.h"
 
@@ -157,6 +158,23 @@ const Operation kDeleteJob{
       wanted.picture.reset();  // half of its files may be gone: the next start
     }};
 
+const Operation kDeleteJobs{"delete jobs that a filter finds",
+                            [](ChildServer& server, Model& model) {
+                              finished(server, model, tiny("none"));
+                              finished(server, model, tiny("none", 8));
+                            },
+                            [](ChildServer& server, Model& model, const auto& arm) {
+                              arm();
+                              const auto gone = server.call("DELETE", "/v1/jobs?state=succeeded");
+                              for (auto& [id, wanted] : model.jobs) {
+                                wanted.is = Is::kMaybe;
+                                wanted.picture.reset();
+                              }
+                              if (!gone.yes()) return;
+                              for (const Json& id : gone.json["deleted"])
+                                model.jobs[id.get<std::string>()].is = Is::kGone;
+                            }};
+
 const Operation kDeleteTable{"delete a table", kDeleteJob.prepare,
                              [](ChildServer& server, Model& model, const auto& arm) {
                                auto& [id, is] = *model.tables.begin();
@@ -228,6 +246,56 @@ const Operation kDeleteScene{"delete a scene",
                                is = now_or(server.call("DELETE", "/v1/scenes/" + name), Is::kGone);
                              }};
 
+const Operation kTitleScene{
+    "give a scene a title",
+    [](ChildServer& server, Model& model) { kUpload.act(server, model, [] {}); },
+    [](ChildServer& server, Model& model, const auto& arm) {
+      const std::string name = model.scenes.begin()->first;
+      arm();
+      const auto titled = server.call("PATCH", "/v1/scenes/" + name, R"({"title":"Kitchen"})");
+      model.titles[name] = {"Kitchen"};
+      if (!titled.yes()) model.titles[name].insert(name);
+    }};
+
+const Operation kThumbnail{"make a small picture of a scene", [](ChildServer&, Model&) {},
+                           [](ChildServer& server, Model&, const auto& arm) {
+                             arm();
+                             (void)server.get("/v1/scenes/box/thumbnail.jpg");
+                           }};
+
+const Operation kUploadNetwork{
+    "upload and delete a network", [](ChildServer&, Model&) {},
+    [](ChildServer& server, Model& model, const auto& arm) {
+      const Result<Bytes> file =
+          read_file(qray::test::source_dir() / "core/recover/default.qrw", 1 << 20);
+      ASSERT_TRUE(file.ok());
+      const std::string bytes(file.value().begin(), file.value().end());
+      arm();
+      const auto kept = server.call("POST", "/v1/weights", bytes, "application/octet-stream");
+      if (!kept.yes()) return;
+      Is& is = model.weights[kept.json["id"].get<std::string>()];
+      is = now_or(server.call("DELETE", "/v1/weights/" + model.weights.begin()->first), Is::kGone);
+    }};
+
+// To an address that takes nothing: what it is to be told waits.
+const Operation kWebhook{
+    "tell a webhook", [](ChildServer&, Model&) {},
+    [](ChildServer& server, Model& model, const auto& arm) {
+      arm();
+      const auto added = server.post("/v1/webhooks", {{"url", "http://127.0.0.1:9/"}});
+      if (!added.yes()) return;
+      model.webhooks[added.json["id"].get<std::string>()] = Is::kThere;
+      const auto made = server.post("/v1/jobs", tiny("none"));
+      if (made.yes()) {
+        const std::string id = made.json["id"];
+        model.jobs[id];
+        model.waiting = 1;
+        server.wait(id, {"succeeded", "failed"}, std::chrono::seconds(3));
+      } else {
+        ++model.unknown_jobs;
+      }
+    }};
+
 const Operation kLeaveSession{
     "leave a session", [](ChildServer&, Model&) {},
     [](ChildServer& server, Model& model, const auto& arm) {
@@ -294,9 +362,10 @@ TEST_P(CrashTest, WhatWasToldHolds) {
 
 INSTANTIATE_TEST_SUITE_P(Operations, CrashTest,
                          ::testing::Values(&kSubmit, &kRun, &kPause, &kCancel, &kHoldQueued,
-                                           &kExtend, &kDeleteJob, &kDeleteTable, &kMerge, &kUpload,
-                                           &kDeleteScene, &kLeaveSession, &kUploadTable, &kChange,
-                                           &kStart),
+                                           &kExtend, &kDeleteJob, &kDeleteJobs, &kDeleteTable,
+                                           &kMerge, &kUpload, &kDeleteScene, &kTitleScene,
+                                           &kThumbnail, &kUploadNetwork, &kWebhook, &kLeaveSession,
+                                           &kUploadTable, &kChange, &kStart),
                          [](const auto& info) {
                            std::string name = info.param->name;
                            std::replace(name.begin(), name.end(), ' ', '_');

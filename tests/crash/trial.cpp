@@ -128,11 +128,22 @@ void judge_answers(ChildServer& server, const Model& model, bool may_fail) {
   EXPECT_LE(unknown, model.unknown_jobs) << "jobs that nobody asked for";
 
   const std::set<std::string> tables = ids_of(server.get("/v1/tables").json["tables"], "id");
-  const std::set<std::string> scenes = ids_of(server.get("/v1/scenes").json["scenes"], "name");
+  const Json listed_scenes = server.get("/v1/scenes").json["scenes"];
+  const std::set<std::string> scenes = ids_of(listed_scenes, "name");
+  const std::set<std::string> weights = ids_of(server.get("/v1/weights").json["weights"], "id");
+  const Json listed_webhooks = server.get("/v1/webhooks").json["webhooks"];
+  const std::set<std::string> webhooks = ids_of(listed_webhooks, "id");
   for (const auto& [wanted, have] :
-       {std::pair(&model.tables, &tables), std::pair(&model.scenes, &scenes)})
+       {std::pair(&model.tables, &tables), std::pair(&model.scenes, &scenes),
+        std::pair(&model.weights, &weights), std::pair(&model.webhooks, &webhooks)})
     for (const auto& [id, is] : *wanted)
       EXPECT_TRUE(is == Model::Is::kMaybe || have->contains(id) == (is == Model::Is::kThere)) << id;
+  for (const Json& scene : listed_scenes) {
+    const auto may = model.titles.find(scene["name"]);
+    EXPECT_TRUE(may == model.titles.end() || may->second.contains(scene["title"])) << scene.dump();
+  }
+  for (const Json& webhook : listed_webhooks)
+    EXPECT_GE(webhook["waiting"].get<size_t>(), model.waiting) << webhook.dump();
   for (const std::string& id : tables) {
     const bool known = model.tables.contains(id) || tables_of_jobs.contains(id);
     EXPECT_TRUE(known || model.more_tables) << id << " comes from nowhere";
@@ -149,6 +160,10 @@ void judge_folders(ChildServer& server, const fs::path& data) {
   for (const std::string& id : ids_of(server.get("/v1/tables").json["tables"], "id"))
     tables.insert(id + ".qrt");
   EXPECT_EQ(names_in(data / "tables"), tables);
+  std::set<std::string> weights;
+  for (const std::string& id : ids_of(server.get("/v1/weights").json["weights"], "id"))
+    weights.insert(id + ".qrw");
+  EXPECT_EQ(names_in(data / "weights"), weights);
   std::set<std::string> scenes;
   const Json listed = server.get("/v1/scenes").json["scenes"];
   for (const Json& scene : listed)

@@ -59,9 +59,11 @@ struct Model {
   };
   std::map<std::string, JobWanted> jobs;
   size_t unknown_jobs = 0;  // asked for, without an answer
-  std::map<std::string, Is> tables, scenes;
-  bool more_tables = false;  // than those
-  std::string file;          // that is sent
+  std::map<std::string, Is> tables, scenes, weights, webhooks;
+  bool more_tables = false;                             // than those
+  std::map<std::string, std::set<std::string>> titles;  // that a scene may have
+  size_t waiting = 0;                                   // ends that each webhook is to be told of
+  std::string file;                                     // that is sent
 };
 
 struct Operation {

@@ -1,5 +1,6 @@
 #include "tests/orders/life.h"
 
+#include <sched.h>
 #include <spdlog/spdlog.h>
 #include <sqlite3.h>
 #include <sys/mman.h>
@@ -11,7 +12,6 @@
 #include <set>
 #include <thread>
 
-#include "core/image/image_io.h"
 #include "server/jobs/janitor.h"
 #include "server/jobs/job_runner.h"
 #include "server/sqlite/sqlite_job_store.h"
@@ -19,6 +19,7 @@
 #include "server/store/leftovers.h"
 #include "tests/crash/faults.h"
 #include "tests/orders/look_up.h"
+#include "tests/orders/plain_pictures.h"
 #include "tests/orders/scheduler.h"
 #include "tests/server/box_scene.h"
 #include "tests/support/scratch.h"
@@ -34,6 +35,14 @@ using qray::test::sleep_virtually;
 constexpr double kKeepDays = 1;
 constexpr unsigned kMostSeconds = 100;  // that a life of the server takes
 
+// Threads that take turns hand over faster there.
+void stay_on_this_processor() {
+  cpu_set_t here;
+  CPU_ZERO(&here);
+  CPU_SET(::sched_getcpu(), &here);
+  ::sched_setaffinity(0, sizeof here, &here);
+}
+
 // What lasts from life to life, made once in the process that tries orders.
 struct Ground {
   qray::test::ScratchFolder scratch{fs::is_directory("/dev/shm") ? "/dev/shm"
@@ -43,15 +52,13 @@ struct Ground {
 
   Ground() {
     spdlog::set_level(spdlog::level::off);
-    // Threads that the library of pictures had would be missing in the lives.
-    setenv("OPENIMAGEIO_OPTIONS", "threads=1,exr_threads=-1", 1);
+    use_image_library(plain_pictures());
     look_functions_up();
     // One thread runs at a time, and none meets another inside SQLite: its locks are left out.
     sqlite3_config(SQLITE_CONFIG_SINGLETHREAD);
     write_text(scratch / "scenes/box/scene.json", kBoxScene);
     (void)scenes.prepare("box");
     (void)Database::open((fs::create_directories(fresh), fresh / "qray.sqlite"));
-    (void)write_image(scratch / "first.exr", Image(1, 1, 3), {});  // plugins are found once
   }
 };
 
@@ -469,6 +476,7 @@ void make_data_folder() {
 
 void live(const Order& order, int life) {
   ::alarm(kMostSeconds);
+  stay_on_this_processor();
   qray::test::count_changes_here();
   qray::test::run_one_at_a_time(order.seed * 31 + static_cast<uint64_t>(life), fail);
   {

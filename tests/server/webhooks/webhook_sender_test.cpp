@@ -3,6 +3,7 @@
 
 #include <deque>
 
+#include "core/base/file.h"
 #include "tests/server/test_service.h"
 
 namespace qray::server {
@@ -14,8 +15,10 @@ using test::TestService;
 // Takes what is sent, and answers as it is told: first these, then 204.
 class Receiver {
  public:
-  explicit Receiver(std::deque<int> answers = {}) : answers_(std::move(answers)) {
-    server_.Post(".*", [this](const httplib::Request& req, httplib::Response& res) {
+  explicit Receiver(std::deque<int> answers = {},
+                    std::unique_ptr<httplib::Server> server = std::make_unique<httplib::Server>())
+      : server_(std::move(server)), answers_(std::move(answers)) {
+    server_->Post(".*", [this](const httplib::Request& req, httplib::Response& res) {
       std::lock_guard lock(mutex_);
       got_.push_back(req);
       res.status = 204;
@@ -24,16 +27,18 @@ class Receiver {
       answers_.pop_front();
       if (res.status / 100 == 3) res.set_header("Location", "/elsewhere");
     });
-    port_ = server_.bind_to_any_port("127.0.0.1");
-    thread_ = std::thread([this] { server_.listen_after_bind(); });
+    port_ = server_->bind_to_any_port("127.0.0.1");
+    thread_ = std::thread([this] { server_->listen_after_bind(); });
     // A stop before it listens would be lost.
-    while (!server_.is_running()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    while (!server_->is_running()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
   }
   ~Receiver() {
-    server_.stop();
+    server_->stop();
     thread_.join();
   }
-  std::string url() const { return "http://127.0.0.1:" + std::to_string(port_) + "/hook?a=b"; }
+  std::string url(const std::string& origin = "http://127.0.0.1") const {
+    return origin + ":" + std::to_string(port_) + "/hook?a=b";
+  }
   std::vector<httplib::Request> wait(size_t count) const {
     for (int i = 0; i < 4000; ++i) {
       {
@@ -51,13 +56,26 @@ class Receiver {
   }
 
  private:
-  httplib::Server server_;
+  std::unique_ptr<httplib::Server> server_;
   mutable std::mutex mutex_;
   std::vector<httplib::Request> got_;
   std::deque<int> answers_;
   int port_ = 0;
   std::thread thread_;
 };
+
+// Speaks TLS with a certificate of its own for `name` ("DNS:localhost"), left in `folder`.
+std::unique_ptr<httplib::Server> tls_server(const std::filesystem::path& folder,
+                                            const std::string& name) {
+  std::filesystem::create_directories(folder);
+  const std::string key = folder / "key.pem", certificate = folder / "certificate.pem";
+  const std::string make =
+      "openssl req -x509 -newkey ec -pkeyopt ec_paramgen_curve:prime256v1"
+      " -nodes -days 1 -subj /CN=qray -addext subjectAltName=" +
+      name + " -keyout " + key + " -out " + certificate + " 2> /dev/null";
+  EXPECT_EQ(std::system(make.c_str()), 0) << make;
+  return std::make_unique<httplib::SSLServer>(certificate.c_str(), key.c_str());
+}
 
 class Webhooks : public ::testing::Test {
  protected:
@@ -172,6 +190,36 @@ TEST_F(Webhooks, PrivateAddressesGetNothing) {
     return all[0]["failures"].get<int>() > 0 && all[1]["failures"].get<int>() > 0;
   });
   EXPECT_EQ(receiver.count(), 0u);
+}
+
+TEST_F(Webhooks, ByTlsTheCertificateMustBeKnownAndTheHosts) {
+  const qray::test::ScratchFolder scratch;
+  const Receiver named({}, tls_server(scratch / "named", "DNS:localhost"));
+  const Receiver numbered({}, tls_server(scratch / "numbered", "IP:127.0.0.1"));
+  const Receiver of_another({}, tls_server(scratch / "of_another", "DNS:example.org"));
+  const Receiver unknown({}, tls_server(scratch / "unknown", "DNS:localhost"));
+  std::string trusted;
+  for (const char* server : {"named", "numbered", "of_another"}) {
+    const Result<Bytes> bytes = read_file(scratch / server / "certificate.pem", 1 << 16);
+    ASSERT_TRUE(bytes.ok()) << bytes.error().text();
+    trusted.append(bytes.value().begin(), bytes.value().end());
+  }
+  test::write_text(scratch / "trusted.pem", trusted);
+  ::setenv("SSL_CERT_FILE", (scratch / "trusted.pem").c_str(), 1);
+  start(true);
+  add(named.url("https://localhost"));
+  add(numbered.url("https://127.0.0.1"));
+  for (const Receiver* refused : {&of_another, &unknown}) add(refused->url("https://localhost"));
+  add(numbered.url("https://localhost"));
+  run();
+  named.wait(1);
+  numbered.wait(1);
+  const Json all = wait_listed([](const Json& all) {
+    return all[0]["waiting"] == 0 && all[1]["waiting"] == 0 && all[2]["failures"] > 0 &&
+           all[3]["failures"] > 0 && all[4]["failures"] > 0;
+  });
+  EXPECT_EQ(of_another.count() + unknown.count(), 0u);
+  EXPECT_EQ(numbered.count(), 1u);
 }
 
 TEST_F(Webhooks, WrongRequestsAndTooMany) {
