@@ -5,19 +5,70 @@
 #include "server/sqlite/sqlite_job_store.h"
 
 namespace qray::server {
+namespace {
 
-Result<std::vector<JobRecord>> SqliteJobStore::list(size_t limit, const Filter& filter) const {
-  // Each filter has an index that holds its jobs by id. Of several, the one that is likely to hold
-  // the fewest is walked through, and the others are asked about each of its jobs: most jobs have
-  // succeeded, so that states without that one come first.
-  const auto has_succeeded = [&] {
-    return std::find(filter.states.begin(), filter.states.end(), JobState::kSucceeded) !=
-           filter.states.end();
+constexpr int64_t kMany = 1000;
+
+// How many rows there are; kMany: as many or more.
+int64_t count_few(sqlite3* db, const std::string& from_where,
+                  const std::vector<std::string>& values) {
+  const std::string sql =
+      "SELECT COUNT(*) FROM (SELECT 1 FROM " + from_where + " LIMIT " + std::to_string(kMany) + ")";
+  Query query(db, sql.c_str());
+  for (const std::string& value : values) query.bind(value);
+  return query.next() ? query.integer(0) : kMany;
+}
+
+// Each filter has an index that holds its jobs by id. Of several, the one that holds the fewest is
+// walked through, and the others are asked about each of its jobs.
+enum class Walk { kIds, kStates, kTable, kLabel, kTimes };
+
+// The rarest label comes first.
+Walk choose_walk(sqlite3* db, JobStore::Filter& filter, bool has_times) {
+  const size_t filters = (filter.states.empty() ? 0u : 1u) + (filter.table ? 1u : 0u) +
+                         filter.labels.size() + (has_times ? 1u : 0u);
+  if (filters == 0) return Walk::kIds;
+  Walk walk = has_times ? Walk::kTimes : Walk::kIds;
+  int64_t fewest = has_times ? kMany : INT64_MAX;
+  const auto offer = [&](Walk other, const auto& count) {
+    const int64_t jobs = filters > 1 ? count() : 0;
+    if (jobs >= fewest) return false;
+    walk = other;
+    fewest = jobs;
+    return true;
   };
-  const bool by_state =
-      !filter.states.empty() && ((!filter.table && filter.labels.empty()) || !has_succeeded());
-  const bool by_table = !by_state && filter.table;
-  const bool by_label = !by_state && !by_table && !filter.labels.empty();
+  for (size_t i = 0; i < filter.labels.size(); ++i) {
+    const auto& [name, value] = filter.labels[i];
+    if (offer(Walk::kLabel, [&] {
+          return count_few(db, "job_labels WHERE name=? AND value=?", {name, value});
+        }))
+      std::swap(filter.labels[0], filter.labels[i]);
+  }
+  if (filter.table)
+    offer(Walk::kTable, [&] {
+      return count_few(db, "jobs WHERE table_in=? AND table_in<>''", {*filter.table}) +
+             count_few(db, "jobs WHERE table_out=? AND table_out<>''", {*filter.table});
+    });
+  if (!filter.states.empty())
+    offer(Walk::kStates, [&] {
+      int64_t jobs = 0;
+      for (const JobState state : filter.states)
+        jobs += count_few(db, "jobs WHERE state=?", {std::string(to_string(state))});
+      return jobs;
+    });
+  return walk;
+}
+
+}  // namespace
+
+Result<std::vector<JobRecord>> SqliteJobStore::list(size_t limit, const Filter& asked) const {
+  const Database::Reading reading(db_);
+  Filter filter = asked;
+  const bool has_times =
+      filter.created.from || filter.created.before || filter.ended.from || filter.ended.before;
+  const Walk walk = choose_walk(reading.handle(), filter, has_times);
+  const bool by_state = walk == Walk::kStates, by_table = walk == Walk::kTable,
+             by_label = walk == Walk::kLabel, by_time = walk == Walk::kTimes;
   // Numbered parameters: ?1 ids below, ?2 limit, ?3 table, then states, then labels, then the
   // bounds of times.
   constexpr size_t kFirstState = 4;
@@ -47,14 +98,13 @@ Result<std::vector<JobRecord>> SqliteJobStore::list(size_t limit, const Filter& 
       {"ended_ms<", filter.ended.before}};
   for (size_t i = 0; i < std::size(bounds); ++i)
     if (bounds[i].second) times += " AND t." + (bounds[i].first + parameter(first_time + i));
-  const bool by_time = !times.empty() && !by_state && !by_table && !by_label;
   if (!times.empty() && !by_time)
     others += " AND EXISTS(SELECT 1 FROM jobs AS t INDEXED BY jobs_by_times WHERE t.id=jobs.id" +
               times + ")";
   std::string ids;
   const auto add = [&](const std::string& from_where, const char* id = "id") {
     ids += (ids.empty() ? "" : " UNION ") +
-           ("SELECT id FROM (SELECT id FROM " + from_where + " AND " + id + "<?1" + others +
+           ("SELECT id FROM (SELECT jobs.id FROM " + from_where + " AND " + id + "<?1" + others +
             " ORDER BY " + id + " DESC LIMIT ?2)");
   };
   if (by_state) {
@@ -64,14 +114,13 @@ Result<std::vector<JobRecord>> SqliteJobStore::list(size_t limit, const Filter& 
       add("jobs WHERE " + column + "=?3 AND " + column + "<>''");
   } else if (by_label) {
     add("job_labels CROSS JOIN jobs ON id=job WHERE " + label_at(0), "job");
+  } else if (by_time) {
+    add("jobs AS t INDEXED BY jobs_by_times CROSS JOIN jobs ON jobs.id=t.id WHERE 1" + times,
+        "t.id");
   }
-  if (by_time)
-    ids = "SELECT id FROM jobs AS t INDEXED BY jobs_by_times WHERE id<?1" + times +
-          " ORDER BY id DESC LIMIT ?2";
   const std::string sql = std::string("SELECT ") + kJobColumns + " FROM jobs WHERE id<?1 AND " +
                           (ids.empty() ? "1" : "id IN (" + ids + ")") +
                           " ORDER BY id DESC LIMIT ?2";
-  const Database::Reading reading(db_);
   Query query(reading.handle(), sql.c_str());
   query.bind(filter.before ? static_cast<int64_t>(filter.before->value) : INT64_MAX);
   query.bind(static_cast<int64_t>(limit));

@@ -6,6 +6,8 @@
 
 #include <csignal>
 
+#include "tests/crash/plain_pictures.h"
+
 namespace qray::server::test {
 namespace {
 
@@ -190,6 +192,7 @@ const Prepared& prepared(const Operation& operation) {
   std::unique_ptr<Prepared>& one = all[operation.name];
   if (one) return *one;
   spdlog::set_level(spdlog::level::off);
+  use_image_library(plain_pictures());
   one = std::make_unique<Prepared>();
   one->config.threads = 1;
   one->config.program = qray::test::program("qrayd");

@@ -1,4 +1,4 @@
-#include "tests/orders/plain_pictures.h"
+#include "tests/crash/plain_pictures.h"
 
 #include <algorithm>
 
@@ -66,7 +66,6 @@ Result<ImageMetadata> read_metadata(const std::filesystem::path& path) {
 }  // namespace
 
 const ImageLibrary& plain_pictures() {
-  // The orders' scene has no textures.
   static constexpr ImageLibrary kLibrary{.read_image = read_pixels,
                                          .read_image_row = read_row,
                                          .read_image_metadata = read_metadata,

@@ -1,0 +1,12 @@
+// Pictures as plain floats in place of OpenImageIO, whose 265 shared libraries take .2 s to load and
+// make each fork of the process five times as slow: for tests that start a server thousands of
+// times. It reads what the server's records need, and no textures.
+#pragma once
+
+#include "core/image/image_library.h"
+
+namespace qray::server::test {
+
+const ImageLibrary& plain_pictures();
+
+}  // namespace qray::server::test
