@@ -79,9 +79,9 @@ Result<std::vector<JobRecord>> SqliteJobStore::list(size_t limit, const Filter& 
     return "name=" + parameter(name) + " AND value=" + parameter(name + 1);
   };
   std::string others;  // a + keeps a column's index out of it
-  if (filter.table && !by_table) others += " AND (+table_in=?3 OR +table_out=?3)";
+  if (filter.table && !by_table) others += " AND (+jobs.table_in=?3 OR +jobs.table_out=?3)";
   if (!filter.states.empty() && !by_state) {
-    others += " AND +state IN (";
+    others += " AND +jobs.state IN (";
     for (size_t i = 0; i < filter.states.size(); ++i) others += (i > 0 ? "," : "") + state_at(i);
     others += ")";
   }

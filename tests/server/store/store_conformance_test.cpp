@@ -1,4 +1,6 @@
 // What any store of jobs must do.
+#include <random>
+
 #include "tests/server/store/store_conformance.h"
 
 namespace qray::server {
@@ -158,6 +160,61 @@ TEST_P(StoreConformance, ListsByTime) {
   EXPECT_EQ(ids({2000, {}}, {}, {{}, {}, {{"odd", "yes"}}}), (Ids{5, 3}));
   EXPECT_EQ(ids({2000, {}}, {}, {{}, {kCanceled}}), (Ids{3, 2}));
   EXPECT_EQ(ids({2000, {}}, {{}, 9000}, {{}, {kCanceled}, {{"odd", "no"}}}), (Ids{2}));
+}
+
+// Whatever filters are combined, in a list long enough that it matters which is asked first.
+TEST_P(StoreConformance, ListsWhatAllFiltersFind) {
+  std::mt19937 random(7);
+  const auto choice = [&random](int most) {
+    return static_cast<int>(random() % static_cast<uint32_t>(most));
+  };
+  const auto label = [](const char* name, int value) {
+    return std::pair(std::string(name), std::to_string(value));
+  };
+  for (int i = 0; i < 12; ++i) {
+    now_ms_ = 1000 * i;
+    std::vector<JobStore::Posted> posted(100);
+    for (JobStore::Posted& one : posted) {
+      one.request.set(field::kScene, "box");
+      one.request.set(field::kLabels, {label("all", 0), label("few", choice(100))});
+    }
+    for (const auto& inserted : store_->insert(posted, posted.size()))
+      if (choice(20) == 0) move(inserted.value().job.id, {kCanceled});
+  }
+  const std::vector<JobRecord> all = store_->list(10'000, {}).value();
+  const auto within = [](std::optional<int64_t> ms, const JobStore::Times& times) {
+    return (!times.from || (ms && *ms >= *times.from)) &&
+           (!times.before || (ms && *ms < *times.before));
+  };
+  for (int trial = 0; trial < 100; ++trial) {
+    JobStore::Filter filter;
+    if (choice(2)) filter.labels.push_back(label("all", choice(8) ? 0 : 1));
+    if (choice(3) == 0) filter.labels.push_back(label("few", choice(101)));
+    if (choice(3) == 0) filter.states.push_back(choice(2) ? kQueued : kCanceled);
+    if (choice(4) == 0) filter.states.push_back(kFailed);
+    if (choice(3) == 0) filter.created.from = 1000 * choice(13);
+    if (choice(3) == 0) filter.ended.before = 1000 * choice(13);
+    if (choice(3) == 0) filter.before = JobId{static_cast<uint64_t>(choice(1300))};
+    const size_t limit = static_cast<size_t>(1 + choice(60));
+    std::vector<JobId> wanted, found;
+    for (const JobRecord& job : all) {
+      const Labels& has = job.request.get(field::kLabels);
+      const bool fits =
+          std::ranges::all_of(filter.labels,
+                              [&](const auto& one) {
+                                return has.contains(one.first) && has.at(one.first) == one.second;
+                              }) &&
+          (filter.states.empty() ||
+           std::ranges::find(filter.states, job.state) != filter.states.end()) &&
+          within(job.created_ms, filter.created) && within(job.ended_ms, filter.ended) &&
+          (!filter.before || job.id < *filter.before);
+      if (fits && wanted.size() < limit) wanted.push_back(job.id);
+    }
+    const Result<std::vector<JobRecord>> jobs = store_->list(limit, filter);
+    ASSERT_TRUE(jobs.ok()) << jobs.error().text();
+    for (const JobRecord& job : jobs.value()) found.push_back(job.id);
+    EXPECT_EQ(found, wanted) << "trial " << trial;
+  }
 }
 
 TEST_P(StoreConformance, WhatWasAskedForIsChangedInAnyState) {
