@@ -136,14 +136,16 @@ export class Browser {
   #browser;
   #errors = [];
 
-  static async start() {
+  // `args`: more of Chromium's own options.
+  static async start(args = []) {
     const browser = new Browser();
     browser.#browser = await load_playwright().chromium.launch({
       executablePath: find_chromium(),
       headless: true,
       args: ['--no-sandbox', '--disable-gpu', '--use-angle=swiftshader',
         '--enable-unsafe-swiftshader', '--disable-quic', '--no-first-run',
-        '--disable-background-networking', '--disable-component-update', '--disable-sync'],
+        '--disable-background-networking', '--disable-component-update', '--disable-sync',
+        ...args],
     });
     return browser;
   }
