@@ -145,8 +145,7 @@ void LiveHandlers::frames(const Request& req, Response& res, std::shared_ptr<Liv
   res.set_header("Cache-Control", "no-store");
   res.set_header("X-Accel-Buffering", "no");  // for a proxy in between
   res.set_chunked_content_provider(
-      "application/octet-stream",
-      [reader](size_t, httplib::DataSink& sink) { return pump(*reader, sink); });
+      kBytesType, [reader](size_t, httplib::DataSink& sink) { return pump(*reader, sink); });
 }
 
 }  // namespace qray::server

@@ -43,7 +43,7 @@ void PictureHandlers::tiles(const Request& req, Response& res, const std::string
   if (which.value().kind == Which::Kind::kMoment) {
     const Result<Bytes> answer = stores_.moments.picture(job.value().id, which.value().moment);
     if (!answer.ok()) return reply_error(res, answer.error());
-    return reply_tagged(req, res, answer.value(), "application/octet-stream");
+    return reply_tagged(req, res, answer.value(), kBytesType);
   }
   int width = job.value().request.get(field::kWidth);
   int height = job.value().request.get(field::kHeight);
@@ -69,7 +69,7 @@ void PictureHandlers::tiles(const Request& req, Response& res, const std::string
   } else {
     changes.cursor = since.value();
   }
-  reply_bytes(res, encode_tiles(width, height, changes), "application/octet-stream");
+  reply_bytes(res, encode_tiles(width, height, changes), kBytesType);
 }
 
 void PictureHandlers::exr(const Request& req, Response& res, const std::string& id) {

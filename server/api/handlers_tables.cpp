@@ -11,7 +11,6 @@ namespace {
 
 constexpr int kMostListed = 1000;
 constexpr size_t kAtOnceBytes = 1 << 18;  // of a file, that is sent
-constexpr const char* kTableBytes = "application/octet-stream";
 
 }  // namespace
 
@@ -56,7 +55,7 @@ void TableHandlers::file(httplib::Response& res, const std::string& id) const {
   if (!file.ok()) return reply_error(res, file.error());
   const auto shared = std::make_shared<const MappedFile>(std::move(file).value());
   res.set_header("Content-Disposition", "attachment; filename=\"" + id + ".qrt\"");
-  res.set_content_provider(shared->bytes().size(), kTableBytes,
+  res.set_content_provider(shared->bytes().size(), kBytesType,
                            [shared](size_t offset, size_t size, httplib::DataSink& sink) {
                              const auto* bytes =
                                  reinterpret_cast<const char*>(shared->bytes().data());
@@ -66,10 +65,10 @@ void TableHandlers::file(httplib::Response& res, const std::string& id) const {
 
 void TableHandlers::upload(const httplib::Request& req, httplib::Response& res,
                            const httplib::ContentReader& body) {
-  if (req.get_header_value("Content-Type") != kTableBytes)
+  if (req.get_header_value("Content-Type") != kBytesType)
     return reply_problem(
         res,
-        {415, "Wrong media type", std::string("expected a table's file as ") + kTableBytes, {}});
+        {415, "Wrong media type", std::string("expected a table's file as ") + kBytesType, {}});
   const std::string scene = req.get_param_value("scene");
   if (!scene.empty() && !proto::is_name(scene))
     return reply_error(res, {ErrorCode::kInvalid, "expected a scene's name", "/scene"});

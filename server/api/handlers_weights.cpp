@@ -3,12 +3,6 @@
 #include "server/http/reply.h"
 
 namespace qray::server {
-namespace {
-
-constexpr const char* kBytes = "application/octet-stream";
-
-}  // namespace
-
 void WeightsHandlers::add_to(Router& router) {
   router.add("GET", "/v1/weights", [this](auto&, auto& res, auto&) {
     reply_json(res, 200, proto::weights_list_to_json(weights_.list()));
@@ -29,9 +23,10 @@ void WeightsHandlers::add_to(Router& router) {
 }
 
 void WeightsHandlers::add(const httplib::Request& req, httplib::Response& res) {
-  if (req.get_header_value("Content-Type") != kBytes)
+  if (req.get_header_value("Content-Type") != kBytesType)
     return reply_problem(
-        res, {415, "Wrong media type", std::string("expected a weights file as ") + kBytes, {}});
+        res,
+        {415, "Wrong media type", std::string("expected a weights file as ") + kBytesType, {}});
   if (req.body.size() > kMaxWeightsBytes)
     return reply_problem(
         res,
@@ -51,7 +46,7 @@ void WeightsHandlers::add(const httplib::Request& req, httplib::Response& res) {
 void WeightsHandlers::file(httplib::Response& res, const std::string& id) {
   const Result<WeightsFile> weights = weights_.load(id);
   if (!weights.ok()) return reply_error(res, weights.error());
-  reply_bytes(res, encode_weights(weights.value()), kBytes);
+  reply_bytes(res, encode_weights(weights.value()), kBytesType);
 }
 
 }  // namespace qray::server

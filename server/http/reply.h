@@ -9,6 +9,9 @@
 
 namespace qray::server {
 
+// Bytes that are no format of the web.
+inline constexpr const char* kBytesType = "application/octet-stream";
+
 void reply_json(httplib::Response& res, int status, std::string json);
 void reply_bytes(httplib::Response& res, const Bytes& bytes, const char* content_type);
 // The same for a GET, with an ETag; 304 where the client has it already.

@@ -21,7 +21,7 @@ const ask = (page) => page.evaluate(async () => {
   const job = JSON.stringify({ scene: 'furnace', width: 8, height: 8, samples: 1 });
   const headers = { 'Content-Type': 'application/json' };
   const answers = {};
-  for (const [method, path, body] of [['GET', '/v1/jobs'], ['GET', '/v1/scenes'], 
+  for (const [method, path, body] of [['GET', '/v1/jobs'], ['GET', '/v1/scenes'],
     ['GET', '/v1/events'], ['POST', '/v1/jobs', job], ['DELETE', '/v1/jobs?state=succeeded']]) {
     const stop = new AbortController();
     const answer = await fetch(path, { method, body, headers: body ? headers : {},
