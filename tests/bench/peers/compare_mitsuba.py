@@ -59,12 +59,13 @@ def compare(qray, folder, size, spp, runs, path):
     prepared_path, wide, high = prepared(path, folder, size, spp)
     mitsuba.file_resolver().prepend(os.path.dirname(os.path.abspath(path)))
     scene = mitsuba.load_file(prepared_path)
+    numpy.array(mitsuba.render(scene, spp=1))  # some variants compile
     theirs, ours, seconds = [], [], {"qray": 0.0, "mitsuba": 0.0}
     for run in range(runs):
         start = time.monotonic()
-        picture = mitsuba.render(scene, spp=spp, seed=run)
+        picture = numpy.array(mitsuba.render(scene, spp=spp, seed=run))
         seconds["mitsuba"] += time.monotonic() - start
-        theirs.append(numpy.array(picture)[:, :, :3])
+        theirs.append(picture[:, :, :3])
         out, stats = os.path.join(folder, "run.exr"), os.path.join(folder, "run.json")
         subprocess.run([qray, "render", path, "--size", f"{wide}x{high}", "--spp", str(spp),
                         "--method", "none", "--seed", str(run + 1), "-q", "-o", out,

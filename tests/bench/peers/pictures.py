@@ -1,9 +1,10 @@
 """Pictures as Mitsuba 3 reads them, and the means of their regions."""
+import os
+
 import mitsuba
 import numpy
 
-# llvm_ad_rgb is faster, but compiles for the machine, which not every LLVM can.
-mitsuba.set_variant("scalar_rgb")
+mitsuba.set_variant(os.environ.get("MITSUBA_VARIANT", "scalar_rgb"))
 REGIONS = 4  # a side
 
 
