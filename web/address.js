@@ -36,6 +36,9 @@ const kMembers = {
   ev: [0, number(-16, 16)],
   curve: ['srgb', one_of('srgb', 'gamma', 'filmic', 'false')],
   gamma: [2.2, number(1, 4)],
+  offset: [0, number(-2, 2)], // added after the exposure
+  channel: ['', one_of('r', 'g', 'b', 'luminance')],
+  clipped: ['', one_of('on')], // stripes where it is out of range
   overlay: ['', one_of('state', 'gain', 'beta', 'samples', 'noise')],
   zoom: [1, number(1, 1e6)], // times the size that fits
   cx: [null, number(0, 1e4)], // the centre, in ten-thousandths of the picture
@@ -44,7 +47,8 @@ const kMembers = {
   axis: ['seconds', one_of('seconds', 'samples')], // of the chart
   ref: [null, text], // the job whose picture errors are against
 };
-const kLook = ['find', 'state', 'ev', 'curve', 'gamma', 'overlay', 'axis'];
+const kLook = ['find', 'state', 'ev', 'curve', 'gamma', 'offset', 'channel', 'clipped', 'overlay',
+  'axis'];
 
 const first_view = () =>
   Object.fromEntries(Object.entries(kMembers).map(([name, [first]]) => [name, first]));

@@ -7,6 +7,7 @@ import { ErrorPanel } from './error_panel.js';
 import { EventStream } from './event_stream.js';
 import { FiguresPage } from './figures_page.js';
 import { has_ended, state_words } from './format.js';
+import { Histogram } from './histogram.js';
 import { Hover } from './hover.js';
 import { Inspector } from './inspector.js';
 import { JobForm } from './job_form.js';
@@ -14,10 +15,12 @@ import { JobMoments } from './job_moments.js';
 import { fits, JobList } from './job_list.js';
 import { JobStore } from './job_store.js';
 import { Keys } from './keys.js';
+import { kChannels } from './look.js';
 import { SceneDrop } from './scene_drop.js';
 import { SceneLibrary } from './scene_library.js';
 import { share_link } from './share_link.js';
 import { SignIn } from './sign_in.js';
+import { Snapshot } from './snapshot.js';
 import { TablesPage } from './tables_page.js';
 import { ViewControls } from './view_controls.js';
 import { Viewer } from './viewer.js';
@@ -41,6 +44,8 @@ export const viewer = new Viewer(by_id('viewer'),
 const errors = new ErrorPanel(by_id('errors'), viewer, store, job_moments, address);
 new Inspector(by_id('pixel'), viewer, address, announce);
 new Hover(by_id('readout'), viewer, address);
+new Histogram(by_id('histogram'), viewer, address);
+new Snapshot(by_id('snapshot'), by_id('copy-picture'), by_id('share-status'), viewer);
 const filters = new ViewControls(document.querySelector('.filters'), address);
 const tables = new TablesPage(by_id('tables-page'), store, (id) => address.link(id));
 const figures = new FiguresPage(by_id('figures-page'), store,
@@ -90,6 +95,8 @@ function cycle(name, values) {
 
 const expose = (by) => address.set(
   { ev: Math.min(8, Math.max(-8, Math.round(10 * (address.view.ev + by)) / 10)) });
+const offset = (by) => address.set(
+  { offset: Math.min(2, Math.max(-2, Math.round(100 * (address.view.offset + by)) / 100)) });
 new Keys(by_id('keys'), by_id('show-keys'), [
   ['f', 'Flip between the two pictures', () => viewer.flip()],
   ['d', 'Split, signed difference, visible difference', () => address.view.with &&
@@ -98,6 +105,10 @@ new Keys(by_id('keys'), by_id('show-keys'), [
     cycle('equal', ['', 'samples', 'seconds'])],
   ['e', 'Brighter by half a stop', () => expose(0.5)],
   ['E', 'Darker by half a stop', () => expose(-0.5)],
+  ['o', 'Lighter by an offset of .05', () => offset(0.05)],
+  ['O', 'Darker by an offset of .05', () => offset(-0.05)],
+  ['r', 'Next channel: red, green, blue, luminance, colour', () => cycle('channel', kChannels)],
+  ['x', 'Stripes where clipped, or not', () => cycle('clipped', ['', 'on'])],
   ['c', 'Next curve', () => cycle('curve', ['srgb', 'gamma', 'filmic', 'false'])],
   ['s', 'Learned states over the picture, or not', () => cycle('overlay', ['', 'state'])],
   ['+', 'Zoom in', () => viewer.zoom_by(2)],

@@ -8,6 +8,7 @@ export const kViridis = ['#440154', '#481a6c', '#472f7d', '#414487', '#39568c', 
   '#d2e21b', '#fde725'];
 export const kFalseStops = [-8, 4]; // below and above white, at exposure 0
 export const kCurves = ['srgb', 'gamma', 'filmic', 'false'];
+export const kChannels = ['', 'r', 'g', 'b', 'luminance']; // '': colour
 
 const channel = (hex, at) => parseInt(hex.slice(at, at + 2), 16) / 255;
 export const rgb_of = (hex) => [1, 3, 5].map((at) => channel(hex, at));
@@ -22,10 +23,13 @@ export function viridis(share) {
 
 export const luminance = ([r, g, b]) => 0.2126 * r + 0.7152 * g + 0.0722 * b;
 
-// The shader's function: vec3 shown(vec3 radiance), uniforms gain, curve and gamma.
+// The shader's functions: scaled(radiance), which is white at 1, and shown(scaled). Uniforms: gain,
+// offset, channel, curve and gamma.
 // Filmic: Narkowicz, "ACES filmic tone mapping curve" (2015).
 export const kShownGlsl = `
 uniform float gain;
+uniform float offset;
+uniform int channel;
 uniform int curve;
 uniform float gamma;
 uniform vec3 map[${kViridis.length}];
@@ -33,8 +37,13 @@ vec3 srgb(vec3 v) {
   vec3 c = 1.055 * pow(max(v, vec3(1e-6)), vec3(1.0 / 2.4)) - 0.055;
   return mix(c, 12.92 * v, vec3(lessThanEqual(v, vec3(0.0031308))));
 }
-vec3 shown(vec3 radiance) {
-  vec3 v = radiance * gain;
+vec3 scaled(vec3 radiance) {
+  vec3 v = radiance;
+  if (channel == ${kChannels.indexOf('luminance')}) v = vec3(dot(v, vec3(0.2126, 0.7152, 0.0722)));
+  else if (channel > 0) v = vec3(v[channel - 1]);
+  return v * gain + offset;
+}
+vec3 shown(vec3 v) {
   if (curve == ${kCurves.indexOf('gamma')}) return pow(clamp(v, 0.0, 1.0), vec3(1.0 / gamma));
   if (curve == ${kCurves.indexOf('filmic')}) {
     return srgb(clamp(v * (2.51 * v + 0.03) / (v * (2.43 * v + 0.59) + 0.14), 0.0, 1.0));

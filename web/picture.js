@@ -64,8 +64,16 @@ export class Picture {
     return decode_rgb9e5(this.#texels[y * this.width + x]);
   }
 
-  // The part of the view that every picture shares: {ev, curve, gamma}, and {zoom, x, y} with the
-  // centre as shares of the picture.
+  // What came of the picture: RGB9E5 in rows from the top, and a test by place.
+  get texels() {
+    return this.#texels;
+  }
+  has_tile(x, y) {
+    return this.#tiles.has_tile(x, y);
+  }
+
+  // The part of the view that every picture shares: how radiance becomes colour, and {zoom, x, y}
+  // with the centre as shares of the picture.
   set look(look) {
     this.#tiles.look = look;
   }

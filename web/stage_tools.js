@@ -16,7 +16,7 @@ export class StageTools {
     this.#store = store;
     this.#address = address;
     this.#controls = new ViewControls(root, address);
-    this.#part('exposure-reset').addEventListener('click', () => address.set({ ev: 0 }));
+    this.#part('exposure-reset').addEventListener('click', () => address.set({ ev: 0, offset: 0 }));
     this.#part('exposure-auto').addEventListener('click', async () => {
       const { headers } = await fetch(png_url(address.view.job, 'sampled', 'auto'));
       address.set({ ev: Math.round(headers.get('Qray-Exposure') * 10) / 10 });
@@ -34,6 +34,7 @@ export class StageTools {
     const { view } = this.#address;
     this.#part('exposure-value').value = exposure(view.ev);
     this.#part('exposure').setAttribute('aria-valuetext', exposure(view.ev));
+    this.#part('offset-value').value = view.offset.toFixed(2);
     this.#part('gamma-tool').hidden = view.curve !== 'gamma';
     this.#part('gamma-value').value = view.gamma.toFixed(1);
     this.#part('false-scale').hidden = view.curve !== 'false';

@@ -1,6 +1,6 @@
 // The picture in WebGL2: tiles go as they come (RGB9E5) into one texture; exposure and curve are
 // applied when it is drawn, so changing them asks the server for nothing.
-import { kCurves, kShownGlsl, kViridis, rgb_of } from './look.js';
+import { kChannels, kCurves, kShownGlsl, kViridis, rgb_of } from './look.js';
 
 const kTilePx = 64;
 
@@ -14,6 +14,7 @@ precision highp float;
 precision highp int;
 uniform highp sampler2D picture;
 uniform highp sampler2D here;  // one texel a tile: 1 when it came
+uniform bool clipped;  // stripes where the picture is brighter than white, or black
 out vec4 color;
 ${kShownGlsl}
 void main() {
@@ -23,7 +24,12 @@ void main() {
     color = vec4(0.0);
     return;
   }
-  color = vec4(shown(texelFetch(picture, p, 0).rgb), 1.0);
+  vec3 v = scaled(texelFetch(picture, p, 0).rgb);
+  color = vec4(shown(v), 1.0);
+  if (clipped && (p.x + p.y) % 4 < 2) {
+    if (max(v.r, max(v.g, v.b)) > 1.0) color.rgb = vec3(1.0, 0.1, 0.1);
+    else if (max(v.r, max(v.g, v.b)) <= 0.0) color.rgb = vec3(0.1, 0.3, 1.0);
+  }
 }`;
 
 export class TileCanvas {
@@ -33,7 +39,7 @@ export class TileCanvas {
   #textures = [];
   #width = 0;
   #height = 0;
-  #look = { ev: 0, curve: 'srgb', gamma: 2.2 };
+  #look = { ev: 0, offset: 0, channel: '', curve: 'srgb', gamma: 2.2, clipped: '' };
   #here = new Uint8Array(0); // a byte a tile: 1 when it came
   #frame = 0;
   #tile_updates = 0;
@@ -101,7 +107,7 @@ export class TileCanvas {
     this.#draw_soon();
   }
 
-  // {ev, curve, gamma} as in the address
+  // {ev, offset, channel, curve, gamma, clipped} as in the address
   set look(value) {
     this.#look = value;
     this.#draw_soon();
@@ -182,6 +188,9 @@ export class TileCanvas {
     const gl = this.#gl;
     const place = (name) => gl.getUniformLocation(this.#program, name);
     gl.uniform1f(place('gain'), 2 ** this.#look.ev);
+    gl.uniform1f(place('offset'), this.#look.offset);
+    gl.uniform1i(place('channel'), kChannels.indexOf(this.#look.channel));
+    gl.uniform1i(place('clipped'), this.#look.clipped ? 1 : 0);
     gl.uniform1i(place('curve'), kCurves.indexOf(this.#look.curve));
     gl.uniform1f(place('gamma'), this.#look.gamma);
     gl.drawArrays(gl.TRIANGLES, 0, 3);

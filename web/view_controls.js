@@ -10,6 +10,10 @@ export class ViewControls {
     for (const control of this.#controls) {
       control.addEventListener('input', () => {
         const { value } = control;
+        if (control.type === 'checkbox') {
+          address.set({ [control.dataset.view]: control.checked ? 'on' : '' });
+          return;
+        }
         const numeric = control.type === 'range' || control.type === 'number';
         address.set({ [control.dataset.view]: numeric ? Number(value) : value });
       });
@@ -20,7 +24,8 @@ export class ViewControls {
   update() {
     for (const control of this.#controls) {
       const value = String(this.#address.view[control.dataset.view] ?? '');
-      if (control.value !== value) control.value = value;
+      if (control.type === 'checkbox') control.checked = value === 'on';
+      else if (control.value !== value) control.value = value;
     }
   }
 }

@@ -66,6 +66,13 @@ export class Viewer extends EventTarget {
     const { job, with: other } = this.#address.view;
     return [job, other].filter((id) => id && this.#pictures.some(({ job_id }) => job_id === id));
   }
+  // How several pictures lie: 'row', or one over the other with the divider at `split` per cent.
+  get arrangement() {
+    return this.#root.classList.contains('row') ? 'row' : 'over';
+  }
+  get split() {
+    return this.#address.view.split;
+  }
   method_of(job_id) {
     return this.#store.get(job_id).request.method;
   }
