@@ -1,6 +1,6 @@
-// How a picture's values are spread over stops: a column of a quarter of a stop for each channel, as
-// high as the logarithm of its pixels. The band behind is what the exposure shows, from black that
-// an eye can tell to white. Counted while it is open, at most twice a second.
+// How a picture's values are spread over stops: a column of a quarter of a stop for each channel,
+// as high as the logarithm of its pixels. The band behind is what the exposure shows, from black
+// that an eye can tell to white. Counted while it is open, at most twice a second.
 import { significant } from './format.js';
 import { luminance } from './look.js';
 import { decode_rgb9e5 } from './rgb9e5.js';

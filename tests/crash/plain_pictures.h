@@ -1,6 +1,6 @@
-// Pictures as plain floats in place of OpenImageIO, whose 265 shared libraries take .2 s to load and
-// make each fork of the process five times as slow: for tests that start a server thousands of
-// times. It reads what the server's records need, and no textures.
+// Pictures as plain floats in place of OpenImageIO, for tests that start a server thousands of
+// times: its 265 shared libraries take .2 s to load and make each fork of the process five times as
+// slow. What the server's records need is read, and no textures.
 #pragma once
 
 #include "core/image/image_library.h"

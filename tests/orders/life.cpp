@@ -1,6 +1,5 @@
 #include "tests/orders/life.h"
 
-#include <sched.h>
 #include <spdlog/spdlog.h>
 #include <sqlite3.h>
 #include <sys/mman.h>
@@ -34,14 +33,6 @@ using qray::test::sleep_virtually;
 
 constexpr double kKeepDays = 1;
 constexpr unsigned kMostSeconds = 100;  // that a life of the server takes
-
-// Threads that take turns hand over faster there.
-void stay_on_this_processor() {
-  cpu_set_t here;
-  CPU_ZERO(&here);
-  CPU_SET(::sched_getcpu(), &here);
-  ::sched_setaffinity(0, sizeof here, &here);
-}
 
 // What lasts from life to life, made once in the process that tries orders.
 struct Ground {
@@ -476,7 +467,6 @@ void make_data_folder() {
 
 void live(const Order& order, int life) {
   ::alarm(kMostSeconds);
-  stay_on_this_processor();
   qray::test::count_changes_here();
   qray::test::run_one_at_a_time(order.seed * 31 + static_cast<uint64_t>(life), fail);
   {

@@ -1,5 +1,5 @@
-// Calls each function that scheduler.cpp replaces, so that the real one is looked up once and not in
-// each life.
+// Calls each function that scheduler.cpp replaces, so that the real one is looked up once and not
+// in each life.
 #pragma once
 
 #include <sys/syscall.h>

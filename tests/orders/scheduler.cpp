@@ -3,6 +3,7 @@
 #include <dlfcn.h>
 #include <linux/futex.h>
 #include <pthread.h>
+#include <sched.h>
 #include <semaphore.h>
 #include <sys/syscall.h>
 #include <unistd.h>
@@ -214,7 +215,16 @@ int sleep_for(const timespec* time) {
 
 namespace qray::test {
 
+// Threads that take turns hand over faster on one processor.
+void stay_on_this_processor() {
+  cpu_set_t here;
+  CPU_ZERO(&here);
+  CPU_SET(::sched_getcpu(), &here);
+  ::sched_setaffinity(0, sizeof here, &here);
+}
+
 void run_one_at_a_time(uint64_t seed, std::function<void(const std::string&)> on_deadlock) {
+  stay_on_this_processor();
   schedule = new Schedule;
   schedule->random = seed;
   schedule->on_deadlock = std::move(on_deadlock);

@@ -2,9 +2,9 @@
 # Renders Mitsuba scenes with qray and with Mitsuba 3 and says how far they agree and how fast each
 # is: `bash tests/bench/peers/mitsuba.sh BUILD_DIR SCENE.xml...`. From the environment: SPP (256),
 # SIZE (256: the longer side, pixels), RUNS (4, of each, other seeds), KEEP (a folder for the
-# pictures) and MITSUBA_VARIANT (scalar_rgb; llvm_ad_rgb shades waves of paths in vectors, and needs
-# LLVM in DRJIT_LIBLLVM_PATH). Mitsuba comes from PyPI into a scratch folder; where it cannot be had this says so and
-# ends well.
+# pictures) and MITSUBA_VARIANT (scalar_rgb; llvm_ad_rgb shades waves of paths in vectors, and
+# needs LLVM in DRJIT_LIBLLVM_PATH). Mitsuba comes from PyPI into a scratch folder; where it cannot
+# be had this says so and ends well.
 set -euo pipefail
 
 here="$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)"
