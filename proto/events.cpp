@@ -33,12 +33,22 @@ std::string loading_event(std::string_view job, std::string_view step, double fr
   return line_of({{"job", job}, {"step", step}, {"fraction", fraction}, {"seconds", seconds}});
 }
 
-std::string progress_event(std::string_view job, const JobProgress& progress, uint64_t cursor) {
+std::string progress_event(std::string_view job, const JobProgress& progress, uint64_t cursor,
+                           std::optional<int> frame) {
+  OrderedJson out = {{"job", job},
+                     {"fraction", progress.fraction},
+                     {"samples", progress.samples},
+                     {"seconds", progress.seconds},
+                     {"cursor", cursor}};
+  if (frame) out["frame"] = *frame;
+  return line_of(out);
+}
+
+std::string frame_event(std::string_view job, const FrameInfo& frame) {
   return line_of({{"job", job},
-                  {"fraction", progress.fraction},
-                  {"samples", progress.samples},
-                  {"seconds", progress.seconds},
-                  {"cursor", cursor}});
+                  {"frame", frame.frame},
+                  {"state", frame.state},
+                  {"samples", frame.samples}});
 }
 
 std::string table_event(std::string_view job, std::string_view table,

@@ -21,7 +21,10 @@ std::string state_event(std::string_view job, std::string_view state,
 // `step`: reading (its files), building (the tree for rays).
 std::string loading_event(std::string_view job, std::string_view step, double fraction,
                           double seconds);
-std::string progress_event(std::string_view job, const JobProgress& progress, uint64_t cursor);
+// `frame`: of a job of frames, the one under way, whose cursor it is.
+std::string progress_event(std::string_view job, const JobProgress& progress, uint64_t cursor,
+                           std::optional<int> frame = {});
+std::string frame_event(std::string_view job, const FrameInfo& frame);
 std::string table_event(std::string_view job, std::string_view table,
                         std::span<const std::string> parents);
 std::string done_event(std::string_view job, std::string_view state);

@@ -1,5 +1,6 @@
 #include "proto/field_reader.h"
 
+#include "core/settings/frames.h"
 #include "core/settings/job_settings.h"
 
 namespace qray::proto {
@@ -72,6 +73,8 @@ void read_labels(ObjectReader& in, const Field& field, JobRequest& out) {
   if (!read.empty()) out.set(field.path, std::move(read));
 }
 
+constexpr size_t kMaxCameraName = 256;  // bytes
+
 double length_of(const Vector3& a, const Vector3& b) {
   return std::hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]);
 }
@@ -84,7 +87,50 @@ void check_camera(ObjectReader& in, const CameraRequest& camera) {
     in.wrong("target", "expected a point away from the position");
 }
 
+void read_cameras(ObjectReader& in, const Field& field, const FieldTable& fields, unsigned caller,
+                  const RequestLimits& limits, JobRequest& out, std::vector<FieldError>& errors) {
+  const Json* list = in.find(field.name());
+  if (!list) return;
+  if (!list->is_array() || list->empty() || list->size() > size_t{kMaxFrames})
+    return in.wrong(field.name(), "expected 1.." + std::to_string(kMaxFrames) + " cameras, got " +
+                                      (list->is_array() ? std::to_string(list->size()) + " items"
+                                                        : shown(*list)));
+  Cameras cameras;
+  for (size_t i = 0; i < list->size(); ++i)
+    cameras.push_back(read_camera((*list)[i], "/" + field.path + "/" + std::to_string(i), fields,
+                                  caller, limits, errors));
+  out.set(field.path, std::move(cameras));
+}
+
 }  // namespace
+
+CameraChoice read_camera(const Json& tree, const std::string& pointer, const FieldTable& fields,
+                         unsigned caller, const RequestLimits& limits,
+                         std::vector<FieldError>& errors) {
+  CameraChoice choice;
+  if (tree.is_string()) {
+    choice.name = tree.get<std::string>();
+    if (choice.name.empty() || choice.name.size() > kMaxCameraName)
+      errors.push_back({pointer, "expected a name of 1.." + std::to_string(kMaxCameraName) +
+                                     " bytes, got " + std::to_string(choice.name.size())});
+    return choice;
+  }
+  if (!tree.is_object()) {
+    errors.push_back({pointer, "expected the name of a camera, or an object, got " + shown(tree)});
+    return choice;
+  }
+  JobRequest given;
+  ObjectReader members(tree, pointer, errors);
+  for (const Field& field : fields)
+    if (field.group() == "camera" && (field.callers & caller) != 0)
+      read_field(members, field, caller, limits, given);
+  members.refuse_unknown();
+  if (const std::optional<CameraRequest> camera = camera_request(given)) {
+    check_camera(members, *camera);
+    choice.camera = *camera;
+  }
+  return choice;
+}
 
 double most_of(const Field& field, const RequestLimits& limits) {
   return field.path == field::kSeconds.path ? std::min(field.most, limits.max_seconds) : field.most;
@@ -115,6 +161,8 @@ void read_field(ObjectReader& in, const Field& field, unsigned caller, const Req
       return read_name(in, field, caller, out);
     case FieldType::kLabels:
       return read_labels(in, field, out);
+    case FieldType::kCameras:  // read_group() has what they are read by
+      return;
   }
 }
 
@@ -127,7 +175,9 @@ void read_group(ObjectReader& in, std::string_view group, const FieldTable& fiel
   ObjectReader members(*tree, "/" + std::string(group), errors);
   for (const Field& field : fields) {
     if (field.group() != group || !(field.callers & caller)) continue;
-    if (field.of_method(method))
+    if (field.type == FieldType::kCameras)
+      read_cameras(members, field, fields, caller, limits, out, errors);
+    else if (field.of_method(method))
       read_field(members, field, caller, limits, out);
     else if (members.find(field.name()))
       members.wrong(field.name(), not_of_method(field, method));
@@ -135,6 +185,9 @@ void read_group(ObjectReader& in, std::string_view group, const FieldTable& fiel
   if (group == "camera")
     if (const std::optional<CameraRequest> camera = camera_request(out))
       check_camera(members, *camera);
+  if (group == "frames" && errors.empty())
+    if (const Status good = check_frames(out); !good.ok())
+      errors.push_back({good.error().where, good.error().message});
   members.refuse_unknown();
 }
 

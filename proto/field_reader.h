@@ -19,4 +19,9 @@ void read_field(ObjectReader& in, const Field& field, unsigned caller, const Req
 void read_group(ObjectReader& in, std::string_view group, const FieldTable& fields, unsigned caller,
                 const RequestLimits& limits, JobRequest& out, std::vector<FieldError>& errors);
 
+// One of a list of cameras: a name, or an object of the members of "camera".
+CameraChoice read_camera(const Json& tree, const std::string& pointer, const FieldTable& fields,
+                         unsigned caller, const RequestLimits& limits,
+                         std::vector<FieldError>& errors);
+
 }  // namespace qray::proto

@@ -1,4 +1,5 @@
 // The table of job fields as a form needs it.
+#include "proto/camera_json.h"
 #include "proto/field_reader.h"
 
 namespace qray::proto {
@@ -23,6 +24,8 @@ const char* type_name(FieldType type) {
       return "vector";
     case FieldType::kLabels:
       return "labels";
+    case FieldType::kCameras:
+      return "cameras";
   }
   return "";
 }

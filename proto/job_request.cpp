@@ -1,5 +1,6 @@
 // The requests of jobs, scenes, tables and sessions.
 #include "core/base/file_names.h"
+#include "core/settings/frames.h"
 #include "core/settings/job_settings.h"
 #include "proto/field_reader.h"
 
@@ -16,6 +17,12 @@ void read_request(const Json& tree, const RequestLimits& limits, const FieldTabl
                                     " pixels in all, got " + std::to_string(pixels)});
   if (tree.contains("samples") && tree.contains("seconds"))
     errors.push_back({"/seconds", "expected samples or seconds, got both"});
+  const double seconds = out.given(field::kSeconds).value_or(0);
+  const int frames = frame_count(out).value_or(1);
+  if (frames > 1 && seconds * frames > limits.max_seconds)
+    errors.push_back({"/seconds", "expected at most " + number_text(limits.max_seconds) +
+                                      " s for all frames, got " + std::to_string(frames) + " of " +
+                                      number_text(seconds) + " s"});
   complete_budget(out, limits.max_seconds);
 }
 
@@ -187,6 +194,24 @@ bool is_name(std::string_view text) {
   return !text.empty() && text.size() <= 64 && std::all_of(text.begin(), text.end(), [](char c) {
     return (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '-';
   });
+}
+
+std::variant<CameraRequest, Problem> parse_camera(std::string_view json) {
+  return parse_request<CameraRequest>(
+      json, {}, "Wrong camera",
+      [](const Json& tree, CameraRequest& out, std::vector<FieldError>& errors) {
+        out = read_camera(tree, "", job_fields(), kJob, {}, errors).camera;
+      });
+}
+
+std::variant<JobRequest, Problem> parse_frames(std::string_view json) {
+  return parse_request<JobRequest>(
+      json, {}, "Wrong frames",
+      [](const Json& tree, JobRequest& out, std::vector<FieldError>& errors) {
+        const Json request = {{"frames", tree}};
+        ObjectReader in(request, "", errors);
+        read_group(in, "frames", job_fields(), kJob, {}, out, errors);
+      });
 }
 
 std::variant<JobRequest, Problem> parse_job_request(std::string_view json,

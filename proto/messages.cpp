@@ -3,6 +3,8 @@
 #include <ctime>
 #include <nlohmann/json.hpp>
 
+#include "proto/camera_json.h"
+
 namespace qray::proto {
 namespace {
 
@@ -178,6 +180,44 @@ std::string comparison_to_json(const Comparison& c) {
   if (c.a_error) out["a_error"] = difference(*c.a_error);
   if (c.b_error) out["b_error"] = difference(*c.b_error);
   return text_of(out);
+}
+
+std::string frames_to_json(std::string_view job, std::span<const FrameInfo> frames) {
+  OrderedJson list = OrderedJson::array();
+  for (const FrameInfo& f : frames) {
+    OrderedJson stats = OrderedJson::parse(f.stats_json, nullptr, false);
+    list.push_back({{"frame", f.frame},
+                    {"camera", or_null(f.camera)},
+                    {"state", f.state},
+                    {"fraction", f.fraction},
+                    {"samples", f.samples},
+                    {"seconds", f.seconds},
+                    {"noise", f.noise > 0 ? OrderedJson(f.noise) : OrderedJson()},
+                    {"stats", stats.is_discarded() ? OrderedJson() : std::move(stats)}});
+  }
+  return text_of({{"job", job}, {"frames", std::move(list)}});
+}
+
+std::vector<FrameInfo> parse_frame_infos(std::string_view json) {
+  const OrderedJson tree = OrderedJson::parse(json, nullptr, false);
+  std::vector<FrameInfo> frames;
+  try {
+    for (const OrderedJson& f : tree.at("frames")) {
+      FrameInfo info;
+      info.frame = f.at("frame");
+      if (f.at("camera").is_string()) info.camera = f.at("camera");
+      info.state = f.at("state");
+      info.fraction = f.at("fraction");
+      info.samples = f.at("samples");
+      info.seconds = f.at("seconds");
+      if (f.at("noise").is_number()) info.noise = f.at("noise");
+      if (f.at("stats").is_object()) info.stats_json = f.at("stats").dump();
+      frames.push_back(std::move(info));
+    }
+  } catch (const OrderedJson::exception&) {
+    frames.clear();
+  }
+  return frames;
 }
 
 std::string metrics_to_json(const JobMetrics& metrics) {

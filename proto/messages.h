@@ -67,6 +67,11 @@ struct RequestLimits {
   double max_seconds = 3600;
 };
 
+// {"position":[0,1,2],...}: a camera by itself, as a job's "camera" has it.
+std::variant<CameraRequest, Problem> parse_camera(std::string_view json);
+// {"turntable":36}: what a job's "frames" holds, with the fields' paths.
+std::variant<JobRequest, Problem> parse_frames(std::string_view json);
+
 // 400: not JSON; 413: too large; 422: every field that is wrong, by pointer.
 // A job's: one of samples and seconds is given afterwards, other defaults are left out still.
 std::variant<JobRequest, Problem> parse_job_request(std::string_view json,
@@ -111,6 +116,17 @@ struct JobProgress {
   double fraction = 0;   // of the job, [0, 1]
   uint64_t samples = 0;  // a pixel, in complete passes
   double seconds = 0;
+};
+
+// GET /v1/jobs/{id}/frames: one of them.
+struct FrameInfo {
+  int frame = 0;
+  std::string camera;  // the scene's own; empty: another
+  std::string state;   // waiting, rendering, done
+  double fraction = 0;
+  uint64_t samples = 0;           // a pixel
+  double seconds = 0, noise = 0;  // 0: not known
+  std::string stats_json;         // an object's text; empty: none yet
 };
 
 struct JobError {
@@ -230,6 +246,9 @@ struct Comparison {
   std::optional<PictureDifference> a_error, b_error;  // from ref
 };
 
+std::string frames_to_json(std::string_view job, std::span<const FrameInfo> frames);
+// Back from such a text; empty: it is none.
+std::vector<FrameInfo> parse_frame_infos(std::string_view json);
 std::string metrics_to_json(const JobMetrics& metrics);
 std::string pixel_to_json(const PixelInfo& pixel);
 std::string comparison_to_json(const Comparison& comparison);

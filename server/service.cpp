@@ -13,6 +13,7 @@
 #include "server/api/handlers_assets.h"
 #include "server/api/handlers_compare.h"
 #include "server/api/handlers_events.h"
+#include "server/api/handlers_frames.h"
 #include "server/api/handlers_health.h"
 #include "server/api/handlers_jobs.h"
 #include "server/api/handlers_live.h"
@@ -193,6 +194,7 @@ struct Service::Parts {
   std::unique_ptr<CompareHandlers> compare_handlers;
   std::unique_ptr<ViewHandlers> view_handlers;
   std::unique_ptr<TableHandlers> table_handlers;
+  std::unique_ptr<FrameHandlers> frame_handlers;
   std::unique_ptr<WeightsHandlers> weights_handlers;
   std::unique_ptr<WebhookHandlers> webhook_handlers;
   std::unique_ptr<SceneImporter> importer;
@@ -271,6 +273,8 @@ Result<std::unique_ptr<Service>> Service::start(const Config& config) {
   parts->pictures = std::make_unique<PictureSource>(*parts->runner, stores);
   parts->picture_handlers =
       std::make_unique<PictureHandlers>(*parts->runner, *parts->pictures, stores, parts->encoders);
+  parts->frame_handlers = std::make_unique<FrameHandlers>(*parts->pictures, stores, config.data,
+                                                          parts->encoders);
   parts->compare_handlers =
       std::make_unique<CompareHandlers>(*parts->pictures, stores, parts->encoders);
   parts->view_handlers = std::make_unique<ViewHandlers>(*parts->pictures, stores);
@@ -302,6 +306,7 @@ Result<std::unique_ptr<Service>> Service::start(const Config& config) {
   parts->access.add_to(router);
   parts->job_handlers->add_to(router);
   parts->picture_handlers->add_to(router);
+  parts->frame_handlers->add_to(router);
   parts->compare_handlers->add_to(router);
   parts->view_handlers->add_to(router);
   parts->event_handlers.add_to(router);

@@ -32,6 +32,7 @@ const kMembers = {
   side: ['right', one_of('left', 'right')], // which one mode `flip` shows
   split: [50, number(0, 100)], // per cent
   equal: ['', one_of('samples', 'seconds')],
+  frame: [0, number(0, 999)], // of a job of frames
   moment: [null, number(1, 1e9)], // of `job`; its newest when null
   ev: [0, number(-16, 16)],
   curve: ['srgb', one_of('srgb', 'gamma', 'filmic', 'false')],

@@ -111,8 +111,14 @@ export const act_on_job = async (id, action) =>
 export const list_weights = async () => (await get_json('/v1/weights')).weights;
 
 // `which`: of the job's pictures, 'sampled' or 'recovered'.
-export const fetch_tiles = async (id, which, since, signal) =>
-  (await call(`${job_path(id)}/tiles?since=${since}&picture=${which}`, { signal })).arrayBuffer();
+export const fetch_tiles = async (id, which, frame, since, signal) =>
+  (await call(`${job_path(id)}/tiles?since=${since}&picture=${which}&frame=${frame}`,
+    { signal })).arrayBuffer();
+
+// How far each frame of a job is; their pictures, small.
+export const get_frames = (id) => get_json(`${job_path(id)}/frames`);
+export const get_frame_preview = (id, frame, side) =>
+  get_picture(`${job_path(id)}/image.png?frame=${frame}&side=${side}`);
 
 // The whole picture as it was then.
 export const fetch_moment = async (id, moment, signal) =>
@@ -129,14 +135,15 @@ const query = (values) => {
   const known = Object.entries(values).filter(([, value]) => value !== null && value !== undefined);
   return new URLSearchParams(known).toString();
 };
-export const get_pixel = (id, x, y, moment, signal) =>
-  call(`${job_path(id)}/pixel?${query({ x, y, moment })}`, { signal }).then((r) => r.json());
+export const get_pixel = (id, x, y, { moment, frame }, signal) =>
+  call(`${job_path(id)}/pixel?${query({ x, y, moment, frame })}`, { signal })
+    .then((r) => r.json());
 // Pictures that the server makes, as blobs.
 export const get_picture = async (path, signal) => (await call(path, { signal })).blob();
-export const get_view = (id, view, moment, signal) =>
-  get_picture(`${job_path(id)}/view.png?${query({ view, moment })}`, signal);
-export const get_lobe = (id, x, y, moment, signal) =>
-  get_picture(`${job_path(id)}/lobe.png?${query({ x, y, moment })}`, signal);
+export const get_view = (id, view, { moment, frame }, signal) =>
+  get_picture(`${job_path(id)}/view.png?${query({ view, moment, frame })}`, signal);
+export const get_lobe = (id, x, y, { moment, frame }, signal) =>
+  get_picture(`${job_path(id)}/lobe.png?${query({ x, y, moment, frame })}`, signal);
 // `values`: {a, b, a_moment, b_moment}
 export const get_compare = (values) => get_json(`/v1/compare?${query(values)}`);
 export const get_map = (values, signal) =>
@@ -148,8 +155,9 @@ export const merge_tables = (tables) => post_json('/v1/tables/merge', { tables }
 export const delete_table = (id) =>
   call(`/v1/tables/${encodeURIComponent(id)}`, { method: 'DELETE' });
 
-export const exr_url = (id, which) => `${job_path(id)}/image.exr?picture=${which}`;
+export const exr_url = (id, which, frame = 0) =>
+  `${job_path(id)}/image.exr?picture=${which}${frame ? `&frame=${frame}` : ''}`;
 // A past moment has the picture of its samples alone.
-export const png_url = (id, which, exposure_ev, moment = null) =>
+export const png_url = (id, which, exposure_ev, moment = null, frame = 0) =>
   `${job_path(id)}/image.png?${moment === null ? `picture=${which}` : `moment=${moment}`}` +
-  `&exposure=${exposure_ev}`;
+  `&exposure=${exposure_ev}${frame ? `&frame=${frame}` : ''}`;

@@ -5,6 +5,7 @@ import {
 import { Address } from './address.js';
 import { ErrorPanel } from './error_panel.js';
 import { EventStream } from './event_stream.js';
+import { FrameStrip } from './frame_strip.js';
 import { FiguresPage } from './figures_page.js';
 import { has_ended, state_words } from './format.js';
 import { Histogram } from './histogram.js';
@@ -42,6 +43,8 @@ export const viewer = new Viewer(by_id('viewer'),
     form.fill(job.request);
   });
 const errors = new ErrorPanel(by_id('errors'), viewer, store, job_moments, address);
+const frames = new FrameStrip(by_id('frames'), by_id('frames-player'), store, address);
+viewer.addEventListener('update', () => frames.update());
 new Inspector(by_id('pixel'), viewer, address, announce);
 new Hover(by_id('readout'), viewer, address);
 new Histogram(by_id('histogram'), viewer, address);
@@ -191,6 +194,7 @@ async function sync() {
   try {
     ask_for_selected();
     viewer.restart();
+    frames.refresh(address.view.job);
     for (const id of viewer.shown_jobs) job_moments.refresh(id);
     form.show_fields(await list_fields());
     await Promise.all([store.load(), show_scenes(),
@@ -215,11 +219,12 @@ const stream = new EventStream({
     }
     if (name === 'progress') {
       store.apply_progress(data);
-      viewer.pull(data.job, data.cursor);
+      viewer.pull(data.job, data.cursor, data.frame);
       job_moments.refresh(data.job);
       return;
     }
-    store.refresh(data.job);
+    if (name !== 'frame') store.refresh(data.job);
+    frames.refresh(data.job);
     if (name === 'table') store.load_tables().catch(() => {});
     viewer.pull(data.job);
     job_moments.refresh(data.job);

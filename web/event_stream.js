@@ -4,7 +4,7 @@
 
 import { check_access } from './api.js';
 
-const kNames = ['state', 'loading', 'progress', 'table', 'done', 'deleted'];
+const kNames = ['state', 'loading', 'progress', 'frame', 'table', 'done', 'deleted'];
 const kNoticeDelayMs = 1500; // a stream that comes back at once is not worth a notice
 const kRetryMs = 2000;
 

@@ -175,8 +175,8 @@ export class FiguresPage {
     if (!key) return;
     try {
       const blobs = await Promise.all(jobs.map(({ id, request: { width, height } }) => {
-        if (picture.view) return get_view(id, 'state', null);
-        if (picture.lobe) return get_lobe(id, width / 2, height / 2, null);
+        if (picture.view) return get_view(id, 'state', {});
+        if (picture.lobe) return get_lobe(id, width / 2, height / 2, {});
         return get_png(id);
       }));
       if (box.dataset.key !== key) return;

@@ -43,7 +43,7 @@ export class Hover {
     const learned = this.#viewer.pictures.filter(({ job_id }) => job_id).at(-1);
     if (!kLearned.includes(this.#address.view.overlay) || !learned) return;
     this.#ask.run(() => get_pixel(learned.job_id, ...this.#viewer.pixel_in(learned, at),
-      learned.moment), (pixel) => {
+      learned), (pixel) => {
       if (this.#at === key) this.#line.textContent = [...words, state_line(pixel)].join(' · ');
     });
   }

@@ -103,7 +103,8 @@ export class Inspector {
     const picture = this.#viewer.pictures.find((one) => one.job_id === id);
     const { moment } = picture;
     const [x, y] = this.#viewer.pixel_in(picture, at);
-    const key = [x, y, moment, moment === null ? picture.tile_updates : ''].join();
+    const { frame } = picture;
+    const key = [x, y, moment, frame, moment === null ? picture.tile_updates : ''].join();
     const old = this.#answers.get(id);
     if (old?.key === key) return;
     // What was there stays until the answer comes, unless it was another pixel.
@@ -111,8 +112,8 @@ export class Inspector {
     this.#answers.set(id, { key, pixel: same ? old.pixel : null, problem: '' });
     this.#asks.get(id).run(
       async () => {
-        const pixel = await get_pixel(id, x, y, moment);
-        const lobe = pixel.lobe && await get_lobe(id, x, y, moment).catch(() => null);
+        const pixel = await get_pixel(id, x, y, { moment, frame });
+        const lobe = pixel.lobe && await get_lobe(id, x, y, { moment, frame }).catch(() => null);
         return { pixel, lobe };
       },
       ({ pixel, lobe }) => {

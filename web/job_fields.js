@@ -4,9 +4,12 @@
 
 const kOwn = ['scene', 'width', 'height', 'method', 'nee', 'samples', 'seconds', 'seed', 'table',
   'pixels', 'recover'];
-const kTexts = ['vector', 'labels', 'name'];
+const kTexts = ['vector', 'labels', 'name', 'cameras'];
 const kUnits = { vector: ' (x, y, z)' };
-const kExamples = { labels: 'project: lobby, owner: me' };
+const kExamples = { labels: 'project: lobby, owner: me', cameras: "one; * is all that the scene names" };
+// What a field that is left empty means, where that is not the scene's.
+const kEmpty = { noise: 'never', 'frames.turntable': 'one picture', 'frames.degrees': '360',
+  'frames.center': 'what the camera looks at', 'frames.axis': "the camera's up" };
 
 const make = (tag, values) => Object.assign(document.createElement(tag), values);
 const name_of = ({ path }) => path.replace('/', '.');
@@ -37,10 +40,16 @@ function make_field(field) {
     input = make('input', { type: 'checkbox', checked: field.default });
   } else if (kTexts.includes(field.type)) {
     of.className = 'field wide';
-    input = make('input', { type: 'text', placeholder: kExamples[field.type] ?? "the scene's" });
+    input = make('input', { type: 'text',
+      placeholder: kEmpty[name] ?? kExamples[field.type] ?? "the scene's" });
+  } else if (field.type === 'choice') {
+    input = make('select', {});
+    const choices = field.choices.map(({ value, label }) => new Option(label, value));
+    if (field.default === undefined) choices.unshift(new Option('', ''));
+    input.append(...choices);
   } else {
     input = make('input', { type: 'number', step: 'any',
-      placeholder: field.default ?? (name === 'noise' ? 'never' : "the scene's") });
+      placeholder: field.default ?? kEmpty[name] ?? "the scene's" });
   }
   Object.assign(input, { id, name });
   input.setAttribute('aria-describedby', `${help.id} ${error.id}`);
@@ -85,8 +94,23 @@ const to_labels = (text) => Object.fromEntries(text.split(',').filter((part) => 
     return at < 0 ? [part.trim(), ''] : [part.slice(0, at).trim(), part.slice(at + 1).trim()];
   }));
 
-const kRead = { vector: to_vector, labels: to_labels };
+// Names with commas between them, or the JSON of a list.
+function to_cameras(text) {
+  if (text.trim().startsWith('[')) {
+    try {
+      return JSON.parse(text);
+    } catch {
+      return text; // the server says what it expects
+    }
+  }
+  return text.split(',').map((name) => name.trim()).filter((name) => name);
+}
+
+const kRead = { vector: to_vector, labels: to_labels, cameras: to_cameras,
+  choice: (text) => text };
 const kShow = {
+  cameras: (value) => (value.every((camera) => typeof camera === 'string') ? value.join(', ')
+    : JSON.stringify(value)),
   vector: (value) => value.join(', '),
   labels: (value) => Object.entries(value).map((label) => label.join(': ')).join(', '),
 };
@@ -150,5 +174,5 @@ export function fill_fields(form, fields, request) {
 export function field_of(pointer) {
   const [name, member] = pointer.split('/').slice(1);
   if (name === 'samples' || name === 'seconds') return 'amount';
-  return ['camera', 'guide'].includes(name) && member ? `${name}.${member}` : name ?? '';
+  return ['camera', 'frames', 'guide'].includes(name) && member ? `${name}.${member}` : name ?? '';
 }

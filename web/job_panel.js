@@ -16,7 +16,7 @@ export class JobPanel {
   #store;
   #link_to;
   #job = null;
-  #look = { ev: 0, moment: null };
+  #look = { ev: 0, moment: null, frame: 0 };
   #bias = '';
   #pause = ''; // what its button does
 
@@ -38,7 +38,7 @@ export class JobPanel {
     this.#part('side').hidden = !words;
   }
 
-  // What downloads follow: {ev, moment}.
+  // What downloads follow: {ev, moment, frame}.
   set look(value) {
     this.#look = value;
   }
@@ -89,9 +89,10 @@ export class JobPanel {
   #link_downloads() {
     const { id, request } = this.#job;
     const best = is_recovered(this.#job) ? 'recovered' : 'sampled';
-    this.#part('exr').href = exr_url(id, best);
-    this.#part('png').href = png_url(id, best, this.#look.ev, this.#look.moment);
-    this.#part('samples').href = exr_url(id, 'sampled');
+    const { ev, moment, frame } = this.#look;
+    this.#part('exr').href = exr_url(id, best, frame);
+    this.#part('png').href = png_url(id, best, ev, moment, frame);
+    this.#part('samples').href = exr_url(id, 'sampled', frame);
     this.#part('around').hidden = request.width !== 2 * request.height;
     this.#part('around').href = `live_around.html#${id},${this.#look.ev}`;
   }

@@ -6,12 +6,14 @@ import { decode_rgb9e5 } from './rgb9e5.js';
 import { TileCanvas } from './tile_canvas.js';
 import { TileFeed } from './tile_feed.js';
 
+const moment_is_now = ({ moment }) => moment === null;
+
 export class Picture {
   #root;
   #canvas;
   #tiles;
   #feed = null;
-  #shown = { job: null, which: '', moment: null };
+  #shown = { job: null, which: '', moment: null, frame: 0 };
   #texels = new Uint32Array(0);
   #on_change;
   #zoom = 1;
@@ -36,6 +38,9 @@ export class Picture {
   get moment() {
     return this.#shown.moment;
   }
+  get frame() {
+    return this.#shown.frame;
+  }
   get supported() {
     return this.#tiles.supported;
   }
@@ -52,7 +57,7 @@ export class Picture {
     return this.#feed?.cursor ?? 0n;
   }
   get has_picture() {
-    return this.cursor > 0n;
+    return this.cursor > 0n || this.#texels.length > 0;
   }
   read_pixels() {
     return this.#tiles.read_pixels();
@@ -85,10 +90,11 @@ export class Picture {
 
   // Shows another of the jobs' pictures ('sampled' or 'recovered'), or none (null), as it is now or
   // as it was at a moment. The old one stays until the new one of the same job is there.
-  show(job, which = 'sampled', moment = null) {
+  show(job, which = 'sampled', moment = null, frame = 0) {
     const old = this.#shown;
-    if (job === old.job && which === old.which && moment === old.moment) return;
-    this.#shown = { job, which, moment };
+    if (job === old.job && which === old.which && moment === old.moment &&
+      frame === old.frame) return;
+    this.#shown = { job, which, moment, frame };
     this.#feed?.stop();
     this.#feed = null;
     this.#root.hidden = job === null;
@@ -96,7 +102,7 @@ export class Picture {
     if (!this.supported) return;
     if (job !== old.job || which !== old.which) this.#clear();
     if (job === null) return;
-    this.#feed = new TileFeed(job, which, moment, {
+    this.#feed = new TileFeed(job, which, moment, frame, {
       on_tiles: (answer) => this.#put(answer),
       on_error: (error) => this.#on_change(error.message),
     });
@@ -124,6 +130,8 @@ export class Picture {
         'browser can show. The downloads are complete.');
       return;
     }
+    // A frame that has no picture yet must not look like the one before.
+    if (answer.cursor === 0n && moment_is_now(this.#shown)) this.#clear();
     this.#tiles.put(answer);
     if (this.#texels.length !== this.width * this.height) {
       this.#texels = new Uint32Array(this.width * this.height);

@@ -19,6 +19,9 @@ export function pictures_of([first, second]) {
   return shown;
 }
 
+// Which of the job's frames; of one without frames the first, which is its picture.
+export const frame_of = (job, view) => (job?.request.frames ? view.frame : 0);
+
 // Job id -> the number of its moment; absent: its newest. `hovered`: {job, number}, or null.
 export function moments_of([first, second], view, job_moments, hovered) {
   const pinned = new Map();

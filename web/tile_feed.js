@@ -10,17 +10,20 @@ export class TileFeed {
   #job_id;
   #which;
   #moment;
+  #frame;
   #handlers;
   #cursor = 0n;
   #abort = new AbortController();
   #busy = false;
   #again = false;
 
-  // `moment`: the number of one of its past, or null. handlers: on_tiles(answer), on_error(error)
-  constructor(job_id, which, moment, handlers) {
+  // `moment`: the number of one of its past, or null; `frame`: of a job of frames.
+  // handlers: on_tiles(answer), on_error(error)
+  constructor(job_id, which, moment, frame, handlers) {
     this.#job_id = job_id;
     this.#which = which;
     this.#moment = moment;
+    this.#frame = frame;
     this.#handlers = handlers;
   }
 
@@ -64,7 +67,7 @@ export class TileFeed {
     const since = this.#cursor;
     const { signal } = this.#abort;
     const answer = parse_tiles(await (this.#moment === null
-      ? fetch_tiles(this.#job_id, this.#which, since, signal)
+      ? fetch_tiles(this.#job_id, this.#which, this.#frame, since, signal)
       : fetch_moment(this.#job_id, this.#moment, signal)));
     // restart() during the request: this answer belongs to the cursor before.
     if (this.#cursor !== since || this.#abort.signal.aborted) return;

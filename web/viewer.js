@@ -7,7 +7,7 @@ import { has_ended, is_recovered, method_words, samples_words, seconds,
 import { JobPanel } from './job_panel.js';
 import { Picture } from './picture.js';
 import { title_of } from './scene_library.js';
-import { in_order, moments_of, pictures_of, side_words } from './shown_pictures.js';
+import { frame_of, in_order, moments_of, pictures_of, side_words } from './shown_pictures.js';
 import { StagePlace } from './stage_place.js';
 import { StageTools } from './stage_tools.js';
 
@@ -91,9 +91,18 @@ export class Viewer extends EventTarget {
     this.update();
   }
 
-  // A hint that the job's film has tiles up to `newest`.
-  pull(job_id, newest = null) {
-    for (const picture of this.pictures) if (picture.job_id === job_id) picture.pull(newest);
+  // The frame that a job is shown at.
+  frame_of(job_id) {
+    return this.#pictures.find((picture) => picture.job_id === job_id)?.frame ?? 0;
+  }
+
+  // A hint that the job's film has tiles up to `newest`; `frame`: of which frame, null: of any.
+  pull(job_id, newest = null, frame = null) {
+    for (const picture of this.pictures) {
+      if (picture.job_id === job_id && (frame === null || frame === picture.frame)) {
+        picture.pull(newest);
+      }
+    }
   }
 
   restart() {
@@ -177,7 +186,8 @@ export class Viewer extends EventTarget {
     this.#bias.follow(ordered, moments);
     this.#pictures.forEach((picture, index) => {
       const shown = views[index] ?? null;
-      picture.show(shown?.job.id ?? null, shown?.which, moments.get(shown?.job.id) ?? null);
+      picture.show(shown?.job.id ?? null, shown?.which, moments.get(shown?.job.id) ?? null,
+        frame_of(shown?.job, view));
       picture.look = view;
     });
     const is_map = mode in kMaps;
@@ -196,7 +206,8 @@ export class Viewer extends EventTarget {
       panel.root.hidden = !job;
       if (!job) return;
       panel.side = ordered.length > 1 ? side_words(views, job) : '';
-      panel.look = { ev: view.ev, moment: moments.get(job.id) ?? null };
+      panel.look = { ev: view.ev, moment: moments.get(job.id) ?? null,
+        frame: frame_of(job, view) };
       panel.bias = this.#bias.words(job, ordered, true);
       // Without WebGL2 no tiles are fetched; the server has a picture from the first sample on.
       const has_tiles = this.#pictures.some((p) => p.job_id === job.id && p.has_picture);
@@ -269,8 +280,9 @@ export class Viewer extends EventTarget {
         : 'Map of where the right picture is brighter or darker than the left one');
     } else if (view.overlay && shown) {
       const { id } = shown.job;
-      const key = JSON.stringify([id, view.overlay, picture_age(shown.job, picture.moment)]);
-      overlay.show(key, (signal) => get_view(id, view.overlay, picture.moment, signal),
+      const { moment, frame } = picture;
+      const key = JSON.stringify([id, view.overlay, picture_age(shown.job, moment), frame]);
+      overlay.show(key, (signal) => get_view(id, view.overlay, { moment, frame }, signal),
         `Over the picture: ${kOverlayWords[view.overlay]}`);
     } else {
       overlay.show('');

@@ -7,10 +7,12 @@
 #include "core/cmd/commands.h"
 #include "core/cmd/files.h"
 #include "core/cmd/progress_line.h"
+#include "core/cmd/render_frames.h"
 #include "core/cmd/render_options.h"
 #include "core/cmd/render_view.h"
 #include "core/cmd/report.h"
 #include "core/cmd/stop_on_signal.h"
+#include "core/image/animation.h"
 #include "core/image/exposure.h"
 #include "core/image/image_library.h"
 #include "core/job/run_job.h"
@@ -28,10 +30,36 @@ struct RenderCommand {
   std::string table_in, table_out, json, sampled, view = "beauty", out, exposure;
   std::vector<int> pixel;
   bool quiet = false, strict = false;
+  FramesOut frames;  // of a job of many
 };
+
+// A picture's name takes one frame, as a job without frames.
+bool renders_frames(const RenderCommand& o, const JobRequest& request) {
+  if (!asks_for_frames(request)) return false;
+  return frame_count(request) != 1 || (!o.out.ends_with(".exr") && !o.out.ends_with(".png"));
+}
 
 ViewOptions view_options(const RenderCommand& o) {
   return {o.view, o.pixel, o.table_in, o.out, o.render.method.has_value(), o.quiet};
+}
+
+Status check_frames_outputs(const RenderCommand& o) {
+  const auto refuse = [](const char* option) {
+    return Error{ErrorCode::kInvalid, "expected no frames beside it", option};
+  };
+  if (!o.passes.empty()) return refuse("--passes");
+  if (!o.sampled.empty()) return refuse("--sampled-out");
+  if (o.view != "beauty") return refuse("--view");
+  if (o.exposure == "auto")
+    return Error{ErrorCode::kInvalid, "expected a number of stops: all frames have the same",
+                 "--exposure"};
+  if (!o.exposure.empty() && o.frames.format != "png" && !o.frames.plays())
+    return Error{ErrorCode::kInvalid, "only a .png is exposed; an .exr keeps the scene's light",
+                 "--exposure"};
+  for (const std::string& name : {o.json, o.table_out})
+    if (!name.empty())
+      if (Status s = check_writable(name); !s) return s;
+  return prepare_output(o.frames);
 }
 
 Status check_outputs(const RenderCommand& o) {
@@ -67,13 +95,88 @@ Status write_beauty(const RenderCommand& o, const std::string& path, Image image
   return write_image(path, image, metadata);
 }
 
-Status render_beauty(const RenderCommand& o, const PreparedScene& scene, RenderSettings settings,
-                     TaskPool& pool, std::stop_token stop) {
+// The table to begin with; its method, where none was asked for.
+Result<std::optional<TableFile>> starting_table(const RenderCommand& o, const PreparedScene& scene,
+                                                RenderSettings& settings) {
   if (!o.table_out.empty() && settings.method == "none")
     return Error{ErrorCode::kInvalid, "the method none learns no table", "--table-out"};
   Result<std::optional<TableFile>> table = read_fitting_table(o.table_in, scene.hash);
+  if (table && table.value() && !o.render.method) settings.method = table.value()->header.method;
+  return table;
+}
+
+void say_what_it_is(const RenderSettings& settings, const RenderStats& stats) {
+  if (stats.recovery != "none")
+    std::fprintf(stderr,
+                 "qray: recovered (%s): smooth is what a network expects, not what was "
+                 "measured\n",
+                 stats.recovery.c_str());
+  else if (!stats.unbiased)
+    std::fprintf(
+        stderr, "qray: %s is biased: this picture is not the scene's light\n",
+        settings.pixels == Pixels::kByNoise ? "choosing pixels by noise" : settings.method.c_str());
+}
+
+// {"job":{...},"frames":[{...},...]}
+std::string frames_json(const RenderStats& job, const std::vector<RenderStats>& frames) {
+  std::string text = "{\"job\": " + stats_json(job, /*indent=*/false) + ",\n\"frames\": [";
+  for (const RenderStats& frame : frames)
+    text += (text.back() == '[' ? "\n" : ",\n") + stats_json(frame, /*indent=*/false);
+  return text + "]}\n";
+}
+
+Status render_frames(const RenderCommand& o, const PreparedScene& scene, RenderSettings settings,
+                     const JobRequest& request, const std::vector<NamedCamera>& frames, TaskPool& pool,
+                     std::stop_token stop) {
+  Result<std::optional<TableFile>> table = starting_table(o, scene, settings);
   if (!table) return table.error();
-  if (table.value() && !o.render.method) settings.method = table.value()->header.method;
+  const Result<std::optional<Recovery>> recovery =
+      find_recovery(o.render.given.get(field::kRecover));
+  if (!recovery) return recovery.error();
+  Result<std::unique_ptr<Guide>> guide = load_guide(scene, settings, table.value());
+  if (!guide) return guide.error();
+  StartingGuide start{std::move(guide).value(), {}};
+  if (table.value()) start.table = std::move(table.value()->header);
+
+  ProgressLine line(o.quiet);
+  std::vector<Image> pictures(frames.size());  // of an animation
+  FrameFiles files(static_cast<int>(frames.size()), line,
+                   [&](int frame, Image image, const ImageMetadata& metadata) {
+                     if (o.frames.plays()) {
+                       pictures[static_cast<size_t>(frame)] = std::move(image);
+                       return Status();
+                     }
+                     return write_beauty(o, o.frames.picture(frame), std::move(image), metadata);
+                   });
+  const Result<JobResult> job =
+      run_frames(scene, {request, settings, frames}, std::move(start), files, pool, stop,
+                 SteadyClock(), recovery.value() ? &*recovery.value() : nullptr);
+  line.finish();
+  if (!job) return job.error();
+  const JobResult& result = job.value();
+  if (o.frames.plays()) {
+    const auto picture = [&](int frame) -> Result<Image> {
+      Image image = pictures[static_cast<size_t>(frame)];
+      if (!o.exposure.empty()) expose(image, std::stof(o.exposure));
+      return image;
+    };
+    const Animation animation{static_cast<int>(frames.size()), o.frames.per_second, picture};
+    if (Status s = write_animation(o.frames.path, animation); !s) return s;
+  }
+  if (!o.table_out.empty()) {
+    QRAY_CHECK(result.table.has_value());
+    if (Status s = write_file_atomic(o.table_out, encode_table(*result.table)); !s) return s;
+  }
+  if (!o.json.empty())
+    if (Status s = write_text(o.json, frames_json(result.stats, files.stats())); !s) return s;
+  say_what_it_is(settings, result.stats);
+  return {};
+}
+
+Status render_beauty(const RenderCommand& o, const PreparedScene& scene, RenderSettings settings,
+                     TaskPool& pool, std::stop_token stop) {
+  Result<std::optional<TableFile>> table = starting_table(o, scene, settings);
+  if (!table) return table.error();
 
   const Result<std::optional<Recovery>> recovery =
       find_recovery(o.render.given.get(field::kRecover));
@@ -100,20 +203,15 @@ Status render_beauty(const RenderCommand& o, const PreparedScene& scene, RenderS
   }
   if (!o.json.empty())
     if (Status s = write_text(o.json, stats_json(result.stats)); !s) return s;
-  if (result.recovered)
-    std::fprintf(stderr,
-                 "qray: recovered (%s): smooth is what a network expects, not what was "
-                 "measured\n",
-                 result.stats.recovery.c_str());
-  else if (!result.stats.unbiased)
-    std::fprintf(
-        stderr, "qray: %s is biased: this picture is not the scene's light\n",
-        settings.pixels == Pixels::kByNoise ? "choosing pixels by noise" : settings.method.c_str());
+  say_what_it_is(settings, result.stats);
   return {};
 }
 
 Status run(const RenderCommand& o) {
-  if (Status s = check_outputs(o); !s) return s;
+  const Result<JobRequest> request = make_request(o.render, kRender);
+  if (!request) return request.error();
+  const bool many = renders_frames(o, request.value());
+  if (Status s = many ? check_frames_outputs(o) : check_outputs(o); !s) return s;
   const StopOnSignal stop;
   ProgressLine line(o.quiet);
   Result<std::shared_ptr<const PreparedScene>> prepared =
@@ -130,9 +228,14 @@ Status run(const RenderCommand& o) {
   settings.last_pass_tiles = o.last_pass_tiles;
   settings.max_table_bytes = static_cast<size_t>(o.table_mib) << 20;
   if (Status s = check_settings(settings, kMaxPixels); !s) return s;
+  const Result<std::vector<NamedCamera>> frames = frames_of(request.value(), scene.scene);
+  if (!frames) return frames.error();
   // Loaded while the picture renders. What goes wrong is said where it is written.
   const std::jthread loads_images([] { (void)image_library(); });
   TaskPool pool(o.threads);
+  if (many)
+    return render_frames(o, scene, settings, request.value(), frames.value(), pool, stop.token());
+  if (asks_for_frames(request.value())) settings.camera = frames.value().front().camera;
   return o.view == "beauty" ? render_beauty(o, scene, settings, pool, stop.token())
                             : render_view(view_options(o), scene, settings, pool, stop.token());
 }
@@ -171,8 +274,18 @@ void add_render(CLI::App& app, int& exit_code) {
   sub->add_flag("--strict", o->strict,
                 "what would be drawn otherwise than the scene says is an error");
   sub->add_flag("-q,--quiet", o->quiet, "no progress");
-  sub->add_option("-o,--out", o->out, "picture.exr (linear) or picture.png (sRGB)")->required();
+  sub->add_option("--frame-format", o->frames.format, "of the pictures of frames in a folder")
+      ->check(CLI::IsMember({"png", "exr"}))
+      ->capture_default_str();
+  sub->add_option("--fps", o->frames.per_second, "frames a second, of a .gif or .mp4")
+      ->check(CLI::Range(kLeastPerSecond, kMostPerSecond))
+      ->capture_default_str();
+  sub->add_option("-o,--out", o->out,
+                  "picture.exr (linear) or picture.png (sRGB); of frames a folder, or a .gif or "
+                  ".mp4 that plays")
+      ->required();
   sub->callback([o, &exit_code] {
+    o->frames.path = o->out;
     if (Status s = run(*o); !s) exit_code = report(s.error());
   });
 }

@@ -3,13 +3,17 @@
 #include <CLI/CLI.hpp>
 #include <charconv>
 
+#include "core/base/file.h"
 #include "core/image/exposure.h"
+#include "core/settings/frames.h"
 #include "core/settings/job_settings.h"
 #include "core/settings/variant.h"
+#include "proto/messages.h"
 
 namespace qray::cmd {
 namespace {
 
+constexpr uint64_t kMaxFramesBytes = 1u << 20;
 constexpr double kNoiseSeconds = 3600;  // that bound a picture's noise, as the server has it
 
 std::string text_of(const FieldValue& value) {
@@ -29,6 +33,16 @@ std::string help_of(const Field& field, unsigned caller) {
   return out;
 }
 
+// Of JSON, after those before.
+void add_camera(const std::string& text, const std::string& option, JobRequest& given) {
+  const auto camera = proto::parse_camera(text);
+  if (const auto* problem = std::get_if<proto::Problem>(&camera))
+    throw CLI::ValidationError(option, problem->detail);
+  Cameras cameras = given.given(field::kCameras).value_or(Cameras());
+  cameras.push_back({"", std::get<CameraRequest>(camera)});
+  given.set(field::kCameras, std::move(cameras));
+}
+
 void add_option(CLI::App& app, const Field& field, unsigned caller, JobRequest& given) {
   const std::string name = field.option_name(), help = help_of(field, caller);
   if (field.type == FieldType::kSwitch) {
@@ -38,12 +52,14 @@ void add_option(CLI::App& app, const Field& field, unsigned caller, JobRequest& 
   }
   const auto take = [&given, field, caller, name](const std::vector<std::string>& texts) {
     for (const std::string& text : texts)
-      if (const Status set = set_from_text(field, text, caller, given); !set.ok())
+      if (field.type == FieldType::kCameras && text.starts_with('{')) {
+        add_camera(text, name, given);
+      } else if (const Status set = set_from_text(field, text, caller, given); !set.ok())
         throw CLI::ValidationError(name, set.error().message);
   };
   CLI::Option* option = app.add_option_function<std::vector<std::string>>(name, take, help);
   option->expected(1)->type_name(field.type == FieldType::kLabels ? "NAME:VALUE" : "");
-  if (field.type == FieldType::kLabels) option->take_all();
+  if (field.type == FieldType::kLabels || field.type == FieldType::kCameras) option->take_all();
   if (!field.group().empty()) option->group(std::string(field.group()));
 }
 
@@ -70,6 +86,8 @@ void add_render_options(CLI::App& app, RenderOptions& o, unsigned caller,
       add_option(app, field, caller, o.given);
   }
   app.get_option("--seconds")->excludes("--spp");
+  app.add_option("--frames", o.frames,
+                 "a JSON file of the frames, as a job's `frames` has them (docs/frames.md)");
 }
 
 Result<std::pair<int, int>> parse_size(const std::string& text) {
@@ -100,7 +118,17 @@ Result<JobRequest> make_request(const RenderOptions& o, unsigned caller, const F
     request.set(field::kWidth, size.value().first);
     request.set(field::kHeight, size.value().second);
   }
+  if (!o.frames.empty()) {
+    const Result<Bytes> text = read_file(o.frames, kMaxFramesBytes);
+    if (!text) return text.error();
+    const auto frames = proto::parse_frames(
+        {reinterpret_cast<const char*>(text.value().data()), text.value().size()});
+    if (const auto* problem = std::get_if<proto::Problem>(&frames))
+      return Error{ErrorCode::kInvalid, problem->detail, o.frames};
+    for (const auto& [path, value] : std::get<JobRequest>(frames).values()) request.set(path, value);
+  }
   for (const auto& [path, value] : o.given.values()) request.set(path, value);
+  if (Status s = check_frames(request); !s) return s.error();
   if (!o.scene.empty()) request.set(field::kScene, o.scene);
   return request;
 }

@@ -21,6 +21,7 @@ struct RenderOptions {
   std::string scene;
   std::optional<std::string> method;  // "huang", "huang:grid=12" (variant.h)
   std::string size;                   // "WxH"
+  std::string frames;                 // a file
   JobRequest given;                   // by all other options
 };
 

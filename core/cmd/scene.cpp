@@ -32,6 +32,10 @@ Status run(const std::string& name) {
   std::printf("camera      %s, at %g,%g,%g, target %g,%g,%g\n",
               std::string(name_of(scene.camera.projection)).c_str(), from.x, from.y, from.z, to.x,
               to.y, to.z);
+  for (const NamedCamera& own : scene.cameras)
+    std::printf("camera      '%s', at %g,%g,%g, target %g,%g,%g\n", own.name.c_str(),
+                own.camera.position.x, own.camera.position.y, own.camera.position.z,
+                own.camera.target.x, own.camera.target.y, own.camera.target.z);
   std::printf("meshes      %zu, %zu triangles (%zu without area left out)\n", scene.meshes.size(),
               scene.triangle_count(), loaded.value().dropped_triangles);
   if (!scene.instances.empty())

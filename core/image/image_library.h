@@ -3,6 +3,7 @@
 // functions and is loaded when the first of them is needed. Any thread.
 #pragma once
 
+#include "core/image/animation.h"
 #include "core/image/image_io.h"
 #include "core/image/picture_reader.h"
 
@@ -15,6 +16,7 @@ struct ImageLibrary {
   Result<ImageMetadata> (*read_image_metadata)(const std::filesystem::path& path);
   Result<Bytes> (*encode_image)(ImageFormat format, const Image& image,
                                 const ImageMetadata& metadata);
+  Status (*write_gif)(const std::filesystem::path& path, const Animation& animation);
   Result<PictureInfo> (*read_picture_info)(const std::filesystem::path& path, const Bytes* bytes);
   Status (*read_picture_rows)(const std::filesystem::path& path, const Bytes* bytes, int row_limit,
                               const std::function<void(std::span<const float>)>& row);

@@ -1,5 +1,7 @@
 #include "core/import/gltf_scene.h"
 
+#include <utility>
+
 #include "core/import/fit_camera.h"
 #include "core/import/gltf_light.h"
 #include "core/import/gltf_mesh.h"
@@ -124,18 +126,26 @@ class GltfReader {
       import_.out.scene.lights.push_back(read_gltf_light(light->get("light"), to_world, import_));
       has_light_ = has_light_ || import_.out.scene.lights.back().emits();
     }
-    if (node.camera >= 0) {
-      if (has_camera_)
-        import_.warn(place.get("camera"), "only the first camera is used");
-      else
-        read_gltf_camera(document_.at("cameras", node.camera), place, to_world, import_);
-      has_camera_ = true;
-    }
+    if (node.camera >= 0) add_camera(document_.at("cameras", node.camera), place, to_world);
     if (node.mesh < 0) return;
     if (const auto instances = find_extension(place, "EXT_mesh_gpu_instancing"))
       add_gpu_instances(*instances, index, node.mesh, to_world);
     else
       add_use(index, node.mesh, to_world);
+  }
+
+  // The first is the view, and says what the picture's size is; all can be asked for by name.
+  void add_camera(const JsonNode& camera, const JsonNode& place, const Transform& to_world) {
+    Scene& scene = import_.out.scene;
+    const Camera first = std::exchange(scene.camera, Camera());
+    const int width = scene.width, height = scene.height;
+    read_gltf_camera(camera, place, to_world, import_);
+    const auto name = place.has("name") ? place.find("name") : camera.find("name");
+    scene.add_camera(name && name->is_string() ? name->string() : "", scene.camera);
+    if (!std::exchange(has_camera_, true)) return;
+    scene.camera = first;
+    scene.width = width;
+    scene.height = height;
   }
 
   void add_use(int node, int mesh, const Transform& to_world) {

@@ -20,7 +20,7 @@ class JsonReader {
       : folder_(scene_folder(path)), limits_(limits), watch_(watch) {}
 
   ImportedScene read(const JsonNode& root) {
-    root.only({"name", "size", "max_depth", "camera", "textures", "materials", "environment",
+    root.only({"name", "size", "max_depth", "camera", "cameras", "textures", "materials", "environment",
                "lights", "meshes", "instances"});
     Scene& scene = out_.scene;
     if (const auto name = root.find("name")) scene.name = name->string();
@@ -30,7 +30,9 @@ class JsonReader {
       scene.height = size->at(1).integer(1, limits_.max_dimension_px);
     }
     if (const auto depth = root.find("max_depth")) scene.max_depth = depth->integer(1, 128);
-    read_camera(root.get("camera"));
+    scene.camera = read_camera(root.get("camera"));
+    if (const auto cameras = root.find("cameras"))
+      for (const std::string& own : cameras->keys()) add_camera(own, cameras->get(own));
     if (const auto textures = root.find("textures")) read_textures(*textures);
     read_materials(root.get("materials"));
     if (const auto environment = root.find("environment")) read_environment(*environment);
@@ -43,8 +45,13 @@ class JsonReader {
   }
 
  private:
-  void read_camera(const JsonNode& node) {
-    Camera& camera = out_.scene.camera;
+  void add_camera(const std::string& name, const JsonNode& node) {
+    if (name.empty()) node.fail("expected a name, got an empty string");
+    out_.scene.add_camera(name, read_camera(node));
+  }
+
+  static Camera read_camera(const JsonNode& node) {
+    Camera camera;
     if (const auto v = node.find("projection")) {
       const std::optional<Projection> named = projection_named(v->string());
       if (!named) v->fail_expected("perspective, orthographic or equirectangular");
@@ -76,6 +83,7 @@ class JsonReader {
       const std::vector<float> shift = v->numbers(2);
       camera.shift = {shift[0], shift[1]};
     }
+    return camera;
   }
 
   // A file beside the scene's; it must be there.

@@ -1,6 +1,7 @@
 #include "core/import/mitsuba_scene.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "core/import/mitsuba_emitter.h"
 #include "core/import/mitsuba_material.h"
@@ -48,10 +49,8 @@ class MitsubaReader {
       } else if (node.tag == "integrator") {
         read_integrator(node, import_);
       } else if (node.tag == "sensor") {
-        if (sensor)
-          import_.warn(node, "only the first sensor is used");
-        else
-          read_sensor(*(sensor = &node), import_);
+        add_sensor(node, /*first=*/!sensor);
+        sensor = &node;
       } else if (node.tag != "bsdf" && node.tag != "texture" && node.tag != "medium" &&
                  node.tag != "film" && node.tag != "sampler" && node.tag != "mode" &&
                  !is_color(node) && node.tag != "string" && node.tag != "boolean" &&
@@ -64,6 +63,19 @@ class MitsubaReader {
   }
 
  private:
+  // The first is the view, and says what the picture's size is; all can be asked for by name.
+  void add_sensor(const MitsubaNode& node, bool first) {
+    Scene& scene = import_.out.scene;
+    const Camera view = std::exchange(scene.camera, Camera());
+    const int width = scene.width, height = scene.height;
+    read_sensor(node, import_);
+    scene.add_camera(node.id, scene.camera);
+    if (first) return;
+    scene.camera = view;
+    scene.width = width;
+    scene.height = height;
+  }
+
   ShapeParts find_parts(const MitsubaNode& shape) {
     ShapeParts parts;
     for (const MitsubaNode& child : shape.children) {

@@ -1,11 +1,9 @@
 #include "core/job/run_job.h"
 
 namespace qray {
-namespace {
-
-ImageMetadata metadata_of(const RenderStats& stats, const PreparedScene& scene,
-                          const std::optional<TableHeader>& table_in,
-                          const std::optional<TableFile>& table_out) {
+ImageMetadata picture_metadata(const RenderStats& stats, const PreparedScene& scene,
+                               const std::optional<TableHeader>& table_in,
+                               const TableHeader* table_out) {
   ImageMetadata m;
   m["program"] = QRAY_VERSION;
   m["scene"] = scene.scene.name;
@@ -22,11 +20,23 @@ ImageMetadata metadata_of(const RenderStats& stats, const PreparedScene& scene,
   m["pixels"] = stats.pixels;
   m["learning_samples"] = std::to_string(stats.learning_samples_per_pixel);
   m["table_in"] = table_in ? table_in->id : "none";
-  m["table_out"] = table_out ? table_out->header.id : "none";
+  m["table_out"] = table_out ? table_out->id : "none";
   return m;
 }
 
-}  // namespace
+Status recover_result(const PreparedScene& scene, const RenderSettings& settings,
+                      const Recovery& recovery, const Film& film, TaskPool& pool,
+                      std::stop_token stop, const Clock& clock, JobResult& result) {
+  const double begin = clock.seconds();
+  Result<Recovered> recovered =
+      recover_picture(scene, settings, recovery, film, pool, std::move(stop));
+  if (!recovered.ok()) return recovered.error();
+  result.recovered = std::move(recovered.value().picture);
+  result.stats.recovery = recovery.name;
+  result.stats.recovery_held_pixels = recovered.value().held;
+  result.stats.recovery_seconds = clock.seconds() - begin;
+  return {};
+}
 
 TableFile table_of(const GuideTable& guide, const SceneHash& scene,
                    const std::optional<TableHeader>& parent) {
@@ -100,18 +110,14 @@ Result<JobResult> run_guided_job(const PreparedScene& scene, RenderSettings sett
   if (!stats.ok()) return stats.error();
   JobResult result;
   result.stats = std::move(stats).value();
-  if (recovery) {
-    const double begin = clock.seconds();
-    Result<Recovered> recovered =
-        recover_picture(scene, settings, *recovery, film, pool, std::move(stop));
-    if (!recovered.ok()) return recovered.error();
-    result.recovered = std::move(recovered.value().picture);
-    result.stats.recovery = recovery->name;
-    result.stats.recovery_held_pixels = recovered.value().held;
-    result.stats.recovery_seconds = clock.seconds() - begin;
-  }
+  if (recovery)
+    if (Status s = recover_result(scene, settings, *recovery, film, pool, std::move(stop), clock,
+                                  result);
+        !s.ok())
+      return s.error();
   if (guide) result.table = table_of(*guide, scene.hash, start.table);
-  result.metadata = metadata_of(result.stats, scene, start.table, result.table);
+  result.metadata = picture_metadata(result.stats, scene, start.table,
+                                     result.table ? &result.table->header : nullptr);
   if (recovery) {
     result.recovered_metadata = result.metadata;
     result.recovered_metadata["recovery"] = recovery->name;

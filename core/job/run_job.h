@@ -48,6 +48,16 @@ Result<JobResult> run_guided_job(const PreparedScene& scene, RenderSettings sett
                                  const Recovery* recovery = nullptr,
                                  const Checkpoints& checkpoints = {});
 
+// Of a picture: what it was made with. `table_out`: null, none.
+ImageMetadata picture_metadata(const RenderStats& stats, const PreparedScene& scene,
+                               const std::optional<TableHeader>& table_in,
+                               const TableHeader* table_out);
+
+// Makes the film's picture whole, and says so in the result.
+Status recover_result(const PreparedScene& scene, const RenderSettings& settings,
+                      const Recovery& recovery, const Film& film, TaskPool& pool,
+                      std::stop_token stop, const Clock& clock, JobResult& result);
+
 // Fit of a table to a scene by exact hashes; kConflict names what differs.
 Status table_fits(const TableHeader& header, const SceneHash& hash);
 

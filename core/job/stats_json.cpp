@@ -27,7 +27,7 @@ OrderedJson guide_pass(const GuidePass& p) {
 std::string stats_json(const RenderStats& stats, bool indent) {
   OrderedJson passes = OrderedJson::array();
   for (const GuidePass& p : stats.guide_passes) passes.push_back(guide_pass(p));
-  const OrderedJson all = {
+  OrderedJson all = {
       {"method", stats.method},
       {"unbiased", stats.unbiased},
       {"nee", stats.nee},
@@ -61,6 +61,7 @@ std::string stats_json(const RenderStats& stats, bool indent) {
       {"share_guiding", stats.share_guiding},
       {"share_rest", stats.share_rest},
   };
+  if (stats.frames > 1) all["frames"] = stats.frames;
   return indent ? all.dump(2) + "\n" : all.dump();
 }
 

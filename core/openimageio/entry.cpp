@@ -9,6 +9,7 @@ extern "C" const ImageLibrary* qray_image_library() {
                                          .read_image_row = read_image_row,
                                          .read_image_metadata = read_image_metadata,
                                          .encode_image = encode_image,
+                                         .write_gif = write_gif,
                                          .read_picture_info = read_picture_info,
                                          .read_picture_rows = read_picture_rows,
                                          .read_picture_bytes = read_picture_bytes};

@@ -10,6 +10,7 @@ Result<Image> read_image(const std::filesystem::path& path, uint64_t max_pixels)
 Result<Image> read_image_row(const std::filesystem::path& path, int y);
 Result<ImageMetadata> read_image_metadata(const std::filesystem::path& path);
 Result<Bytes> encode_image(ImageFormat format, const Image& image, const ImageMetadata& metadata);
+Status write_gif(const std::filesystem::path& path, const Animation& animation);
 Result<PictureInfo> read_picture_info(const std::filesystem::path& path, const Bytes* bytes);
 Status read_picture_rows(const std::filesystem::path& path, const Bytes* bytes, int row_limit,
                          const std::function<void(std::span<const float>)>& row);

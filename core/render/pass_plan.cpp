@@ -14,23 +14,27 @@ PassPlan::PassPlan(const RenderSettings& settings, int most_samples)
   }
 }
 
+bool PassPlan::over(const RenderAge& age) const {
+  if (!settings_.passes.empty()) return passes_.size() == settings_.passes.size();
+  if (settings_.noise > 0 && age.noise > 0 && age.noise <= settings_.noise) return true;
+  if (total_ > 0 && static_cast<int64_t>(age.samples) >= total_) return true;
+  return settings_.seconds > 0 && !passes_.empty() && age.seconds >= settings_.seconds;
+}
+
 int PassPlan::start(const RenderAge& age, double last_pass_seconds) {
-  if (!settings_.passes.empty()) {
-    if (passes_.size() == settings_.passes.size()) return 0;
+  if (over(age)) return 0;
+  if (!settings_.passes.empty())
     return passes_.emplace_back(settings_.passes[passes_.size()]);
-  }
-  if (settings_.noise > 0 && age.noise > 0 && age.noise <= settings_.noise) return 0;
   int64_t n =
       std::clamp<int64_t>(static_cast<int64_t>(std::bit_floor(age.samples) / 2), 1, most_samples_);
   if (total_ > 0) n = std::min(n, total_ - static_cast<int64_t>(age.samples));
   if (settings_.seconds > 0 && !passes_.empty()) {
-    if (age.seconds >= settings_.seconds) return 0;
     const double sample_seconds = std::max(last_pass_seconds / passes_.back(), 1e-9);
     const double fits = (settings_.seconds - age.seconds) / sample_seconds;
     hurries_ |= fits < 1;
     n = std::min(n, static_cast<int64_t>(std::clamp(fits, 1.0, 1e9)));
   }
-  return n > 0 ? passes_.emplace_back(static_cast<int>(n)) : 0;
+  return passes_.emplace_back(static_cast<int>(n));
 }
 
 bool PassPlan::learning(const RenderAge& age) const {

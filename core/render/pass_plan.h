@@ -23,6 +23,8 @@ class PassPlan {
   static constexpr int kMostSamples = 64;  // a pixel, of a job's pass
   explicit PassPlan(const RenderSettings& settings, int most_samples = kMostSamples);
 
+  // Whether the job is done: no pass is left.
+  bool over(const RenderAge& age) const;
   // Begins the next pass; its samples a pixel, 0: the job is done.
   int start(const RenderAge& age, double last_pass_seconds);
   // Whether the guide learns from a pass that begins now.

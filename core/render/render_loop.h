@@ -11,6 +11,7 @@
 #include "core/render/checkpoint.h"
 #include "core/render/prepared_scene.h"
 #include "core/render/render_observer.h"
+#include "core/render/renderer.h"
 #include "core/settings/render_settings.h"
 
 namespace qray {
@@ -22,5 +23,12 @@ Result<RenderStats> render(const PreparedScene& scene, const RenderSettings& set
                            Film& film, TaskPool& pool, RenderObserver& observer,
                            std::stop_token stop, const Clock& clock,
                            const Checkpoints& checkpoints = {});
+
+// Steps a renderer, pass by pass, until its plan is over or there are so many samples a pixel in
+// complete passes. `keeper` may be null; `write` writes what it keeps. kCanceled as above.
+using WriteState = std::function<void(SnapshotWriter&)>;
+Status step_render(Renderer& renderer, const Guide* guide, RenderObserver& observer,
+                   const std::stop_token& stop, Checkpointer* keeper, const WriteState& write,
+                   uint64_t until_samples);
 
 }  // namespace qray

@@ -233,7 +233,6 @@ void Renderer::save_state(SnapshotWriter& out) const {
   if (noise_) out(*noise_);
   if (decision_) out(*decision_);
   film_.save_state(out);
-  if (guide_) guide_->save_state(out);
 }
 
 bool Renderer::load_state(SnapshotReader& in) {
@@ -251,8 +250,7 @@ bool Renderer::load_state(SnapshotReader& in) {
   if (noise_) in(*noise_);
   if (decision_) in(*decision_);
   film_.load_state(in);
-  if (guide_) guide_->load_state(in);
-  if (!in.whole()) return false;
+  if (!in.ok()) return false;
   if (settings_.estimates_noise && samples_ > 0) film_.set_noise(noise_picture());
   return true;
 }

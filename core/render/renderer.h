@@ -47,6 +47,7 @@ class Renderer {
   // whatever the plan says.
   bool start_pass(bool may_learn = true);
   bool in_pass() const { return pass_.running; }
+  bool over() const { return !pass_.running && plan_.over(age()); }  // no pass is left
   // Samples units of the pass, a tile's round each, in their order: at most `most`, until
   // `enough()` (asked before each by the workers, one at a time). Returns how many were sampled.
   // Stopped, it has lost some: then this is only good for what the film holds.
@@ -71,9 +72,9 @@ class Renderer {
   // That the guide took so far: of the threads' time while they sample, and between passes.
   double learning_seconds() const;
 
-  // Everything, between units: film and guide too. load_state() into a fresh renderer; false: what
-  // it reads is of another render, and film and guide are of no more use. A render may go on to
-  // more samples, or seconds, than it was begun with.
+  // Everything but the guide, between units: the film too. load_state() into a fresh renderer;
+  // false: what it reads is of another render, and the film is of no more use. A render may go on
+  // to more samples, or seconds, than it was begun with.
   void save_state(SnapshotWriter& out) const;
   bool load_state(SnapshotReader& in);
 

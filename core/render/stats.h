@@ -32,6 +32,7 @@ struct RenderStats {
   // What the renderer could do and whether it did: "on", or "off: " and why.
   std::map<std::string, std::string> parts;
   uint64_t seed = 0;
+  int frames = 1;  // of a job of many: times and counts are all frames'
   int width = 0, height = 0, threads = 0;
 
   std::string pixels = "all";     // which were sampled: all, quarter, by-noise

@@ -5,6 +5,7 @@
 #include <array>
 #include <cstdint>
 #include <optional>
+#include <string>
 #include <string_view>
 
 #include "core/math/ray.h"
@@ -49,6 +50,12 @@ struct Camera {
   float height = 0;
 
   bool operator==(const Camera&) const = default;
+};
+
+// One of a scene's own.
+struct NamedCamera {
+  std::string name;
+  Camera camera;
 };
 
 // What a pixel's ray stands for: a cone about it.

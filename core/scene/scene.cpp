@@ -1,6 +1,21 @@
 #include "core/scene/scene.h"
 
+#include <algorithm>
+
 namespace qray {
+
+void Scene::add_camera(std::string name, const Camera& view) {
+  if (name.empty()) name = "camera-" + std::to_string(cameras.size() + 1);
+  std::string free = name;
+  for (int number = 2; find_camera(free); ++number) free = name + "-" + std::to_string(number);
+  cameras.push_back({std::move(free), view});
+}
+
+const Camera* Scene::find_camera(std::string_view name) const {
+  const auto found = std::find_if(cameras.begin(), cameras.end(),
+                                  [&](const NamedCamera& own) { return own.name == name; });
+  return found == cameras.end() ? nullptr : &found->camera;
+}
 
 std::vector<Placement> Scene::placements() const {
   std::vector<Placement> all;

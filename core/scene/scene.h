@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "core/base/byte_io.h"
@@ -76,8 +77,13 @@ struct Scene {
   std::vector<PunctualLight> lights;
   Environment environment;
   Camera camera;
+  std::vector<NamedCamera> cameras;  // all that its file names, each name once
   int width = 512, height = 512;  // the scene's customary picture size, pixels
   int max_depth = 16;             // surfaces on a path, at most
+
+  // Named so, or so with a number where another has that name; by its number without a name.
+  void add_camera(std::string name, const Camera& view);
+  const Camera* find_camera(std::string_view name) const;  // null: there is none
 
   // By the index that hits tell: the meshes, then the instances.
   std::vector<Placement> placements() const;

@@ -256,6 +256,10 @@ Status check_counts(const Scene& scene, const SceneLimits& limits) {
     return wrong("/materials", "at most " + std::to_string(limits.max_materials),
                  std::to_string(scene.materials.size()), ErrorCode::kTooLarge);
   }
+  if (scene.cameras.size() > limits.max_cameras) {
+    return wrong("/cameras", "at most " + std::to_string(limits.max_cameras),
+                 std::to_string(scene.cameras.size()), ErrorCode::kTooLarge);
+  }
   if (scene.lights.size() > limits.max_lights) {
     return wrong("/lights", "at most " + std::to_string(limits.max_lights),
                  std::to_string(scene.lights.size()), ErrorCode::kTooLarge);
@@ -329,6 +333,14 @@ Result<ValidateReport> validate(Scene& scene, const SceneLimits& limits) {
   for (const Status& status : {check_size(scene, limits), validate_camera(scene.camera),
                                check_counts(scene, limits), check_environment(scene.environment)}) {
     if (!status.ok()) return status.error();
+  }
+  for (const NamedCamera& own : scene.cameras) {
+    const Status status = validate_camera(own.camera);
+    if (!status.ok()) {
+      const std::string place = status.error().where.substr(std::string("/camera").size());
+      return Error{status.error().code, status.error().message,
+                   "/cameras/" + own.name + place};
+    }
   }
   for (size_t i = 0; i < scene.materials.size(); ++i) {
     const Status status = check_material(scene.materials[i], i, scene.textures.size());

@@ -11,6 +11,7 @@ struct SceneLimits {
   size_t max_triangles = 5'000'000;  // an instanced mesh's count once
   size_t max_materials = 65'536;
   size_t max_lights = 65'536;        // without an extent
+  size_t max_cameras = 1000;         // with names
   size_t max_instances = 1'000'000;  // half a KB each, once prepared
   int max_dimension_px = 8192;       // either side
   int64_t max_pixels = 4096LL * 4096;

@@ -81,6 +81,9 @@ bool read_text(const Field& field, std::string_view text, unsigned caller, Field
     case FieldType::kName:
       out = std::string(text);
       return true;
+    case FieldType::kCameras:  // by name; what is not is JSON, which proto/ reads
+      out = Cameras{{std::string(text), {}}};
+      return !text.empty();
   }
   return false;
 }
@@ -141,6 +144,9 @@ std::string expected(const Field& field, unsigned caller) {
       return caller & (kJob | kLive) ? "three numbers [x, y, z]" : "three numbers X,Y,Z";
     case FieldType::kLabels:
       return "NAME:VALUE";
+    case FieldType::kCameras:
+      return caller & (kJob | kLive) ? "a list of cameras: names of the scene's own, or objects"
+                                     : "a camera: the name of one of the scene's, or JSON";
   }
   return "";
 }
@@ -154,6 +160,10 @@ Status set_from_text(const Field& field, std::string_view text, unsigned caller,
   if (auto* labels = std::get_if<Labels>(&value))
     if (const FieldValue* before = request.find(field.path))
       labels->insert(std::get<Labels>(*before).begin(), std::get<Labels>(*before).end());
+  if (auto* cameras = std::get_if<Cameras>(&value))
+    if (const FieldValue* before = request.find(field.path))
+      cameras->insert(cameras->begin(), std::get<Cameras>(*before).begin(),
+                      std::get<Cameras>(*before).end());
   request.set(field.path, std::move(value));
   return {};
 }

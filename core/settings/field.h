@@ -21,6 +21,7 @@ enum class FieldType {
   kName,     // std::string: 1..64 of a-z, 0-9 and -
   kVector,   // Vector3
   kLabels,   // Labels
+  kCameras,  // Cameras
 };
 
 // Who may give a field; bits of Field::callers. The page asks for those of kJob that have a label.
@@ -84,7 +85,7 @@ std::string not_of_method(const Field& field, std::string_view method);
 
 // Gives the request what was typed, an option's value or a variant's. It is of the field's type and
 // one of its choices, but maybe out of its range: check_settings() or the server judge that. Labels
-// are "name:value", each added to those before.
+// are "name:value", each added to those before; so is each camera.
 Status set_from_text(const Field& field, std::string_view text, unsigned caller,
                      JobRequest& request);
 

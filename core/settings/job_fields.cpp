@@ -1,5 +1,6 @@
 #include "core/settings/job_fields.h"
 
+#include "core/settings/frames.h"
 #include "core/settings/guide_fields.h"
 #include "core/settings/setting_of_field.h"
 
@@ -234,6 +235,66 @@ void add_camera(FieldTable& out) {
                              "Height shown", "m", length));
 }
 
+// How they become cameras: frames_of().
+void add_frames(FieldTable& out) {
+  const auto frames_field = [](std::string name, FieldType type, std::string help,
+                               std::string label) {
+    return Field{.path = "frames/" + std::move(name),
+                 .type = type,
+                 .help = std::move(help),
+                 .label = std::move(label),
+                 .least = -kMaxLengthM,
+                 .most = kMaxLengthM,
+                 .callers = kOfJobs,
+                 .option = ""};
+  };
+  Field turntable = frames_field(
+      "turntable", FieldType::kWhole,
+      "The camera is turned about the scene, for so many frames of one job, which learn together.",
+      "Turntable");
+  turntable.unit = "frames";
+  turntable.least = 1;
+  turntable.most = kMaxFrames;
+  turntable.option = "--turntable";
+  out.push_back(std::move(turntable));
+  Field center = frames_field("center", FieldType::kVector,
+                              "A point of the turntable's axis. Left out, it is the camera's target.",
+                              "Turned about");
+  center.unit = "m";
+  center.option = "--turntable-center";
+  out.push_back(std::move(center));
+  Field axis = frames_field("axis", FieldType::kVector,
+                            "The direction of the turntable's axis. Left out, it is the camera's up.",
+                            "Axis");
+  axis.option = "--turntable-axis";
+  out.push_back(std::move(axis));
+  Field degrees = frames_field(
+      "degrees", FieldType::kNumber,
+      "The arc of the turntable, from the first frame to the last. Left out, it is 360, where the "
+      "last frame is one step short of the first.",
+      "Arc");
+  degrees.unit = "degrees";
+  degrees.least = -360;
+  degrees.most = 360;
+  degrees.option = "--turntable-degrees";
+  out.push_back(std::move(degrees));
+  Field cameras = frames_field(
+      "cameras", FieldType::kCameras,
+      "The cameras of a job of many frames, which learn together: names of the scene's own (* is "
+      "each of them), or cameras as in `camera`.",
+      "Cameras");
+  cameras.option = "--camera";
+  out.push_back(std::move(cameras));
+  Field seeds = frames_field(
+      "seeds", FieldType::kChoice,
+      "The noise of frames: of each its own (independent), or the same pattern in all (one). Left "
+      "out, it is independent.",
+      "Noise of frames");
+  seeds.choices = {{"independent"}, {"one", "one pattern"}};
+  seeds.option = "--frame-seeds";
+  out.push_back(std::move(seeds));
+}
+
 void add_queue(FieldTable& out) {
   out.push_back({.path = "priority",
                  .help = "Each step doubles the job's share of the machine and counts as a minute "
@@ -258,6 +319,7 @@ FieldTable make_job_fields() {
   add_renderer(out);
   for (Field& field : guide_fields()) out.push_back(std::move(field));
   add_camera(out);
+  add_frames(out);
   add_queue(out);
   return out;
 }

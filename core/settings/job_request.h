@@ -10,12 +10,31 @@
 #include <string_view>
 #include <type_traits>
 #include <variant>
+#include <vector>
 
 namespace qray {
 
 using Labels = std::map<std::string, std::string>;
 using Vector3 = std::array<double, 3>;
-using FieldValue = std::variant<bool, int64_t, uint64_t, double, std::string, Vector3, Labels>;
+
+// Members that are absent are taken from the scene's camera.
+struct CameraRequest {
+  std::optional<Vector3> position, target, up;
+  std::optional<double> vertical_fov_deg, aperture_radius, focus_distance;
+  std::optional<std::string> projection;  // one of kProjectionNames
+  std::optional<double> height;
+  bool operator==(const CameraRequest&) const = default;
+};
+// One of the scene's own, by its name ("*": each of them), or what is asked for.
+struct CameraChoice {
+  std::string name;  // empty: `camera`
+  CameraRequest camera;
+  bool operator==(const CameraChoice&) const = default;
+};
+using Cameras = std::vector<CameraChoice>;
+
+using FieldValue =
+    std::variant<bool, int64_t, uint64_t, double, std::string, Vector3, Labels, Cameras>;
 
 // A field that code acts on by name, with the type that its values have there. T is int or one of
 // FieldValue's.
@@ -34,6 +53,12 @@ inline constexpr FieldName<uint64_t> kSeed{"seed"};
 inline constexpr FieldName<bool> kNee{"nee"}, kLearning{"learning"}, kRecovery{"recovery"},
     kReprojection{"reprojection"};
 inline constexpr FieldName<Labels> kLabels{"labels"};
+// Of jobs of many frames.
+inline constexpr FieldName<int> kTurntable{"frames/turntable"};
+inline constexpr FieldName<Vector3> kCenter{"frames/center"}, kAxis{"frames/axis"};
+inline constexpr FieldName<double> kDegrees{"frames/degrees"};
+inline constexpr FieldName<Cameras> kCameras{"frames/cameras"};
+inline constexpr FieldName<std::string> kSeeds{"frames/seeds"};
 }  // namespace field
 
 class JobRequest {

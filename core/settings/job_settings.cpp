@@ -1,13 +1,11 @@
 #include "core/settings/job_settings.h"
 
+#include "core/settings/frames.h"
+
 namespace qray {
 namespace {
 
 constexpr int kUsualSamples = 64;  // where no budget was given
-
-Vec3 vec3_of(const Vector3& v) {
-  return {static_cast<float>(v[0]), static_cast<float>(v[1]), static_cast<float>(v[2])};
-}
 
 }  // namespace
 
@@ -47,7 +45,7 @@ Camera camera_of(const CameraRequest& request, Camera camera) {
 void complete_budget(JobRequest& request, double max_seconds) {
   if (request.given(field::kSamples) || request.given(field::kSeconds)) return;
   if (request.given(field::kNoise))
-    request.set(field::kSeconds, max_seconds);
+    request.set(field::kSeconds, max_seconds / frame_count(request).value_or(1));
   else
     request.set(field::kSamples, kUsualSamples);
 }

@@ -6,22 +6,16 @@
 
 namespace qray {
 
-// Members that are absent are taken from the scene's camera.
-struct CameraRequest {
-  std::optional<Vector3> position, target, up;
-  std::optional<double> vertical_fov_deg, aperture_radius, focus_distance;
-  std::optional<std::string> projection;  // one of kProjectionNames
-  std::optional<double> height;
-  bool operator==(const CameraRequest&) const = default;
-};
-
+inline Vec3 vec3_of(const Vector3& v) {
+  return {static_cast<float>(v[0]), static_cast<float>(v[1]), static_cast<float>(v[2])};
+}
 // The request's members of "camera"; nothing where it has none.
 std::optional<CameraRequest> camera_request(const JobRequest& request);
 // The camera with what the request says of it.
 Camera camera_of(const CameraRequest& request, Camera camera);
 
 // One of samples and seconds is given afterwards: without either, and without noise, 64 samples;
-// with noise alone, `max_seconds`.
+// with noise alone, `max_seconds` for all frames.
 void complete_budget(JobRequest& request, double max_seconds);
 // Gives what the request leaves to the table of fields: each default of a job, those of the guide
 // that its method has.

@@ -3,6 +3,7 @@
 #include "core/base/file.h"
 #include "core/base/turn.h"
 #include "core/image/exposure.h"
+#include "core/image/shrunk.h"
 #include "server/http/query.h"
 #include "server/http/reply.h"
 #include "server/jobs/tile_stream.h"
@@ -10,6 +11,7 @@
 namespace qray::server {
 namespace {
 
+constexpr int kLeastSide = 16, kMostSide = 8192;
 constexpr int kTilesAtOnce = 256;  // 4 MB
 
 // What a browser calls the picture that it keeps: "j000001.png", "j000001-moment-3.exr".
@@ -18,6 +20,7 @@ void name_file(httplib::Response& res, const std::string& id, const PictureSourc
   using enum PictureSource::Which::Kind;
   std::string name = id;
   if (which.kind == kMoment) name += "-moment-" + std::to_string(which.moment);
+  if (which.frame > 0) name += "-frame-" + std::to_string(which.frame);
   res.set_header("Content-Disposition", "inline; filename=\"" + name + extension + "\"");
 }
 
@@ -48,15 +51,18 @@ void PictureHandlers::tiles(const Request& req, Response& res, const std::string
   int width = job.value().request.get(field::kWidth);
   int height = job.value().request.get(field::kHeight);
   Film::Changes changes;
-  if (const auto running = runner_.running(job.value().id)) {
-    width = running->film().width();
-    height = running->film().height();
-    changes = running->film().tiles_since(since.value(), kTilesAtOnce);
-  } else if (const auto picture = stores_.results.load(job.value().id); picture.ok()) {
+  const PictureKey key(job.value().id, which.value().frame);
+  const auto running = runner_.running(key.job);
+  const std::shared_ptr<const Film> film = running ? running->film(key.frame) : nullptr;
+  if (film) {
+    width = film->width();
+    height = film->height();
+    changes = film->tiles_since(since.value(), kTilesAtOnce);
+  } else if (const auto picture = stores_.results.load(key); picture.ok()) {
     width = picture.value()->image.width();
     height = picture.value()->image.height();
     if (which.value().kind == Which::Kind::kRecovered) {
-      Result<Image> recovered = stores_.results.load_recovered(job.value().id);
+      Result<Image> recovered = stores_.results.load_recovered(key);
       if (!recovered.ok()) return reply_error(res, recovered.error());
       Picture whole = *picture.value();
       whole.image = std::move(recovered).value();
@@ -83,9 +89,11 @@ void PictureHandlers::exr(const Request& req, Response& res, const std::string& 
   name_file(res, record.id.text(), which.value(), ".exr");
   const bool recovered = which.value().kind == Which::Kind::kRecovered;
   const bool moment = which.value().kind == Which::Kind::kMoment;
-  if (recovered || (!moment && !runner_.running(record.id))) {
-    const Result<Bytes> file =
-        stores_.results.load_file(record.id, recovered, record.request.get(field::kHeight));
+  const auto running = runner_.running(record.id);
+  const int frame = which.value().frame;
+  if (recovered || (!moment && !(running && running->film(frame)))) {
+    const Result<Bytes> file = stores_.results.load_file({record.id, frame}, recovered,
+                                                         record.request.get(field::kHeight));
     if (file.ok()) return reply_tagged(req, res, file.value(), "image/x-exr");
     if (recovered || file.error().code != ErrorCode::kNotFound)
       return reply_error(res, file.error());
@@ -110,6 +118,8 @@ void PictureHandlers::png(const Request& req, Response& res, const std::string& 
       automatic ? Result<float>(0.0f)
                 : query_number(req, "exposure", -kMaxExposure, kMaxExposure, 0.0f);
   if (!exposure.ok()) return reply_error(res, exposure.error());
+  const Result<int> side = query_number(req, "side", kLeastSide, kMostSide, kMostSide);
+  if (!side.ok()) return reply_error(res, side.error());
   const Turn turn(encoders_);
   if (!turn.mine()) return reply_problem(res, {503, "Busy", "too many pictures at once", {}});
   const auto which = pictures_.which(req, job.value(), /*best=*/true);
@@ -119,6 +129,7 @@ void PictureHandlers::png(const Request& req, Response& res, const std::string& 
   name_file(res, job.value().id.text(), which.value(), ".png");
   const float stops = automatic ? auto_exposure(image.value()) : exposure.value();
   expose(image.value(), stops);
+  if (req.has_param("side")) image = shrunk(image.value(), side.value());
   res.set_header("Qray-Exposure", std::to_string(stops));
   const Result<Bytes> bytes = encode_image(ImageFormat::kPng, image.value());
   if (!bytes.ok()) return reply_error(res, bytes.error());

@@ -9,6 +9,7 @@
 #include "core/image/tonemap.h"
 #include "core/render/lobe_view.h"
 #include "core/render/pixel_probe.h"
+#include "core/settings/frames.h"
 #include "core/settings/job_settings.h"
 #include "server/http/query.h"
 #include "server/http/reply.h"
@@ -76,6 +77,7 @@ proto::PixelState state_of(const ProbedState& probed) {
 struct ViewHandlers::Wanted {
   JobRecord job;
   uint32_t moment = 0;  // 0: the newest
+  int frame = 0;
 };
 
 struct ViewHandlers::Shown {
@@ -99,7 +101,9 @@ Result<ViewHandlers::Wanted> ViewHandlers::wanted(const Request& req, const std:
   if (!job.ok()) return job.error();
   const Result<uint32_t> moment = query_number<uint32_t>(req, "moment", 1, UINT32_MAX, 0);
   if (!moment.ok()) return moment.error();
-  return Wanted{std::move(job).value(), moment.value()};
+  const Result<int> frame = PictureSource::frame(req, job.value());
+  if (!frame.ok()) return frame.error();
+  return Wanted{std::move(job).value(), moment.value(), frame.value()};
 }
 
 // That of the moment is the last one kept up to then. Its key is known without reading it.
@@ -148,13 +152,19 @@ Result<std::shared_ptr<const ViewHandlers::Shown>> ViewHandlers::load(const Want
   shown->scene = std::move(scene).value();
   const Result<FoundTable> found = find_table(wanted);
   if (!found.ok()) return found.error();
-  shown->key = job.id.text() + shown->scene->hash.whole().hex() + found.value().key;
+  shown->key = job.id.text() + shown->scene->hash.whole().hex() + found.value().key + " " +
+               std::to_string(wanted.frame);
   if (last_ && last_->key == shown->key && (last_->guide || !needs_guide)) return last_;
   last_.reset();
   Result<std::optional<TableFile>> table = read_table(job, found.value());
   if (!table.ok()) return table.error();
   if (!table.value() && needs_guide) return conflict("no table of this job is kept");
   shown->settings = settings_of(job.request, shown->scene->scene);
+  const Result<std::vector<NamedCamera>> frames = frames_of(job.request, shown->scene->scene);
+  if (!frames.ok()) return conflict("the job's cameras are not in its scene any more");
+  if (static_cast<size_t>(wanted.frame) < frames.value().size())
+    shown->settings =
+        frame_settings(job.request, shown->settings, frames.value(), wanted.frame);
   shown->settings.max_table_bytes = stores_.tables.max_bytes();
   if (table.value()) {
     if (!table_fits(table.value()->header, shown->scene->hash))
@@ -190,7 +200,8 @@ void ViewHandlers::pixel(const Request& req, Response& res, const std::string& i
   info.radiance = {radiance.r, radiance.g, radiance.b};
   info.samples = seen.value().samples;
   std::optional<PictureSource::PixelNoise> noise;  // of the newest picture alone
-  if (wanted.value().moment == 0) noise = pictures_.noise_at(job, info.x, info.y);
+  if (wanted.value().moment == 0) 
+    noise = pictures_.noise_at(job, wanted.value().frame, info.x, info.y);
   if (noise) {
     info.samples = static_cast<uint64_t>((*noise)[kSamples]);
     if ((*noise)[kDeviation] > 0) info.variance = sqr((*noise)[kDeviation]);
@@ -212,7 +223,7 @@ void ViewHandlers::pixel(const Request& req, Response& res, const std::string& i
 
 void ViewHandlers::view(const Request& req, Response& res, const std::string& id) {
   const std::string name = req.has_param("view") ? req.get_param_value("view") : "";
-  if (name == "samples" || name == "noise") return noise_view(res, id, name == "samples");
+  if (name == "samples" || name == "noise") return noise_view(req, res, id, name == "samples");
   const std::optional<DebugView> view = parse_debug_view(name);
   if (view && shows_guide(*view)) return guide_view(req, res, id, *view);
   const Result<JobRecord> job = stores_.jobs.find(id);
@@ -221,12 +232,15 @@ void ViewHandlers::view(const Request& req, Response& res, const std::string& id
                             : job.error());
 }
 
-void ViewHandlers::noise_view(Response& res, const std::string& id, bool samples) {
+void ViewHandlers::noise_view(const Request& req, Response& res, const std::string& id,
+                              bool samples) {
   const Result<JobRecord> job = stores_.jobs.find(id);
   if (!job.ok()) return reply_error(res, job.error());
+  const Result<int> frame = PictureSource::frame(req, job.value());
+  if (!frame.ok()) return reply_error(res, frame.error());
   const Turn turn(turns_);
   if (!turn.mine()) return reply_problem(res, kTooManyPictures);
-  const Result<std::shared_ptr<const Image>> noise = pictures_.noise(job.value());
+  const Result<std::shared_ptr<const Image>> noise = pictures_.noise(job.value(), frame.value());
   if (!noise.ok()) return reply_error(res, noise.error());
   const Image& from = *noise.value();
   float most = 1;

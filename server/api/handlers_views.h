@@ -30,7 +30,7 @@ class ViewHandlers {
   void pixel(const Request& req, Response& res, const std::string& id);
   void view(const Request& req, Response& res, const std::string& id);
   void guide_view(const Request& req, Response& res, const std::string& id, DebugView view);
-  void noise_view(Response& res, const std::string& id, bool samples);
+  void noise_view(const Request& req, Response& res, const std::string& id, bool samples);
   void lobe(const Request& req, Response& res, const std::string& id);
   Result<Wanted> wanted(const Request& req, const std::string& id) const;
   // kConflict: scene or table cannot be had; `needs_guide`: nor is there one.

@@ -2,6 +2,7 @@
 
 #include <spdlog/spdlog.h>
 
+#include "core/settings/frames.h"
 #include "server/http/query.h"
 #include "server/jobs/tile_stream.h"
 
@@ -12,11 +13,26 @@ Error nothing_yet() { return {ErrorCode::kConflict, "nothing of this job has bee
 
 }  // namespace
 
+Result<int> PictureSource::frame(const httplib::Request& req, const JobRecord& job) {
+  const int last = frame_count(job.request).value_or(kMaxFrames) - 1;
+  const Result<int> frame = query_number(req, "frame", 0, kMaxFrames - 1, 0);
+  if (!frame.ok() || frame.value() <= last) return frame;
+  return Error{ErrorCode::kNotFound, "this job has no such frame: its last one is " +
+                                         std::to_string(last), ""};
+}
+
+std::shared_ptr<Film> PictureSource::forming(const JobRecord& job, int frame) const {
+  const auto running = runner_.running(job.id);
+  return running ? running->film(frame) : nullptr;
+}
+
 Result<PictureSource::Which> PictureSource::which(const httplib::Request& req, const JobRecord& job,
                                                   bool best, const char* moment) const {
   using enum Which::Kind;
   const Result<uint32_t> number = query_number<uint32_t>(req, moment, 1, UINT32_MAX, 0);
   if (!number.ok()) return number.error();
+  const Result<int> frame = PictureSource::frame(req, job);
+  if (!frame.ok()) return frame.error();
   const std::string wanted = req.get_param_value("picture");
   if (req.has_param("picture") && wanted != "sampled" && wanted != "recovered")
     return Error{ErrorCode::kInvalid, "expected sampled or recovered, got '" + wanted + "'",
@@ -26,17 +42,18 @@ Result<PictureSource::Which> PictureSource::which(const httplib::Request& req, c
       return Error{ErrorCode::kInvalid, "moments are not recovered", "/picture"};
     return Which{kMoment, number.value()};
   }
-  const bool there = stores_.results.has_recovered(job.id);
-  if (wanted.empty()) return Which{best && there ? kRecovered : kSampled, 0};
-  if (wanted == "sampled") return Which{};
-  if (there) return Which{kRecovered, 0};
+  const bool there = stores_.results.has_recovered({job.id, frame.value()});
+  if (wanted.empty()) return Which{best && there ? kRecovered : kSampled, 0, frame.value()};
+  if (wanted == "sampled") return Which{kSampled, 0, frame.value()};
+  if (there) return Which{kRecovered, 0, frame.value()};
   if (job.request.get(field::kRecover) == "none")
     return Error{ErrorCode::kNotFound, "this job's picture is not recovered", ""};
   return Error{ErrorCode::kConflict, "this job's picture has not been recovered yet", ""};
 }
 
-Result<std::shared_ptr<const Picture>> PictureSource::sampled(const JobRecord& job) const {
-  auto picture = stores_.results.load(job.id);
+Result<std::shared_ptr<const Picture>> PictureSource::sampled(const JobRecord& job,
+                                                                     int frame) const {
+  auto picture = stores_.results.load({job.id, frame});
   if (picture.ok()) return picture;
   if (picture.error().code == ErrorCode::kNotFound) {
     // The files of a job that is deleted go after its row.
@@ -55,26 +72,25 @@ Result<Picture> PictureSource::moment(const JobRecord& job, uint32_t number) con
 
 Result<Image> PictureSource::image(const JobRecord& job, Which which) const {
   using enum Which::Kind;
-  if (which.kind == kRecovered) return stores_.results.load_recovered(job.id);
+  if (which.kind == kRecovered) return stores_.results.load_recovered({job.id, which.frame});
   if (which.kind == kMoment) {
     Result<Picture> picture = moment(job, which.moment);
     if (!picture.ok()) return picture.error();
     return std::move(picture).value().image;
   }
-  if (const auto running = runner_.running(job.id)) {
-    if (running->film().version() == 0) return nothing_yet();
-    return running->film().develop();
-  }
-  const auto picture = sampled(job);
+  if (const auto film = forming(job, which.frame); film && film->version() > 0)
+    return film->develop();
+  const auto picture = sampled(job, which.frame);
   if (!picture.ok()) return picture.error();
   return picture.value()->image;
 }
 
-Result<std::shared_ptr<const Image>> PictureSource::noise(const JobRecord& job) const {
+Result<std::shared_ptr<const Image>> PictureSource::noise(const JobRecord& job,
+                                                                 int frame) const {
   std::shared_ptr<const Image> noise;
-  if (const auto running = runner_.running(job.id)) {
-    noise = running->film().noise();
-  } else if (Result<Image> kept = stores_.results.load_noise(job.id); kept.ok()) {
+  if (const auto film = forming(job, frame)) {
+    noise = film->noise();
+  } else if (Result<Image> kept = stores_.results.load_noise({job.id, frame}); kept.ok()) {
     noise = std::make_shared<const Image>(std::move(kept).value());
   }
   if (!noise || noise->channels() != kFilmNoiseChannels)
@@ -82,19 +98,19 @@ Result<std::shared_ptr<const Image>> PictureSource::noise(const JobRecord& job) 
   return noise;
 }
 
-std::optional<PictureSource::PixelNoise> PictureSource::noise_at(const JobRecord& job, int x,
-                                                                 int y) const {
-  const auto running = runner_.running(job.id);
+std::optional<PictureSource::PixelNoise> PictureSource::noise_at(const JobRecord& job,
+                                                                 int frame, int x, int y) const {
+  const auto film = forming(job, frame);
   std::shared_ptr<const Image> noise;  // of an ended job the row of the pixel
-  if (running) {
-    noise = running->film().noise();
-  } else if (Result<Image> row = stores_.results.load_noise_row(job.id, y); row.ok()) {
+  if (film) {
+    noise = film->noise();
+  } else if (Result<Image> row = stores_.results.load_noise_row({job.id, frame}, y); row.ok()) {
     noise = std::make_shared<const Image>(std::move(row).value());
   }
   if (!noise || noise->channels() != kFilmNoiseChannels) return std::nullopt;
   PixelNoise values;
   for (int c = 0; c < kFilmNoiseChannels; ++c)
-    values[static_cast<size_t>(c)] = noise->at(x, running ? y : 0, c);
+    values[static_cast<size_t>(c)] = noise->at(x, film ? y : 0, c);
   return values;
 }
 
@@ -111,21 +127,19 @@ Result<PictureSource::Pixel> PictureSource::pixel(const JobRecord& job, Which wh
     return of(picture.value());
   }
   Pixel pixel;
-  if (const auto running = runner_.running(job.id)) {
-    const Film& film = running->film();
-    if (film.version() == 0) return nothing_yet();
-    const Film::TileView tile = film.tile_view(static_cast<int>(tile_at(film.width(), x, y)));
-    const TileRect rect = film.tile(tile.index);
+  if (const auto film = forming(job, which.frame); film && film->version() > 0) {
+    const Film::TileView tile = film->tile_view(static_cast<int>(tile_at(film->width(), x, y)));
+    const TileRect rect = film->tile(tile.index);
     pixel.samples = tile.samples;
     if (!tile.mean.empty())
       pixel.radiance = tile.mean[static_cast<size_t>((y - rect.y) * rect.width + x - rect.x)];
   } else {
-    const auto picture = sampled(job);
+    const auto picture = sampled(job, which.frame);
     if (!picture.ok()) return picture.error();
     pixel = of(*picture.value());
   }
   if (which.kind == kRecovered) {
-    const Result<Image> row = stores_.results.load_recovered_row(job.id, y);
+    const Result<Image> row = stores_.results.load_recovered_row({job.id, which.frame}, y);
     if (!row.ok()) return row.error();
     pixel.radiance = row.value().rgb(x, 0);
   }

@@ -19,8 +19,11 @@ class PictureSource {
   struct Which {
     enum class Kind { kSampled, kRecovered, kMoment } kind = Kind::kSampled;
     uint32_t moment = 0;
+    int frame = 0;
   };
-  // By the parameters `picture` ("sampled" or "recovered"; absent: the recovered one if it is there
+  // Which of the job's frames the parameter `frame` names; the first without it. kInvalid.
+  static Result<int> frame(const httplib::Request& req, const JobRecord& job);
+  // By the parameters `frame`, `picture` ("sampled" or "recovered"; absent: the recovered one if it is there
   // and `best` is wanted, else the sampled one) and `moment`, or of another name. kNotFound,
   // kConflict: there is none, or not yet; kInvalid names the parameter.
   Result<Which> which(const httplib::Request& req, const JobRecord& job, bool best,
@@ -28,10 +31,10 @@ class PictureSource {
   // kConflict: before the first tile; kNotFound: the moment is not kept.
   Result<Image> image(const JobRecord& job, Which which) const;
   // Film::noise(), the newest. kConflict: not known.
-  Result<std::shared_ptr<const Image>> noise(const JobRecord& job) const;
+  Result<std::shared_ptr<const Image>> noise(const JobRecord& job, int frame) const;
   // What it says of one pixel, by FilmNoise; none: not known.
   using PixelNoise = std::array<float, kFilmNoiseChannels>;
-  std::optional<PixelNoise> noise_at(const JobRecord& job, int x, int y) const;
+  std::optional<PixelNoise> noise_at(const JobRecord& job, int frame, int x, int y) const;
   // A pixel's colour; and how many samples a pixel of its tile has had, by the passes.
   struct Pixel {
     Rgb radiance;
@@ -40,8 +43,11 @@ class PictureSource {
   Result<Pixel> pixel(const JobRecord& job, Which which, int x, int y) const;
 
  private:
-  Result<std::shared_ptr<const Picture>> sampled(const JobRecord& job) const;
+  Result<std::shared_ptr<const Picture>> sampled(const JobRecord& job, int frame) const;
   Result<Picture> moment(const JobRecord& job, uint32_t number) const;
+
+  // Null: the frame is not under way.
+  std::shared_ptr<Film> forming(const JobRecord& job, int frame) const;
 
   const JobRunner& runner_;
   Stores stores_;

@@ -6,6 +6,7 @@
 #include "core/recover/included_networks.h"
 #include "core/settings/job_settings.h"
 #include "proto/events.h"
+#include "server/jobs/job_frames.h"
 #include "server/jobs/job_moments.h"
 #include "server/jobs/load_ticker.h"
 #include "server/jobs/progress_ticker.h"
@@ -82,6 +83,10 @@ Status JobRun::prepare() {
   settings_.max_table_bytes = context_.stores.tables.max_bytes();
   settings_.estimates_noise = true;  // for who looks at it
   if (Status s = check_settings(settings_, kMaxPicturePixels); !s.ok()) return s;
+  Result<std::vector<NamedCamera>> frames = frames_of(job_.request, scene_->scene);
+  if (!frames.ok()) return frames.error();
+  frames_ = std::move(frames).value();
+  of_frames_ = asks_for_frames(job_.request);
   memory_ = context_.memory.take(job_memory(settings_, job_.request.get(field::kRecover) != "none"),
                                  context_.stop);
   if (context_.stop.stop_requested()) return Error{ErrorCode::kCanceled, "canceled", ""};
@@ -92,13 +97,15 @@ Status JobRun::prepare() {
     job.request.set(field::kWidth, settings_.width);
     job.request.set(field::kHeight, settings_.height);
     job.request.set(field::kMaxDepth, settings_.max_depth);
+    name_cameras(job.request, scene_->scene);
   };
   return move(learns(settings_) ? JobState::kLearning : JobState::kRendering, resolved);
 }
 
 void JobRun::show_film() {
-  running_ =
-      std::make_shared<RunningJob>(id_, std::make_shared<Film>(settings_.width, settings_.height));
+  running_ = std::make_shared<RunningJob>(id_);
+  if (!of_frames_)
+    running_->show(0, std::make_shared<Film>(settings_.width, settings_.height), {});
   context_.show(running_);
 }
 
@@ -179,13 +186,31 @@ Result<JobRun::Rendered> JobRun::begin() {
 
 Result<JobRun::Rendered> JobRun::run_to_end(StartingGuide start, const std::string& network,
                                             SnapshotReader* resume_from) {
-  const ProgressTicker ticker(context_.stores.jobs, *running_, job_.claim, learns(settings_));
-  const std::optional<TableHeader> parent = start.table;
+  const ProgressTicker ticker(context_.stores.jobs, *running_, job_.claim, learns(settings_),
+                              of_frames_);
+  const Parent parent = start.table;
   const std::string id = parent ? parent->id : std::string();
   warm_ = !id.empty();
   if (warm_) log("from table " + id);
   if (!resume_from) context_.stores.moments.remove(id_);
-  JobMoments moments(context_.stores.moments, id_, running_->film(), [&](const GuideTable& guide) {
+  const std::optional<Recovery> recovery = this->recovery(network);
+  context_.keeper.start({scene_->hash.whole().hex(), id, recovery ? recovery->name : std::string(),
+                         warnings_, mixed_builds_});
+  const Recovery* with = recovery ? &*recovery : nullptr;
+  const Checkpoints checkpoints{&context_.keeper, resume_from};
+  Result<JobResult> result = of_frames_
+                                 ? render_frames(std::move(start), with, checkpoints)
+                                 : render_picture(std::move(start), parent, with, checkpoints);
+  if (!result.ok()) return result.error();
+  result.value().stats.mixed_builds = mixed_builds_;
+  return Rendered{std::move(result).value(), id};
+}
+
+Result<JobResult> JobRun::render_picture(StartingGuide start, const Parent& parent,
+                                         const Recovery* recovery,
+                                         const Checkpoints& checkpoints) {
+  const std::shared_ptr<Film> film = running_->film();
+  JobMoments moments(context_.stores.moments, id_, *film, [&](const GuideTable& guide) {
     return table_of(guide, scene_->hash, parent);
   });
   running_->on_pass(
@@ -193,18 +218,25 @@ Result<JobRun::Rendered> JobRun::run_to_end(StartingGuide start, const std::stri
         last_pass_ = stats;
         moments.add(progress, stats, guide);
       });
-  const std::optional<Recovery> recovery = this->recovery(network);
-  context_.keeper.start({scene_->hash.whole().hex(), id, recovery ? recovery->name : std::string(),
-                         warnings_, mixed_builds_});
   Result<JobResult> result =
-      context_.render(*scene_, settings_, std::move(start), running_->film(), context_.pool,
-                      *running_, context_.stop, context_.clock, recovery ? &*recovery : nullptr,
-                      {&context_.keeper, resume_from});
+      context_.render(*scene_, settings_, std::move(start), *film, context_.pool, *running_,
+                      context_.stop, context_.clock, recovery, checkpoints);
   running_->on_pass(nullptr);
   if (!moments.failure().empty()) warn(moments.failure());
-  if (!result.ok()) return result.error();
-  result.value().stats.mixed_builds = mixed_builds_;
-  return Rendered{std::move(result).value(), id};
+  return result;
+}
+
+Result<JobResult> JobRun::render_frames(StartingGuide start, const Recovery* recovery,
+                                        const Checkpoints& checkpoints) {
+  JobFrames frames(
+      {context_.stores.checkpoints, context_.stores.results, context_.stores.jobs, *running_}, id_,
+      frames_, /*goes_on=*/checkpoints.resume_from != nullptr, context_.stop);
+  Result<JobResult> result =
+      run_frames(*scene_, {job_.request, settings_, frames_}, std::move(start), frames,
+                 context_.pool, context_.stop, context_.clock, recovery, checkpoints);
+  if (frames.last()) last_pass_ = frames.last();
+  if (const Status kept = frames.end(); !kept.ok() && result.ok()) return kept.error();
+  return result;
 }
 
 // The network that the job asks for. One that cannot be read is no reason to fail: the untrained
@@ -233,10 +265,10 @@ Status JobRun::finish(Rendered rendered) {
       return s;
     }
   }
-  if (Status s = context_.stores.results.save(id_, running_->film(), rendered.result.metadata);
-      !s.ok()) {
-    return s;
-  }
+  if (!of_frames_)  // whose pictures are there
+    if (Status s = context_.stores.results.save(id_, *running_->film(), rendered.result.metadata);
+        !s.ok())
+      return s;
   context_.show(nullptr);  // who sees the job ended finds the finished picture, not the forming one
   const std::optional<TableFile>& table = rendered.result.table;
   const bool keep_table = table && job_.request.get(field::kTable) != "none";
@@ -258,7 +290,7 @@ Status JobRun::finish(Rendered rendered) {
     job.table_in = rendered.table_in;
     if (keep_table) job.table_out = table->header.id;
     job.stats_json = stats_json(stats, /*indent=*/false);
-    job.biased = !stats.unbiased || rendered.result.recovered;
+    job.biased = !stats.unbiased || stats.recovery != "none";
     job.warnings = warnings_;
   };
   context_.stores.checkpoints.finished(id_);  // before anyone can ask whether it is extendable
@@ -277,12 +309,15 @@ void JobRun::count(double finalizing_seconds) {
 }
 
 void JobRun::keep_partial_picture() {
-  if (!running_ || running_->film().version() == 0) return;
+  if (!running_) return;
+  const RunningJob::Shown shown = running_->shown();
+  if (!shown.film || shown.film->version() == 0) return;
   const ImageMetadata metadata = {{"scene", job_.request.get(field::kScene)},
                                   {"method", settings_.method},
                                   {"seed", std::to_string(settings_.seed)},
                                   {"unfinished", "true"}};
-  if (Status s = context_.stores.results.save(id_, running_->film(), metadata); !s.ok()) {
+  if (Status s = context_.stores.results.save({id_, shown.frame}, *shown.film, metadata);
+      !s.ok()) {
     spdlog::error("job={} the picture is lost: {}", id_.text(), s.error().text());
   }
 }

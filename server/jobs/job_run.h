@@ -43,6 +43,11 @@ class JobRun {
   // `resume_from`: null where the job begins.
   Result<Rendered> run_to_end(StartingGuide start, const std::string& network,
                               SnapshotReader* resume_from);
+  using Parent = std::optional<TableHeader>;
+  Result<JobResult> render_picture(StartingGuide start, const Parent& parent,
+                                   const Recovery* recovery, const Checkpoints& checkpoints);
+  Result<JobResult> render_frames(StartingGuide start, const Recovery* recovery,
+                                  const Checkpoints& checkpoints);
   std::optional<Recovery> recovery(const std::string& wanted);
   void show_film();
   Status finish(Rendered rendered);
@@ -64,6 +69,8 @@ class JobRun {
   MemoryBudget::Part memory_;
   std::shared_ptr<const PreparedScene> scene_;
   RenderSettings settings_;
+  bool of_frames_ = false;            // else the job is one picture
+  std::vector<NamedCamera> frames_;  // of which a plain job has one
   std::optional<RenderStats> last_pass_;
   std::string counted_;        // the statistics of its last success, before it was extended
   bool warm_ = false;          // started from a table

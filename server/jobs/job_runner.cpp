@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "core/settings/frames.h"
 #include "server/jobs/job_run.h"
 #include "server/jobs/wait.h"
 #include "server/operation/metrics.h"
@@ -242,7 +243,9 @@ Result<JobRecord> JobRunner::extend(JobId id, const proto::ExtendRequest& more) 
   const proto::JobProgress& done = job.value().progress;
   // Onto what was rendered: the limits that stood before have been reached.
   const int64_t samples = static_cast<int64_t>(done.samples) + more.samples.value_or(0);
-  const double seconds = done.seconds + more.seconds.value_or(0);
+  // Frames share it: a request names the seconds of each.
+  const double seconds =
+      (done.seconds + more.seconds.value_or(0)) / frame_count(request).value_or(1);
   if (samples > kMaxSamples || seconds > kMostJobSeconds)
     return Error{ErrorCode::kInvalid, "a job has at most 1000000 samples a pixel and 24 h",
                  more.samples ? "/samples" : "/seconds"};

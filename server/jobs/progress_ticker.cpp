@@ -14,19 +14,20 @@ constexpr milliseconds kBetweenEvents{500};  // progress events
 
 }  // namespace
 
-ProgressTicker::ProgressTicker(JobStore& jobs, const RunningJob& job, uint64_t claim, bool learning)
-    : thread_([this, &jobs, &job, claim, learning](std::stop_token stop) {
+ProgressTicker::ProgressTicker(JobStore& jobs, const RunningJob& job, uint64_t claim, bool learning,
+                               bool frames)
+    : thread_([this, &jobs, &job, claim, learning, frames](std::stop_token stop) {
         try {
-          watch(stop, jobs, job, claim, learning);
+          watch(stop, jobs, job, claim, learning, frames);
         } catch (const std::exception& e) {
           spdlog::error("job={} no more progress: {}", job.id().text(), e.what());
         }
       }) {}
 
 void ProgressTicker::watch(std::stop_token stop, JobStore& jobs, const RunningJob& job,
-                           uint64_t claim, bool learning) {
+                           uint64_t claim, bool learning, bool frames) {
   auto last = std::chrono::steady_clock::now() - kBetweenEvents;
-  uint64_t last_version = 0;
+  std::pair<uint64_t, uint64_t> last_version{1, 0};  // nothing of the first film
   while (wait_unless(stop, kLook)) {
     if (learning && job.past_learning()) {
       learning = false;
@@ -37,13 +38,17 @@ void ProgressTicker::watch(std::stop_token stop, JobStore& jobs, const RunningJo
         spdlog::error("job={} {}", job.id().text(), moved.error().text());
       }
     }
-    const uint64_t version = job.film().version();
+    const RunningJob::Shown shown = job.shown();
+    if (!shown.film) continue;
+    const std::pair version{shown.films, shown.film->version()};
     const auto now = std::chrono::steady_clock::now();
     if (version == last_version || now - last < kBetweenEvents) continue;
     last = now;
     last_version = version;
     const std::string name = job.id().text();
-    jobs.publish_hint({0, name, "progress", proto::progress_event(name, job.progress(), version)});
+    jobs.publish_hint({0, name, "progress",
+                       proto::progress_event(name, job.progress(), version.second,
+                                             frames ? std::optional(shown.frame) : std::nullopt)});
   }
 }
 

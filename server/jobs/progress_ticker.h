@@ -12,12 +12,13 @@ namespace qray::server {
 class ProgressTicker {
  public:
   // `claim`: of the job's run. `learning`: its state is kLearning, to be moved on when that is
-  // past.
-  ProgressTicker(JobStore& jobs, const RunningJob& job, uint64_t claim, bool learning);
+  // past. `frames`: it is a job of frames.
+  ProgressTicker(JobStore& jobs, const RunningJob& job, uint64_t claim, bool learning,
+                 bool frames = false);
 
  private:
   void watch(std::stop_token stop, JobStore& jobs, const RunningJob& job, uint64_t claim,
-             bool learning);
+             bool learning, bool frames);
   std::jthread thread_;
 };
 

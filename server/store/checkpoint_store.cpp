@@ -19,13 +19,35 @@ constexpr size_t kCrcBytes = 4, kMaxBuildBytes = 256;
 
 StateOrigin this_build() { return {kStateFormat, kStateRevision, build_identity()}; }
 
+fs::path CheckpointStore::frame_file(JobId id, int frame, int turn) const {
+  return frames_folder(id) / (std::to_string(frame) + (turn % 2 == 0 ? "-even" : "-odd"));
+}
+
 Status CheckpointStore::save(JobId id, const CheckpointHeader& header,
                              const std::function<void(SnapshotWriter&)>& write_state,
                              const std::stop_token& stop) {
+  return write(file(id), header, write_state, stop);
+}
+
+Status CheckpointStore::save_frame(JobId id, int frame, int turn,
+                                   const std::function<void(SnapshotWriter&)>& write_state,
+                                   const std::stop_token& stop) {
+  return write(frame_file(id, frame, turn), {}, write_state, stop);
+}
+
+Result<Checkpoint> CheckpointStore::load(JobId id) const { return read(file(id)); }
+
+Result<Checkpoint> CheckpointStore::load_frame(JobId id, int frame, int turn) const {
+  return read(frame_file(id, frame, turn));
+}
+
+Status CheckpointStore::write(const fs::path& path, const CheckpointHeader& header,
+                              const std::function<void(SnapshotWriter&)>& write_state,
+                              const std::stop_token& stop) const {
   std::error_code ec;
-  fs::create_directories(folder_, ec);
-  if (ec) return Error{ErrorCode::kIo, ec.message(), folder_.string()};
-  AtomicFile out(file(id));
+  fs::create_directories(path.parent_path(), ec);
+  if (ec) return Error{ErrorCode::kIo, ec.message(), path.parent_path().string()};
+  AtomicFile out(path);
   uint32_t crc = 0;
   const auto write = [&](std::span<const uint8_t> bytes) {
     if (stop.stop_requested()) return;
@@ -44,12 +66,12 @@ Status CheckpointStore::save(JobId id, const CheckpointHeader& header,
   ByteWriter end;
   end.u32(crc);
   out.write(end.data());
-  if (stop.stop_requested()) return Error{ErrorCode::kCanceled, "stopped", file(id).string()};
+  if (stop.stop_requested()) return Error{ErrorCode::kCanceled, "stopped", path.string()};
   return out.commit();
 }
 
-Result<Checkpoint> CheckpointStore::load(JobId id) const {
-  Result<MappedFile> file = MappedFile::open(this->file(id), kMaxBytes);
+Result<Checkpoint> CheckpointStore::read(const fs::path& path) const {
+  Result<MappedFile> file = MappedFile::open(path, kMaxBytes);
   if (!file.ok()) return file.error();
   Checkpoint checkpoint{{}, false, std::move(file).value()};
   const auto wrong = [](ErrorCode code, std::string what) {
@@ -89,24 +111,40 @@ bool CheckpointStore::has(JobId id) const {
 void CheckpointStore::remove(JobId id) {
   std::lock_guard lock(mutex_);
   std::erase(finished_, id);
+  remove_files(id);
+}
+
+void CheckpointStore::remove_files(JobId id) const {
   std::error_code ec;
   fs::remove(file(id), ec);
+  fs::remove_all(frames_folder(id), ec);
+}
+
+uint64_t CheckpointStore::bytes_of(JobId id) const {
+  std::error_code ec;
+  const auto size = [](const fs::path& path) {
+    std::error_code failed;
+    const uint64_t bytes = fs::file_size(path, failed);
+    return failed ? 0 : bytes;
+  };
+  uint64_t bytes = size(file(id));
+  for (fs::directory_iterator it(frames_folder(id), ec), end; !ec && it != end; it.increment(ec))
+    bytes += size(it->path());
+  return bytes;
 }
 
 void CheckpointStore::finished(JobId id) {
   std::lock_guard lock(mutex_);
   std::erase(finished_, id);
   finished_.push_back(id);
-  std::error_code ec;
   uint64_t bytes = 0;
   size_t kept = 0;
   for (; kept < finished_.size(); ++kept) {
-    const uint64_t size = fs::file_size(file(finished_[finished_.size() - 1 - kept]), ec);
-    if (!ec) bytes += size;
+    bytes += bytes_of(finished_[finished_.size() - 1 - kept]);
     if (bytes > max_finished_bytes_) break;
   }
   while (finished_.size() > kept) {
-    fs::remove(file(finished_.front()), ec);
+    remove_files(finished_.front());
     finished_.erase(finished_.begin());
   }
 }
@@ -116,12 +154,14 @@ void CheckpointStore::tidy(const std::function<Keep(JobId)>& keep) {
   std::vector<JobId> done;
   std::error_code ec;
   for (fs::directory_iterator it(folder_, ec), end; !ec && it != end; it.increment(ec)) {
-    const std::optional<JobId> id = JobId::parse(it->path().filename().string());
+    const fs::path name = it->path().filename();
+    const bool frames = name.extension() == kFrames;
+    const std::optional<JobId> id = JobId::parse((frames ? name.stem() : name).string());
     const Keep what = id ? keep(*id) : Keep::kNo;  // no job's: cut off while it was written
     if (what == Keep::kNo) gone.push_back(it->path());
-    if (what == Keep::kFinished) done.push_back(*id);
+    if (what == Keep::kFinished && !frames) done.push_back(*id);
   }
-  for (const fs::path& path : gone) fs::remove(path, ec);
+  for (const fs::path& path : gone) fs::remove_all(path, ec);
   std::sort(done.begin(), done.end());
   for (JobId id : done) finished(id);
 }

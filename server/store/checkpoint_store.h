@@ -1,4 +1,5 @@
-// What interrupted jobs go on from: <data>/checkpoints/<job>, one file each, replaced whole. Those
+// What interrupted jobs go on from: <data>/checkpoints/<job>, one file each, replaced whole,
+// and of jobs of many frames a folder <job>.frames with two files of each. Those
 // of finished jobs stay, so that more can be rendered onto them, as long as there is room. Any
 // thread; one job's by one at a time.
 //
@@ -68,6 +69,11 @@ class CheckpointStore {
   // kNotFound: there is none. kCorrupt: torn or changed. kUnsupported: of another format or
   // revision.
   Result<Checkpoint> load(JobId id) const;
+  // The same of one of its frames (core/job/run_frames.h), beside that of the frame's turn before.
+  Status save_frame(JobId id, int frame, int turn,
+                    const std::function<void(SnapshotWriter&)>& write_state,
+                    const std::stop_token& stop);
+  Result<Checkpoint> load_frame(JobId id, int frame, int turn) const;
   bool has(JobId id) const;
   void remove(JobId id);
   // The job has succeeded; the oldest that have make room.
@@ -78,6 +84,15 @@ class CheckpointStore {
 
  private:
   std::filesystem::path file(JobId id) const { return folder_ / id.text(); }
+  std::filesystem::path frames_folder(JobId id) const { return folder_ / (id.text() + kFrames); }
+  std::filesystem::path frame_file(JobId id, int frame, int turn) const;
+  Status write(const std::filesystem::path& path, const CheckpointHeader& header,
+               const std::function<void(SnapshotWriter&)>& write_state,
+               const std::stop_token& stop) const;
+  Result<Checkpoint> read(const std::filesystem::path& path) const;
+  uint64_t bytes_of(JobId id) const;
+  void remove_files(JobId id) const;
+  static constexpr const char* kFrames = ".frames";
 
   std::filesystem::path folder_;
   uint64_t max_finished_bytes_;

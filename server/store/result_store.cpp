@@ -8,6 +8,8 @@ namespace qray::server {
 namespace {
 
 constexpr uint64_t kMaxImageBytes = uint64_t{1} << 30;
+constexpr const char* kFramesFile = "frames.json";
+constexpr uint64_t kMaxFramesBytes = 4u << 20;
 
 // What was written here and cannot be read any more is nobody's fault who asks for it.
 template <class T>
@@ -20,47 +22,47 @@ Result<T> kept(Result<T> loaded) {
 
 }  // namespace
 
-Status ResultStore::save(JobId id, const Film& film, const ImageMetadata& metadata) {
+Status ResultStore::save(const PictureKey& key, const Film& film, const ImageMetadata& metadata) {
   auto picture = std::make_shared<const Picture>(take_picture(film));
-  if (Status s = save_picture(folder_ / id.text(), *picture, metadata); !s.ok()) return s;
-  remember(id, std::move(picture));
+  if (Status s = save_picture(folder(key), *picture, metadata); !s.ok()) return s;
+  remember(key, std::move(picture));
   if (const std::shared_ptr<const Image> noise = film.noise())
-    return write_image(noise_file(id), *noise, {});
+    return write_image(noise_file(key), *noise, {});
   return {};
 }
 
-Result<Image> ResultStore::load_noise(JobId id) const {
-  return kept(read_image(noise_file(id), kMaxPicturePixels));
+Result<Image> ResultStore::load_noise(const PictureKey& key) const {
+  return kept(read_image(noise_file(key), kMaxPicturePixels));
 }
 
-Result<Image> ResultStore::load_noise_row(JobId id, int y) const {
-  return kept(read_image_row(noise_file(id), y));
+Result<Image> ResultStore::load_noise_row(const PictureKey& key, int y) const {
+  return kept(read_image_row(noise_file(key), y));
 }
 
-Status ResultStore::save_recovered(JobId id, const Image& recovered,
+Status ResultStore::save_recovered(const PictureKey& key, const Image& recovered,
                                    const ImageMetadata& metadata) {
-  const std::filesystem::path file = recovered_file(id);
+  const std::filesystem::path file = recovered_file(key);
   std::error_code ec;
   std::filesystem::create_directories(file.parent_path(), ec);
   if (ec) return Error{ErrorCode::kIo, ec.message(), file.parent_path().string()};
   return write_image(file, recovered, metadata);
 }
 
-bool ResultStore::has_recovered(JobId id) const {
+bool ResultStore::has_recovered(const PictureKey& key) const {
   std::error_code ec;
-  return std::filesystem::exists(recovered_file(id), ec);
+  return std::filesystem::exists(recovered_file(key), ec);
 }
 
-Result<Image> ResultStore::load_recovered(JobId id) const {
-  return kept(read_image(recovered_file(id), kMaxPicturePixels));
+Result<Image> ResultStore::load_recovered(const PictureKey& key) const {
+  return kept(read_image(recovered_file(key), kMaxPicturePixels));
 }
 
-Result<Image> ResultStore::load_recovered_row(JobId id, int y) const {
-  return kept(read_image_row(recovered_file(id), y));
+Result<Image> ResultStore::load_recovered_row(const PictureKey& key, int y) const {
+  return kept(read_image_row(recovered_file(key), y));
 }
 
-Result<Bytes> ResultStore::load_file(JobId id, bool recovered, int height) const {
-  const std::filesystem::path file = recovered ? recovered_file(id) : image_file(id);
+Result<Bytes> ResultStore::load_file(const PictureKey& key, bool recovered, int height) const {
+  const std::filesystem::path file = recovered ? recovered_file(key) : image_file(key);
   Result<Bytes> bytes = read_file(file, kMaxImageBytes);
   if (!bytes.ok()) return bytes;
   // The rows lie in their order: of a file that is cut off the last one is missing.
@@ -69,41 +71,56 @@ Result<Bytes> ResultStore::load_file(JobId id, bool recovered, int height) const
   return bytes;
 }
 
-Result<std::shared_ptr<const Picture>> ResultStore::load(JobId id) {
+Result<std::shared_ptr<const Picture>> ResultStore::load(const PictureKey& key) {
   {
     std::lock_guard lock(mutex_);
     const auto found = std::find_if(recent_.begin(), recent_.end(),
-                                    [&](const auto& entry) { return entry.first == id; });
+                                    [&](const auto& entry) { return entry.first == key; });
     if (found != recent_.end()) {
       recent_.splice(recent_.begin(), recent_, found);
       return recent_.front().second;
     }
   }
-  Result<Picture> loaded = kept(load_picture(folder_ / id.text()));
+  Result<Picture> loaded = kept(load_picture(folder(key)));
   if (!loaded.ok()) return loaded.error();
   auto picture = std::make_shared<const Picture>(std::move(loaded).value());
-  remember(id, picture);
+  remember(key, picture);
   return picture;
 }
 
 void ResultStore::remove(JobId id) {
   std::lock_guard lock(mutex_);
-  std::erase_if(recent_, [&](const auto& entry) { return entry.first == id; });
+  std::erase_if(recent_, [&](const auto& entry) { return entry.first.job == id; });
   std::error_code ec;
   std::filesystem::remove_all(folder_ / id.text(), ec);
 }
 
-void ResultStore::remember(JobId id, std::shared_ptr<const Picture> picture) {
+Status ResultStore::save_frames(JobId id, std::string_view json) {
+  const std::filesystem::path folder = this->folder(id);
+  std::error_code ec;
+  std::filesystem::create_directories(folder, ec);
+  if (ec) return Error{ErrorCode::kIo, ec.message(), folder.string()};
+  return write_file_atomic(folder / kFramesFile,
+                           {reinterpret_cast<const uint8_t*>(json.data()), json.size()});
+}
+
+Result<std::string> ResultStore::load_frames(JobId id) const {
+  const Result<Bytes> bytes = read_file(folder(id) / kFramesFile, kMaxFramesBytes);
+  if (!bytes.ok()) return bytes.error();
+  return std::string(bytes.value().begin(), bytes.value().end());
+}
+
+void ResultStore::remember(const PictureKey& key, std::shared_ptr<const Picture> picture) {
   std::lock_guard lock(mutex_);
-  std::erase_if(recent_, [&](const auto& entry) { return entry.first == id; });
-  recent_.emplace_front(id, std::move(picture));
+  std::erase_if(recent_, [&](const auto& entry) { return entry.first == key; });
+  recent_.emplace_front(key, std::move(picture));
   size_t bytes = 0, kept = 0;
   for (const auto& entry : recent_) {
     bytes += entry.second->bytes();
     if (kept > 0 && bytes > cache_bytes_) break;
     ++kept;
   }
-  recent_.resize(kept);
+  recent_.erase(std::next(recent_.begin(), static_cast<std::ptrdiff_t>(kept)), recent_.end());
 }
 
 }  // namespace qray::server

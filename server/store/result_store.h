@@ -1,4 +1,5 @@
-// Pictures of ended jobs under <data>/results/<job>/, the last few kept in memory. Any thread.
+// Pictures of ended jobs under <data>/results/<job>/, frames after the first
+// in frame-<number>/ there, the last few kept in memory. Any thread.
 #pragma once
 
 #include <list>
@@ -10,6 +11,14 @@
 
 namespace qray::server {
 
+// Whose picture: a job's, or one of its frames'. The first frame is the job's own picture.
+struct PictureKey {
+  PictureKey(JobId of_job, int of_frame = 0) : job(of_job), frame(of_frame) {}
+  JobId job;
+  int frame = 0;
+  bool operator==(const PictureKey&) const = default;
+};
+
 class ResultStore {
  public:
   // Keeps pictures of at most `cache_bytes` in memory (the newest one in any case).
@@ -17,35 +26,44 @@ class ResultStore {
       : folder_(std::move(data) / "results"), cache_bytes_(cache_bytes) {}
 
   // Writes the files; the picture is then on disk and in memory.
-  Status save(JobId id, const Film& film, const ImageMetadata& metadata);
+  Status save(const PictureKey& key, const Film& film, const ImageMetadata& metadata);
   // Beside it, before it: what recovery made of the film.
-  Status save_recovered(JobId id, const Image& recovered, const ImageMetadata& metadata);
-  Result<Image> load_recovered(JobId id) const;  // kNotFound: there is none
-  void remove(JobId id);
+  Status save_recovered(const PictureKey& key, const Image& recovered, const ImageMetadata& metadata);
+  Result<Image> load_recovered(const PictureKey& key) const;  // kNotFound: there is none
+  void remove(JobId id);  // all its frames'
+  // What is known of a job's frames, as it was last kept. kNotFound: nothing is.
+  Status save_frames(JobId id, std::string_view json);
+  Result<std::string> load_frames(JobId id) const;
   // Film::noise() at the end; kNotFound: there is none.
-  Result<Image> load_noise(JobId id) const;
+  Result<Image> load_noise(const PictureKey& key) const;
   // The row y alone of these: of a large picture a hundredth of the time.
-  Result<Image> load_recovered_row(JobId id, int y) const;
-  Result<Image> load_noise_row(JobId id, int y) const;
+  Result<Image> load_recovered_row(const PictureKey& key, int y) const;
+  Result<Image> load_noise_row(const PictureKey& key, int y) const;
   // kNotFound: the job rendered nothing.
-  Result<std::shared_ptr<const Picture>> load(JobId id);
-  bool has_recovered(JobId id) const;
+  Result<std::shared_ptr<const Picture>> load(const PictureKey& key);
+  bool has_recovered(const PictureKey& key) const;
   // The file of the picture, or of what was recovered of it; `height`: of the picture. kNotFound;
   // kCorrupt: it is cut off, as of what the others load.
-  Result<Bytes> load_file(JobId id, bool recovered, int height) const;
+  Result<Bytes> load_file(const PictureKey& key, bool recovered, int height) const;
 
  private:
-  std::filesystem::path image_file(JobId id) const { return folder_ / id.text() / "image.exr"; }
-  std::filesystem::path recovered_file(JobId id) const {
-    return folder_ / id.text() / "recovered.exr";
+  std::filesystem::path folder(const PictureKey& key) const {
+    const std::filesystem::path job = folder_ / key.job.text();
+    return key.frame == 0 ? job : job / ("frame-" + std::to_string(key.frame));
   }
-  std::filesystem::path noise_file(JobId id) const { return folder_ / id.text() / "noise.exr"; }
-  void remember(JobId id, std::shared_ptr<const Picture> picture);
+  std::filesystem::path image_file(const PictureKey& key) const {
+    return folder(key) / "image.exr";
+  }
+  std::filesystem::path recovered_file(const PictureKey& key) const {
+    return folder(key) / "recovered.exr";
+  }
+  std::filesystem::path noise_file(const PictureKey& key) const { return folder(key) / "noise.exr"; }
+  void remember(const PictureKey& key, std::shared_ptr<const Picture> picture);
 
   std::filesystem::path folder_;
   size_t cache_bytes_;
   std::mutex mutex_;
-  std::list<std::pair<JobId, std::shared_ptr<const Picture>>> recent_;  // newest use first
+  std::list<std::pair<PictureKey, std::shared_ptr<const Picture>>> recent_;  // newest use first
 };
 
 }  // namespace qray::server

@@ -11,11 +11,13 @@ const axe = createRequire(join(env('QRAY_E2E_DIR'), 'package.json')).resolve('ax
 let all;
 let guided;
 let plain;
+let turning;
 before(async () => {
   all = await start_all();
   guided = await all.server.post({ ...kJob, method: 'huang' });
   plain = await all.server.post({ ...kJob, method: 'none' });
-  for (const id of [guided, plain]) {
+  turning = await all.server.post({ ...kJob, frames: { turntable: 6, degrees: 30 } });
+  for (const id of [guided, plain, turning]) {
     await all.server.wait_until(id, ({ state }) => state === 'succeeded');
   }
 });
@@ -27,6 +29,7 @@ const views = () => ({
   empty: ['', '.view-empty:visible'],
   job: [`#job=${guided}&at=40,60`, '.pixel-table:visible'],
   compare: [`#job=${guided}&with=${plain}`, '.view-divider:visible'],
+  frames: [`#job=${turning}&frame=2`, '.frames-strip canvas.drawn:visible'],
   states: [`#job=${guided}&overlay=state&curve=false`, 'img.overlay:visible'],
   tables: ['#tables', 'tbody tr'],
   figures: ['#figures', '.figure-card'],

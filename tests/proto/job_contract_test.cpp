@@ -8,6 +8,8 @@
 #include <sstream>
 
 #include "core/guide/guide.h"
+#include "core/settings/frames.h"
+#include "proto/camera_json.h"
 #include "proto/messages.h"
 #include "proto/openapi.h"
 #include "tests/support/places.h"
@@ -103,6 +105,9 @@ void expect_same(const Json& schema, const Field& field, unsigned caller) {
       break;
     case FieldType::kVector:
       EXPECT_EQ(schema["items"]["maximum"], field.most) << field.path;
+      break;
+    case FieldType::kCameras:
+      EXPECT_EQ(schema["maxItems"], kMaxFrames) << field.path;
       break;
     case FieldType::kLabels:
       EXPECT_EQ(schema["maxProperties"], kMaxLabels) << field.path;

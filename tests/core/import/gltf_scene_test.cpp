@@ -147,8 +147,11 @@ TEST(GltfScene, CamerasLookAlongTheirNodesMinusZ) {
   EXPECT_FLOAT_EQ(scene.camera.vertical_fov_deg, 60);
   EXPECT_EQ(scene.width, 1024);
   EXPECT_EQ(scene.height, 256);
-  EXPECT_EQ(loaded.warnings,
-            std::vector<std::string>{"a.gltf:/nodes/2/camera: only the first camera is used"});
+  EXPECT_EQ(loaded.warnings, std::vector<std::string>{});
+  ASSERT_EQ(scene.cameras.size(), 2u);
+  EXPECT_EQ(scene.cameras[0].name, "camera-1");
+  EXPECT_EQ(scene.cameras[0].camera, scene.camera);
+  EXPECT_EQ(scene.cameras[1].camera.position, (Vec3{0, 0, 0}));
 
   text.json["nodes"][1] = {{"camera", 1}};
   text.json["nodes"][2] = json::object();

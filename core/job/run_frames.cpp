@@ -1,0 +1,258 @@
+#include "core/job/run_frames.h"
+
+#include <algorithm>
+
+namespace qray {
+namespace {
+
+constexpr uint64_t kGrowth = 8;      // of a frame's samples from round to round
+constexpr uint64_t kMostRounds = 8;  // that bound them
+
+// A frame's samples at the end of its turn, if it is not done before.
+uint64_t samples_after(int round) {
+  uint64_t samples = kGrowth;
+  for (int i = 0; i < round; ++i) samples *= kGrowth;
+  return static_cast<uint64_t>(round) < kMostRounds ? samples : UINT64_MAX;
+}
+
+class FramesRun {
+ public:
+  FramesRun(const PreparedScene& scene, const FramesJob& job, StartingGuide start,
+            FrameKeeper& frames, TaskPool& pool, std::stop_token stop, const Clock& clock,
+            const Recovery* recovery, Checkpointer* keeper)
+      : scene_(scene),
+        job_(job),
+        start_(std::move(start)),
+        guide_(start_.guide.get()),
+        frames_(frames),
+        pool_(pool),
+        stop_(std::move(stop)),
+        clock_(clock),
+        recovery_(recovery),
+        keeper_(keeper),
+        order_(spread_order(static_cast<int>(job.frames.size()))) {
+    at_.frames.resize(order_.size());
+    at_.turns.resize(order_.size());
+  }
+
+  Result<JobResult> run(SnapshotReader* resume_from) {
+    if (resume_from && !resume(*resume_from)) return corrupt();
+    // In a turn that was cut off its frame's state follows, and then the guide's.
+    SnapshotReader* turn_from = resume_from && at_.in_turn ? resume_from : nullptr;
+    for (;;) {
+      for (; at_.next < order_.size(); ++at_.next) {
+        const int frame = order_[at_.next];
+        if (progress(frame).done) continue;
+        if (Status s = turn(frame, std::exchange(turn_from, nullptr)); !s.ok()) return s.error();
+      }
+      const bool done = all_done();
+      if (!done) {
+        at_.next = 0;
+        ++at_.round;
+      }
+      // What goes on from here needs no frame's state from before its last turn (FrameKeeper).
+      if (keeper_ && !keeper_->save([this](SnapshotWriter& out) { save_between(out); }) && !done)
+        return Error{ErrorCode::kCanceled, "canceled", ""};
+      if (done) break;
+    }
+    return result();
+  }
+
+ private:
+  // Where the job is.
+  struct Place {
+    int round = 0;
+    uint64_t next = 0;     // in the order: whose turn it is
+    bool in_turn = false;  // it has begun
+    std::vector<FrameProgress> frames;
+    std::vector<int> turns;  // whole ones that each has had
+    template <class Self, class Archive>
+    static void exchange(Self& self, Archive& archive) {
+      archive(self.round, self.next, self.in_turn, self.frames, self.turns);
+    }
+  };
+
+  static Error corrupt() {
+    return {ErrorCode::kCorrupt, "not a state of this job's frames", "checkpoint"};
+  }
+  FrameProgress& progress(int frame) { return at_.frames[static_cast<size_t>(frame)]; }
+  int& turns(int frame) { return at_.turns[static_cast<size_t>(frame)]; }
+  bool all_done() const {
+    return std::all_of(at_.frames.begin(), at_.frames.end(),
+                       [](const FrameProgress& frame) { return frame.done; });
+  }
+
+  bool resume(SnapshotReader& in) {
+    in(at_);
+    const bool fits = in.ok() && at_.frames.size() == order_.size() &&
+                      at_.turns.size() == order_.size() && at_.next <= order_.size() &&
+                      (!at_.in_turn || at_.next < order_.size());
+    if (!fits) return false;
+    if (at_.in_turn) return true;
+    if (guide_) guide_->load_state(in);
+    if (!in.whole()) return false;
+    if (all_done()) {  // more is asked of it: none may be
+      for (FrameProgress& frame : at_.frames) frame.done = false;
+      at_.next = 0;
+      ++at_.round;
+    }
+    return true;
+  }
+
+  void save_between(SnapshotWriter& out) {
+    at_.in_turn = false;
+    out(at_);
+    if (guide_) guide_->save_state(out);
+  }
+
+  Status turn(int frame, SnapshotReader* from) {
+    const RenderSettings settings =
+        frame_settings(job_.request, job_.settings, job_.frames, frame);
+    const auto film = std::make_shared<Film>(settings.width, settings.height);
+    RenderMode mode;
+    mode.view_lasts = order_.size() == 1;
+    Renderer renderer(scene_, settings, guide_, *film, pool_, clock_, mode);
+    if (Status s = begin(renderer, settings, frame, from); !s.ok()) return s;
+    RenderObserver& observer = frames_.begin_turn(frame, film);
+    const WriteState write = [&](SnapshotWriter& out) {
+      at_.in_turn = true;
+      out(at_);
+      renderer.save_state(out);
+      if (guide_) guide_->save_state(out);
+    };
+    if (Status s = step_render(renderer, guide_, observer, stop_, keeper_, write,
+                               samples_after(at_.round));
+        !s.ok())
+      return s;
+    return end(renderer, settings, frame, *film);
+  }
+
+  Status begin(Renderer& renderer, const RenderSettings& settings, int frame,
+               SnapshotReader* from) {
+    if (from) {
+      const bool fits = renderer.load_state(*from);
+      if (fits && guide_) guide_->load_state(*from);
+      return fits && from->whole() ? Status() : Status(corrupt());
+    }
+    if (const int turn = turns(frame); turn > 0)
+      return frames_.load(frame, turn, [&](SnapshotReader& in) {
+        int kept = 0;
+        in(kept);
+        return kept == turn && renderer.load_state(in) && in.whole();
+      });
+    if (const auto pilot = render_pilot(scene_, settings, guide_, pool_, clock_, stop_))
+      renderer.begin_after(*pilot);
+    return {};
+  }
+
+  Status end(Renderer& renderer, const RenderSettings& settings, int frame, const Film& film) {
+    JobResult result;
+    result.stats = renderer.stats();
+    FrameProgress& now = progress(frame);
+    // A pass that is not whole was ended by the time.
+    now.done = renderer.over() || renderer.in_pass();
+    now.fraction = now.done ? 1 : renderer.progress().fraction;
+    now.samples = result.stats.samples_per_pixel;
+    now.learning_samples = result.stats.learning_samples_per_pixel;
+    now.seconds = result.stats.seconds;
+    now.noise = result.stats.noise;
+    now.paths = result.stats.paths;
+    now.rays = result.stats.rays;
+    now.dropped_samples = result.stats.dropped_samples;
+    if (now.done && recovery_) {
+      if (Status s =
+              recover_result(scene_, settings, *recovery_, film, pool_, stop_, clock_, result);
+          !s.ok())
+        return s;
+      recovery_seconds_ += result.stats.recovery_seconds;
+    }
+    result.metadata = metadata(result.stats, frame);
+    if (result.recovered) {
+      result.recovered_metadata = result.metadata;
+      result.recovered_metadata["recovery"] = recovery_->name;
+      result.recovered_metadata["unbiased"] = "false";
+    }
+    const int turn = turns(frame) + 1;
+    if (Status s = frames_.save(frame, turn,
+                                [&](SnapshotWriter& out) {
+                                  out(turn);
+                                  renderer.save_state(out);
+                                });
+        !s.ok())
+      return s;
+    turns(frame) = turn;
+    last_ = result.stats;
+    return frames_.end_turn(frame, now, film, result);
+  }
+
+  ImageMetadata metadata(const RenderStats& stats, int frame) const {
+    ImageMetadata m = picture_metadata(stats, scene_, start_.table, nullptr);
+    m["frame"] = std::to_string(frame);
+    if (const std::string& name = job_.frames[static_cast<size_t>(frame)].name; !name.empty())
+      m["camera"] = name;
+    return m;
+  }
+
+  // Times and counts of all frames; the rest as of the last one.
+  Result<JobResult> result() {
+    JobResult out;
+    RenderStats& all = out.stats;
+    all = last_;
+    all.frames = static_cast<int>(at_.frames.size());
+    all.seed = job_.settings.seed;
+    all.passes.clear();
+    all.last_pass_tiles = 0;
+    all.guide_passes.clear();
+    all.recovery_seconds = recovery_seconds_;
+    all.seconds = all.noise = 0;
+    all.samples_per_pixel = all.learning_samples_per_pixel = 0;
+    all.paths = all.rays = all.dropped_samples = 0;
+    for (const FrameProgress& frame : at_.frames) {
+      all.seconds += frame.seconds;
+      all.noise = std::max(all.noise, frame.noise);
+      all.samples_per_pixel = std::max(all.samples_per_pixel, frame.samples);
+      all.learning_samples_per_pixel =
+          std::max(all.learning_samples_per_pixel, frame.learning_samples);
+      all.paths += frame.paths;
+      all.rays += frame.rays;
+      all.dropped_samples += frame.dropped_samples;
+    }
+    if (guide_) out.table = table_of(*guide_, scene_.hash, start_.table);
+    out.metadata =
+        picture_metadata(all, scene_, start_.table, out.table ? &out.table->header : nullptr);
+    return out;
+  }
+
+  const PreparedScene& scene_;
+  const FramesJob& job_;
+  StartingGuide start_;
+  Guide* guide_;
+  FrameKeeper& frames_;
+  TaskPool& pool_;
+  const std::stop_token stop_;
+  const Clock& clock_;
+  const Recovery* recovery_;
+  Checkpointer* keeper_;
+  const std::vector<int> order_;
+  Place at_;
+  RenderStats last_;
+  double recovery_seconds_ = 0;
+};
+
+}  // namespace
+
+Result<JobResult> run_frames(const PreparedScene& scene, const FramesJob& job, StartingGuide start,
+                             FrameKeeper& frames, TaskPool& pool, std::stop_token stop,
+                             const Clock& clock, const Recovery* recovery,
+                             const Checkpoints& checkpoints) {
+  if (recovery)
+    if (Status s = check_recovery(*recovery, job.settings); !s.ok()) return s.error();
+  RenderSettings settings = job.settings;
+  settings.estimates_noise |= recovery != nullptr;
+  const FramesJob whole{job.request, settings, job.frames};
+  return FramesRun(scene, whole, std::move(start), frames, pool, std::move(stop), clock, recovery,
+                   checkpoints.keeper)
+      .run(checkpoints.resume_from);
+}
+
+}  // namespace qray

@@ -1,0 +1,37 @@
+// The frames of a job: one camera each. A job without "frames" has one. Pure.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "core/scene/scene.h"
+#include "core/settings/job_request.h"
+#include "core/settings/render_settings.h"
+
+namespace qray {
+
+constexpr int kMaxFrames = 1000;  // of a job
+
+// Whether the request asks for frames, be it one.
+bool asks_for_frames(const JobRequest& request);
+// The rules that hold between the fields of "frames". Errors name one of them.
+Status check_frames(const JobRequest& request);
+// How many: none where the scene is to say (the camera "*").
+std::optional<int> frame_count(const JobRequest& request);
+
+// Their cameras, in the order of their numbers; without a name where it is none of the scene's own.
+// Errors name the field: a camera that the scene does not have, a
+// turntable whose axis leads through the camera.
+Result<std::vector<NamedCamera>> frames_of(const JobRequest& request, const Scene& scene);
+// Puts the names of the scene's cameras for "*".
+void name_cameras(JobRequest& request, const Scene& scene);
+
+// In which frames are rendered: each next one far from those before, so that a table soon knows
+// what all of them see. The numbers with their bits reversed, in rising order of these.
+std::vector<int> spread_order(int count);
+
+// Of one frame: its camera, and its seed, which is a function of the job's unless all share it.
+RenderSettings frame_settings(const JobRequest& request, RenderSettings settings,
+                              const std::vector<NamedCamera>& frames, int frame);
+
+}  // namespace qray

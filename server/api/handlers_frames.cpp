@@ -1,0 +1,175 @@
+#include "server/api/handlers_frames.h"
+
+#include <cstdio>
+#include <cstdlib>
+
+#include "core/base/file.h"
+#include "core/base/turn.h"
+#include "core/image/animation.h"
+#include "core/image/exposure.h"
+#include "core/settings/frames.h"
+#include "server/http/query.h"
+#include "server/http/reply.h"
+#include "server/imports/zip_files.h"
+
+namespace qray::server {
+namespace fs = std::filesystem;
+namespace {
+
+constexpr size_t kAtOnceBytes = 256u << 10;
+constexpr uint64_t kMaxFileBytes = uint64_t{1} << 36;
+constexpr double kUsualPerSecond = 12;
+
+// A folder for files that are made for one answer; it goes with what is in it.
+class Scratch {
+ public:
+  explicit Scratch(const fs::path& data) {
+    std::error_code ec;
+    fs::create_directories(data, ec);
+    std::string name = (data / "answer-XXXXXX").string();
+    if (::mkdtemp(name.data())) folder_ = name;
+  }
+  ~Scratch() {
+    std::error_code ec;
+    if (!folder_.empty()) fs::remove_all(folder_, ec);
+  }
+  Scratch(const Scratch&) = delete;
+  Scratch& operator=(const Scratch&) = delete;
+  bool ok() const { return !folder_.empty(); }
+  fs::path operator/(const std::string& name) const { return folder_ / name; }
+
+ private:
+  fs::path folder_;
+};
+
+Error no_room() { return {ErrorCode::kIo, "no room to make this file", ""}; }
+
+// The file as the answer; it may be removed as soon as this returns.
+void reply_file(httplib::Response& res, const fs::path& path, const std::string& name,
+                const char* type) {
+  Result<MappedFile> file = MappedFile::open(path, kMaxFileBytes);
+  if (!file.ok()) return reply_error(res, file.error());
+  const auto shared = std::make_shared<const MappedFile>(std::move(file).value());
+  res.set_header("Content-Disposition", "attachment; filename=\"" + name + "\"");
+  res.set_content_provider(
+      shared->bytes().size(), type, [shared](size_t offset, size_t size, httplib::DataSink& sink) {
+        const auto* bytes = reinterpret_cast<const char*>(shared->bytes().data());
+        return sink.write(bytes + offset, std::min(size, kAtOnceBytes));
+      });
+}
+
+Result<float> exposure_of(const httplib::Request& req) {
+  return query_number(req, "exposure", -kMaxExposure, kMaxExposure, 0.0f);
+}
+
+}  // namespace
+
+FrameHandlers::FrameHandlers(const PictureSource& pictures, Stores stores, const fs::path& data,
+                             std::counting_semaphore<>& encoders)
+    : pictures_(pictures), stores_(stores), data_(data / "answers"), encoders_(encoders) {
+  std::error_code ec;
+  fs::remove_all(data_, ec);  // what a killed server left
+}
+
+void FrameHandlers::add_to(Router& router) {
+  router.add("GET", "/v1/jobs/{id}/frames",
+             [this](auto& req, auto& res, auto& id) { list(req, res, id); });
+  router.add("GET", "/v1/jobs/{id}/frames.zip",
+             [this](auto& req, auto& res, auto& id) { archive(req, res, id); });
+  router.add("GET", "/v1/jobs/{id}/frames.gif",
+             [this](auto& req, auto& res, auto& id) { animation(req, res, id, ".gif", "image/gif"); });
+  router.add("GET", "/v1/jobs/{id}/frames.mp4",
+             [this](auto& req, auto& res, auto& id) { animation(req, res, id, ".mp4", "video/mp4"); });
+}
+
+// A job that has not run yet has frames that wait.
+FrameHandlers::Frames FrameHandlers::frames_of_job(const JobRecord& job) const {
+  if (const Result<std::string> kept = stores_.results.load_frames(job.id); kept.ok())
+    if (Frames frames = proto::parse_frame_infos(kept.value()); !frames.empty()) return frames;
+  Frames frames;
+  if (!asks_for_frames(job.request)) return frames;
+  const std::optional<Cameras> cameras = job.request.given(field::kCameras);
+  for (int i = 0; i < frame_count(job.request).value_or(0); ++i) {
+    proto::FrameInfo& info = frames.emplace_back();
+    info.frame = i;
+    info.state = "waiting";
+    if (cameras) info.camera = (*cameras)[static_cast<size_t>(i)].name;
+  }
+  return frames;
+}
+
+void FrameHandlers::list(const Request& req, Response& res, const std::string& id) {
+  const Result<JobRecord> job = stores_.jobs.find(id);
+  if (!job.ok()) return reply_error(res, job.error());
+  reply_tagged(req, res, proto::frames_to_json(job.value().id.text(), frames_of_job(job.value())));
+}
+
+Result<Image> FrameHandlers::picture(const JobRecord& job, int frame, float exposure) const {
+  using Which = PictureSource::Which;
+  const bool recovered = stores_.results.has_recovered({job.id, frame});
+  Result<Image> image = pictures_.image(
+      job, Which{recovered ? Which::Kind::kRecovered : Which::Kind::kSampled, 0, frame});
+  if (image.ok()) expose(image.value(), exposure);
+  return image;
+}
+
+// Frames that have no picture yet are left out.
+void FrameHandlers::archive(const Request& req, Response& res, const std::string& id) {
+  const Result<JobRecord> job = stores_.jobs.find(id);
+  if (!job.ok()) return reply_error(res, job.error());
+  const std::string format = req.has_param("format") ? req.get_param_value("format") : "png";
+  if (format != "png" && format != "exr")
+    return reply_error(res, {ErrorCode::kInvalid, "expected png or exr", "/format"});
+  const Result<float> exposure = exposure_of(req);
+  if (!exposure.ok()) return reply_error(res, exposure.error());
+  const Turn turn(encoders_);
+  if (!turn.mine()) return reply_problem(res, kTooManyPictures);
+  const Scratch scratch(data_);
+  if (!scratch.ok()) return reply_error(res, no_room());
+  std::vector<fs::path> files;
+  for (const proto::FrameInfo& frame : frames_of_job(job.value())) {
+    const Result<Image> image =
+        picture(job.value(), frame.frame, format == "exr" ? 0 : exposure.value());
+    if (!image.ok()) continue;
+    char name[32];
+    std::snprintf(name, sizeof name, "frame-%04d.", frame.frame);
+    files.push_back(scratch / (name + format));
+    if (Status s = write_image(files.back(), image.value()); !s.ok())
+      return reply_error(res, s.error());
+  }
+  if (files.empty())
+    return reply_error(res, {ErrorCode::kConflict, "none of this job's frames has a picture", ""});
+  const std::string name = job.value().id.text() + "-frames.zip";
+  if (Status s = zip_files(scratch / name, files); !s.ok()) return reply_error(res, s.error());
+  reply_file(res, scratch / name, name, "application/zip");
+}
+
+void FrameHandlers::animation(const Request& req, Response& res, const std::string& id,
+                              const char* extension, const char* type) {
+  const Result<JobRecord> job = stores_.jobs.find(id);
+  if (!job.ok()) return reply_error(res, job.error());
+  const Result<double> per_second =
+      query_number(req, "fps", kLeastPerSecond, kMostPerSecond, kUsualPerSecond);
+  if (!per_second.ok()) return reply_error(res, per_second.error());
+  const Result<float> exposure = exposure_of(req);
+  if (!exposure.ok()) return reply_error(res, exposure.error());
+  const Turn turn(encoders_);
+  if (!turn.mine()) return reply_problem(res, kTooManyPictures);
+  const Frames frames = frames_of_job(job.value());
+  if (frames.empty())
+    return reply_error(res, {ErrorCode::kNotFound, "this job has no frames", ""});
+  const Scratch scratch(data_);
+  if (!scratch.ok()) return reply_error(res, no_room());
+  const std::string name = job.value().id.text() + extension;
+  const Animation all{static_cast<int>(frames.size()), per_second.value(), [&](int frame) {
+                        return picture(job.value(), frame, exposure.value());
+                      }};
+  if (Status s = write_animation(scratch / name, all); !s.ok()) {
+    Error error = s.error();
+    error.where.clear();
+    return reply_error(res, error);
+  }
+  reply_file(res, scratch / name, name, type);
+}
+
+}  // namespace qray::server

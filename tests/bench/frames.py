@@ -1,0 +1,199 @@
+#!/usr/bin/env python3
+"""What one table for all frames is worth to a job of many, how much frames flicker, and whether kills change bits.
+
+python3 tests/bench/frames.py noise BIN WORK SCENE [--count 36] [--size 256x256] [--noise .1] [--arc 360] [-- OPTIONS]
+python3 tests/bench/frames.py flicker BIN WORK SCENE [--seconds 2] [--repeats 6] [-- OPTIONS]
+python3 tests/bench/frames.py kill BIN WORK SCENE [--count 6] [--size 128x128] [--spp 64] [--kills 50] [-- OPTIONS]
+
+BIN: the folder of `qray` and `qrayd`. WORK: a scratch folder. OPTIONS: what `qray render` is given beside, such as
+`--camera-position 3.6,1.4,3.2`; of `kill`, nothing.
+
+noise: a turntable whose frames each stop at --noise, rendered as one job, as so many jobs each cold, and as jobs in a
+chain of which each takes over the table of the one before. Prints seconds of rendering, for all frames together.
+flicker: the same still camera again and again for --seconds each, by `none` and by `adaptive` as one job of frames:
+how much neighbours differ, as the root of half of their relMSE, and how much so with one pattern of noise.
+kill: a job of frames on a server that is killed (SIGKILL) at random; its pictures against those of one let alone.
+"""
+import argparse
+import itertools
+import json
+import math
+import pathlib
+import random
+import shutil
+import signal
+import socket
+import statistics
+import subprocess
+import time
+import urllib.request
+
+
+def turned(centre, point, degrees):
+    """`point`, turned about the vertical axis through `centre`, as qray's turntable turns."""
+    sine, cosine = math.sin(math.radians(degrees)), math.cos(math.radians(degrees))
+    x, z = point[0] - centre[0], point[2] - centre[2]
+    return [centre[0] + cosine * x + sine * z, point[1], centre[2] - sine * x + cosine * z]
+
+
+def render(o, *more):
+    subprocess.run([o.bin / "qray", "render", o.scene, "--size", o.size, "-q", *map(str, more), *o.options], check=True,
+                   stderr=subprocess.DEVNULL)
+    return json.loads((o.work / "stats.json").read_text())
+
+
+def camera_of(o):
+    """Position and target: those of the options, else the scene's."""
+    said = subprocess.run([o.bin / "qray", "scene", "check", o.scene], text=True, capture_output=True, check=True).stdout
+    line = next(line for line in said.splitlines() if line.startswith("camera"))
+    at, target = line.split(" at ")[1].split(", target ")
+    given = dict(itertools.pairwise(o.options))
+    return [[float(v) for v in given.get(name, fallback).split(",")]
+            for name, fallback in (("--camera-position", at), ("--camera-target", target))]
+
+
+def noise(o):
+    position, target = camera_of(o)
+    step = o.arc / o.count if abs(o.arc) >= 360 else o.arc / (o.count - 1)
+    stats = o.work / "stats.json"
+    until = ["--noise", o.noise, "--json", stats]
+    together = render(o, *until, "--turntable", o.count, "--turntable-degrees", o.arc, "-o", o.work / "frames")
+    seconds = {"one job": [f["seconds"] for f in together["frames"]], "cold jobs": [], "chain": []}
+    table = o.work / "chain.qrt"
+    table.unlink(missing_ok=True)
+    for i in range(o.count):
+        at = ["--camera-position", ",".join(map(str, turned(target, position, i * step))), "--camera-target",
+              ",".join(map(str, target))]
+        plain = argparse.Namespace(**{**vars(o), "options": strip(o.options)})
+        seconds["cold jobs"].append(render(plain, *until, *at, "-o", o.work / "x.exr")["seconds"])
+        handed = ["--table-in", table] if table.exists() else []
+        seconds["chain"].append(render(plain, *until, *at, *handed, "--table-out", table, "-o", o.work / "x.exr")
+                                ["seconds"])
+        print(f"frame {i}: " + ", ".join(f"{k} {v[i]:.2f} s" for k, v in seconds.items()), flush=True)
+    all_seconds = {k: sum(v) for k, v in seconds.items()}
+    print(f"{o.scene}, {o.count} frames of {o.size} to noise {o.noise}: "
+          + ", ".join(f"{k} {v:.1f} s" for k, v in all_seconds.items()))
+    print(f"cold / one job {all_seconds['cold jobs'] / all_seconds['one job']:.2f}, "
+          f"chain / one job {all_seconds['chain'] / all_seconds['one job']:.2f}")
+
+
+def strip(options):
+    """Without the camera's place, which each frame says itself."""
+    out, skip = [], False
+    for word in options:
+        skip, drop = word in ("--camera-position", "--camera-target"), skip
+        if not skip and not drop:
+            out.append(word)
+    return out
+
+
+def differ(o, a, b):
+    said = subprocess.run([o.bin / "qray", "diff", a, b, "--json"], text=True, capture_output=True).stdout
+    return math.sqrt(json.loads(said)["relmse_trimmed"] / 2)
+
+
+def flicker(o):
+    camera = json.dumps({"vertical_fov_deg": 45})
+    still = list(itertools.chain.from_iterable(["--camera", camera] for _ in range(o.repeats)))
+    for method, seeds in (("none", "independent"), ("adaptive", "independent"), ("adaptive", "one")):
+        folder = o.work / f"{method}-{seeds}"
+        render(o, *still, "--method", method, "--frame-seeds", seeds, "--seconds", o.seconds, "--frame-format", "exr",
+               "--json", o.work / "stats.json", "-o", folder)
+        frames = sorted(folder.glob("frame-*.exr"))
+        apart = [differ(o, a, b) for a, b in itertools.pairwise(frames)]
+        print(f"{o.scene}, {o.seconds} s a frame, {method}, seeds {seeds}: neighbours differ by {statistics.median(apart):.4f}")
+
+
+class Server:
+    def __init__(self, o, data):
+        self.log = open(o.work / "qrayd.log", "a")
+        with socket.socket() as free:
+            free.bind(("127.0.0.1", 0))
+            port = free.getsockname()[1]
+        self.process = subprocess.Popen([o.bin / "qrayd", "--port", str(port), "--data", data], stdout=self.log,
+                                        stderr=self.log)
+        self.url = f"http://127.0.0.1:{port}"
+        deadline = time.time() + 30
+        while time.time() < deadline:
+            try:
+                urllib.request.urlopen(self.url + "/readyz").read()
+                return
+            except OSError:
+                time.sleep(.02)
+        raise SystemExit("the server does not start")
+
+    def get(self, path):
+        with urllib.request.urlopen(self.url + path) as answer:
+            return answer.read()
+
+    def post(self, path, body):
+        request = urllib.request.Request(self.url + path, json.dumps(body).encode(), {"Content-Type": "application/json"})
+        with urllib.request.urlopen(request) as answer:
+            return json.loads(answer.read())
+
+    def kill(self):
+        self.process.send_signal(signal.SIGKILL)
+        self.process.wait()
+
+
+def kill(o):
+    width, height = map(int, o.size.split("x"))
+    request = {"scene": o.scene, "width": width, "height": height, "samples": o.spp, "table": "none",
+               "frames": {"turntable": o.count, "degrees": o.arc}}
+    data = o.work / "data"
+    shutil.rmtree(data, ignore_errors=True)
+
+    def pictures(server, job):
+        return [server.get(f"/v1/jobs/{job}/image.png?frame={i}") for i in range(o.count)]
+
+    def ended(server, job):
+        return json.loads(server.get(f"/v1/jobs/{job}?wait=1"))["state"] in ("succeeded", "failed", "canceled")
+
+    server = Server(o, data)
+    start = time.time()
+    job = server.post("/v1/jobs", request)["id"]
+    while not ended(server, job):
+        pass
+    took, expected = time.time() - start, pictures(server, job)
+    rng, kills, jobs = random.Random(o.seed), 0, 0
+    while kills < o.kills:
+        job, jobs = server.post("/v1/jobs", request)["id"], jobs + 1
+        while True:
+            time.sleep(rng.uniform(.2, 1) * min(took / 3, 6))
+            if kills < o.kills and not ended(server, job):
+                server.kill()
+                kills += 1
+                server = Server(o, data)
+            elif ended(server, job):
+                break
+        state = json.loads(server.get(f"/v1/jobs/{job}"))["state"]
+        same = state == "succeeded" and pictures(server, job) == expected
+        print(f"{kills} kills, {jobs} jobs: {job} {state}, {'the same bits' if same else 'OTHER BITS'}", flush=True)
+        if not same:
+            raise SystemExit(1)
+    server.kill()
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("what", choices=["noise", "flicker", "kill"])
+    parser.add_argument("bin", type=pathlib.Path)
+    parser.add_argument("work", type=pathlib.Path)
+    parser.add_argument("scene")
+    parser.add_argument("--count", type=int, default=36)
+    parser.add_argument("--size", default="256x256")
+    parser.add_argument("--noise", type=float, default=.1)
+    parser.add_argument("--arc", type=float, default=360)
+    parser.add_argument("--seconds", type=float, default=2)
+    parser.add_argument("--repeats", type=int, default=6)
+    parser.add_argument("--spp", type=int, default=64)
+    parser.add_argument("--kills", type=int, default=50)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("options", nargs="*")
+    o = parser.parse_args()
+    o.work.mkdir(parents=True, exist_ok=True)
+    {"noise": noise, "flicker": flicker, "kill": kill}[o.what](o)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,191 @@
+// Jobs of many frames over HTTP: their states, pictures, archives; what they become after a stop.
+#include <gtest/gtest.h>
+#include <zip.h>
+
+#include <fstream>
+
+#include "core/image/animation.h"
+#include "tests/server/test_service.h"
+
+namespace qray::server {
+namespace {
+
+using test::Json;
+using test::TestService;
+
+Json turntable(int count, int samples) {
+  return {{"scene", "box"},
+          {"width", 40},
+          {"height", 40},
+          {"samples", samples},
+          {"table", "none"},
+          {"frames", {{"turntable", count}, {"degrees", 30}}}};
+}
+
+std::string body_of(const TestService& s, const std::string& path, const char* type) {
+  const auto answer = s.client().Get(path);
+  EXPECT_TRUE(answer && answer->status == 200) << path << (answer ? answer->body : "");
+  EXPECT_EQ(answer ? answer->get_header_value("Content-Type") : "", type);
+  return answer ? answer->body : "";
+}
+
+std::string picture(const TestService& s, const std::string& id, int frame) {
+  return body_of(s, "/v1/jobs/" + id + "/image.png?frame=" + std::to_string(frame), "image/png");
+}
+
+TEST(ServiceFrames, EachHasItsPictureAndStatistics) {
+  TestService s;
+  s.start();
+  const std::string id = s.submit(turntable(3, 20));
+  const Json job = s.wait_end(id);
+  ASSERT_EQ(job["state"], "succeeded") << job.dump();
+  EXPECT_EQ(job["progress"]["samples"], 20);
+  EXPECT_EQ(job["stats"]["frames"], 3);
+  const Json frames = s.get("/v1/jobs/" + id + "/frames")["frames"];
+  ASSERT_EQ(frames.size(), 3u);
+  uint64_t paths = 0;
+  for (const Json& frame : frames) {
+    EXPECT_EQ(frame["state"], "done");
+    EXPECT_EQ(frame["samples"], 20);
+    EXPECT_EQ(frame["fraction"], 1);
+    paths += frame["stats"]["paths"].get<uint64_t>();
+  }
+  EXPECT_EQ(job["stats"]["paths"], paths);
+  EXPECT_NE(picture(s, id, 0), picture(s, id, 1));
+  EXPECT_NE(picture(s, id, 1), picture(s, id, 2));
+  EXPECT_EQ(picture(s, id, 0), body_of(s, "/v1/jobs/" + id + "/image.png", "image/png"));
+  s.get("/v1/jobs/" + id + "/image.png?frame=3", 404);
+  s.get("/v1/jobs/" + id + "/image.png?frame=x", 422);
+  EXPECT_GT(body_of(s, "/v1/jobs/" + id + "/tiles?frame=2", "application/octet-stream").size(),
+            4u * 40 * 40);
+  EXPECT_EQ(s.get("/v1/jobs/" + id + "/pixel?x=3&y=4&frame=1")["samples"], 20);
+}
+
+TEST(ServiceFrames, AJobWithoutThemHasNone) {
+  TestService s;
+  s.start();
+  const std::string id = s.submit({{"scene", "box"}, {"samples", 1}});
+  const Json job = s.wait_end(id);
+  EXPECT_FALSE(job["request"].contains("frames"));
+  EXPECT_FALSE(job["stats"].contains("frames"));
+  EXPECT_EQ(s.get("/v1/jobs/" + id + "/frames")["frames"], Json::array());
+  s.get("/v1/jobs/" + id + "/image.png?frame=1", 404);
+  s.get("/v1/jobs/" + id + "/frames.gif", 404);
+  s.get("/v1/jobs/" + id + "/frames.zip", 409);
+}
+
+TEST(ServiceFrames, TheyComeAsAnArchiveAndAsAFilm) {
+  TestService s;
+  s.start();
+  const std::string id = s.submit(turntable(3, 2));
+  s.wait_end(id);
+  for (const char* format : {"png", "exr"}) {
+    const std::string bytes = body_of(
+        s, "/v1/jobs/" + id + "/frames.zip?format=" + format, "application/zip");
+    const auto file = s.scratch / "frames.zip";
+    std::ofstream(file, std::ios::binary) << bytes;
+    zip_t* zip = zip_open(file.c_str(), ZIP_RDONLY | ZIP_CHECKCONS, nullptr);
+    ASSERT_NE(zip, nullptr);
+    EXPECT_EQ(zip_get_num_entries(zip, 0), 3);
+    EXPECT_EQ(zip_get_name(zip, 2, 0), std::string("frame-0002.") + format);
+    zip_discard(zip);
+  }
+  EXPECT_EQ(body_of(s, "/v1/jobs/" + id + "/frames.gif?fps=8", "image/gif").substr(0, 6), "GIF89a");
+  s.get("/v1/jobs/" + id + "/frames.gif?fps=0", 422);
+  if (has_ffmpeg())
+    EXPECT_EQ(body_of(s, "/v1/jobs/" + id + "/frames.mp4", "video/mp4").substr(4, 4), "ftyp");
+  else
+    s.get("/v1/jobs/" + id + "/frames.mp4", 422);
+  EXPECT_TRUE(std::filesystem::is_empty(s.config.data / "answers"));
+}
+
+// Stopped twice in the middle and paused once, a job of frames ends with the same bits.
+TEST(ServiceFrames, InterruptedTheyGoOnWithTheSameBits) {
+  TestService s;
+  s.start();
+  const Json request = turntable(4, 700);
+  const std::string whole = s.submit(request), cut = s.submit(request);
+  s.wait_end(whole);
+  for (int i = 0; i < 2; ++i) {
+    s.wait(cut, {"learning", "rendering", "succeeded"});
+    std::this_thread::sleep_for(std::chrono::milliseconds(60));
+    s.stop();
+    s.start();
+  }
+  s.wait(cut, {"learning", "rendering", "succeeded"});
+  s.post("/v1/jobs/" + cut + "/pause", "", s.get("/v1/jobs/" + cut)["state"] == "succeeded" ? 409
+                                                                                           : 202);
+  if (s.wait(cut, {"paused", "succeeded"})["state"] == "paused")
+    s.post("/v1/jobs/" + cut + "/resume", "", 202);
+  ASSERT_EQ(s.wait_end(cut)["state"], "succeeded");
+  for (int frame = 0; frame < 4; ++frame)
+    EXPECT_EQ(picture(s, cut, frame), picture(s, whole, frame)) << frame;
+}
+
+TEST(ServiceFrames, MoreIsGivenToAll) {
+  TestService s;
+  s.start();
+  const std::string id = s.submit(turntable(3, 4));
+  EXPECT_TRUE(s.wait_end(id)["extendable"]);
+  s.post("/v1/jobs/" + id + "/extend", R"({"samples":12})", 202);
+  EXPECT_EQ(s.wait_end(id)["state"], "succeeded");
+  for (const Json& frame : s.get("/v1/jobs/" + id + "/frames")["frames"]) {
+    EXPECT_EQ(frame["samples"], 16);
+    EXPECT_EQ(frame["state"], "done");
+  }
+}
+
+TEST(ServiceFrames, CanceledTheyKeepWhatTheyHave) {
+  TestService s;
+  s.start();
+  const std::string id = s.submit(turntable(3, 1'000'000));
+  s.wait(id, {"rendering", "learning"});
+  // Until the second round: each has a picture.
+  for (int i = 0; i < 2000; ++i) {
+    const Json frames = s.get("/v1/jobs/" + id + "/frames")["frames"];
+    if (frames.size() == 3 && frames[0]["samples"] >= 8 && frames[1]["samples"] >= 8 &&
+        frames[2]["samples"] >= 8)
+      break;
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+  s.post("/v1/jobs/" + id + "/cancel", "", 202);
+  EXPECT_EQ(s.wait_end(id)["state"], "canceled");
+  for (int frame = 0; frame < 3; ++frame) EXPECT_FALSE(picture(s, id, frame).empty());
+  for (const Json& frame : s.get("/v1/jobs/" + id + "/frames")["frames"])
+    EXPECT_EQ(frame["state"], "waiting");
+}
+
+TEST(ServiceFrames, RequestsThatMakeNoSenseAreRefused) {
+  TestService s;
+  s.start();
+  const auto refuse = [&](const Json& frames, const std::string& pointer) {
+    Json request = turntable(2, 1);
+    request["frames"] = frames;
+    const Json problem = s.post("/v1/jobs", request.dump(), 422);
+    EXPECT_EQ(problem["errors"][0]["pointer"], pointer) << problem.dump();
+  };
+  refuse({{"turntable", 0}}, "/frames/turntable");
+  refuse({{"turntable", 2}, {"cameras", {"a"}}}, "/frames/cameras");
+  refuse({{"degrees", 90}}, "/frames/degrees");
+  refuse({{"cameras", Json::array()}}, "/frames/cameras");
+  refuse({{"cameras", {1}}}, "/frames/cameras/0");
+  refuse({{"cameras", {{{"position", {1, 2}}}}}}, "/frames/cameras/0/position");
+  refuse({{"cameras", {{{"fov", 2}}}}}, "/frames/cameras/0/fov");
+  Json slow = turntable(1000, 1);
+  slow.erase("samples");
+  slow["seconds"] = 60;
+  EXPECT_EQ(s.post("/v1/jobs", slow.dump(), 422)["errors"][0]["pointer"], "/seconds");
+  // What only the scene can say is the job's failure.
+  Json unknown = turntable(2, 1);
+  unknown["frames"] = {{"cameras", {"back"}}};
+  const std::string id = s.submit(unknown);
+  Json job;
+  for (int i = 0; i < 2000 && job["state"] != "failed"; ++i) {
+    job = s.get("/v1/jobs/" + id);
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+  EXPECT_EQ(job["error"]["where"], "/frames/cameras/0") << job.dump();
+}
+
+}  // namespace
+}  // namespace qray::server
