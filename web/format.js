@@ -94,6 +94,9 @@ export function count(n) {
   return n.toLocaleString('en', { maximumFractionDigits: n < 10 ? 1 : 0 });
 }
 
+// What a job's `frames` asks for.
+export const frames_words = ({ turntable, degrees, cameras }) => (turntable
+  ? `${turntable}, a turntable of ${degrees ?? 360}°` : `${cameras.length}, cameras one by one`);
 export const samples_words = (n) => (n === 1 ? '1 sample' : `${count(n)} samples`);
 
 export function big(n) {

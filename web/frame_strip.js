@@ -166,7 +166,7 @@ export class FrameStrip {
     const frame = this.#frames[at];
     this.#part('slider').value = String(at);
     this.#part('slider').setAttribute('aria-valuetext', `Frame ${at}`);
-    this.#set('words', frame ? [exact(at), frame.camera, samples_words(frame.samples),
+    this.#set('words', frame ? [`Frame ${exact(at)}`, frame.camera, samples_words(frame.samples),
       seconds(frame.seconds), frame.noise ? `noise ${significant(frame.noise)}` : '']
       .filter((word) => word).join(' · ') : '');
   }

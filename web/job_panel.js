@@ -1,7 +1,8 @@
 // One selected job under its picture: state in words, progress, what it was asked,
 // which table it used and made, what it cost; pause, cancel and downloads.
 import { ApiError, act_on_job, exr_url, png_url } from './api.js';
-import { badge_word, big, bytes, can_cancel, count, exact, has_ended, is_biased, is_recovered,
+import { badge_word, big, bytes, can_cancel, count, exact,
+  frames_words, has_ended, is_biased, is_recovered,
   method_words, pause_or_resume, progress_words, samples_words, seconds,
   state_words, why_words } from './format.js';
 import { title_of } from './scene_library.js';
@@ -114,6 +115,7 @@ export class JobPanel {
     const facts = [['Job', job.id], ['Method', this.#method(request)],
       ['Size', this.#size(request)], ['Asked for', this.#budget(request)],
       ['Seed', exact(request.seed)]];
+    if (request.frames) facts.push(['Frames', frames_words(request.frames)]);
     if (request.pixels !== 'all') facts.push(['Pixels', kPixelsWords[request.pixels]]);
     if (request.recover !== 'none') facts.push(['Recovery', this.#recovery(job)]);
     if (request.method !== 'none') {

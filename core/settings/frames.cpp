@@ -47,6 +47,10 @@ Result<std::vector<NamedCamera>> turntable_of(const JobRequest& request, const C
   for (int i = 0; i < count; ++i) {
     const double radians = i * step * (std::numbers::pi / 180);
     Camera view = camera;
+    if (i == 0) {  // to the bit
+      frames.push_back({"", view});
+      continue;
+    }
     view.position = middle + turned(arm, axis, radians);
     view.target = middle + turned(camera.target - middle, axis, radians);
     view.up = turned(camera.up, axis, radians);

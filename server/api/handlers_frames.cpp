@@ -16,8 +16,8 @@ namespace qray::server {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr size_t kAtOnceBytes = 256u << 10;
-constexpr uint64_t kMaxFileBytes = uint64_t{1} << 36;
+constexpr size_t kSentBytes = 256u << 10;
+constexpr uint64_t kMaxAnswerBytes = uint64_t{1} << 36;
 constexpr double kUsualPerSecond = 12;
 
 // A folder for files that are made for one answer; it goes with what is in it.
@@ -47,14 +47,14 @@ Error no_room() { return {ErrorCode::kIo, "no room to make this file", ""}; }
 // The file as the answer; it may be removed as soon as this returns.
 void reply_file(httplib::Response& res, const fs::path& path, const std::string& name,
                 const char* type) {
-  Result<MappedFile> file = MappedFile::open(path, kMaxFileBytes);
+  Result<MappedFile> file = MappedFile::open(path, kMaxAnswerBytes);
   if (!file.ok()) return reply_error(res, file.error());
   const auto shared = std::make_shared<const MappedFile>(std::move(file).value());
   res.set_header("Content-Disposition", "attachment; filename=\"" + name + "\"");
   res.set_content_provider(
       shared->bytes().size(), type, [shared](size_t offset, size_t size, httplib::DataSink& sink) {
         const auto* bytes = reinterpret_cast<const char*>(shared->bytes().data());
-        return sink.write(bytes + offset, std::min(size, kAtOnceBytes));
+        return sink.write(bytes + offset, std::min(size, kSentBytes));
       });
 }
 

@@ -129,7 +129,7 @@ test('the form posts a turntable', async () => {
   await page.locator('#amount').fill('1');
   await page.locator('[name="frames.turntable"]').fill('5');
   await page.locator('[name="frames.degrees"]').fill('10');
-  await page.locator('button[type="submit"]').click();
+  await page.locator('#job-form button[type="submit"]').click();
   await page.locator('.frames-strip button').nth(4).waitFor();
   const { jobs: [posted] } = await (await all.server.get('/v1/jobs?limit=1')).json();
   assert.deepEqual(posted.request.frames, { turntable: 5, degrees: 10 });

@@ -54,6 +54,44 @@ TEST_F(CheckpointStoreTest, KeepsTheLast) {
   EXPECT_EQ(load({2}), 30);
 }
 
+// A frame's two last turns, until its job's state goes.
+TEST_F(CheckpointStoreTest, FramesAreKeptBesideTheirJob) {
+  const auto frames = [&](JobId id) {
+    return fs::exists(scratch_ / "checkpoints" / (id.text() + ".frames"));
+  };
+  const auto save_frame = [&](JobId id, int frame, int turn, size_t bytes) {
+    return store_.save_frame(
+        id, frame, turn,
+        [&](SnapshotWriter& out) { out(100 * frame + turn, std::vector<uint8_t>(bytes)); }, {});
+  };
+  const auto load_frame = [&](JobId id, int frame, int turn) {
+    const Result<Checkpoint> kept = store_.load_frame(id, frame, turn);
+    int number = -1;
+    if (kept.ok()) {
+      SnapshotReader in = kept.value().state();
+      in(number);
+    }
+    return number;
+  };
+  for (const JobId id : {JobId{1}, JobId{2}, JobId{3}}) ASSERT_TRUE(save(id, 5).ok());
+  for (int turn = 1; turn <= 3; ++turn) ASSERT_TRUE(save_frame({1}, 4, turn, 100).ok());
+  EXPECT_EQ(load_frame({1}, 4, 2), 402);
+  EXPECT_EQ(load_frame({1}, 4, 3), 403);
+  EXPECT_EQ(load_frame({1}, 5, 1), -1);
+  store_.remove({1});
+  EXPECT_FALSE(frames({1}));
+  // They count as their job's bytes: of 10,000 that finished jobs may have.
+  ASSERT_TRUE(save_frame({2}, 0, 1, 9'000).ok());
+  ASSERT_TRUE(save_frame({3}, 0, 1, 9'000).ok());
+  store_.finished({2});
+  EXPECT_TRUE(frames({2}));
+  store_.finished({3});
+  EXPECT_FALSE(frames({2}) || store_.has({2}));
+  EXPECT_TRUE(frames({3}) && store_.has({3}));
+  store_.tidy([](JobId) { return CheckpointStore::Keep::kNo; });
+  EXPECT_FALSE(frames({3}) || store_.has({3}));
+}
+
 TEST_F(CheckpointStoreTest, WhatIsTornOrChangedIsRefused) {
   ASSERT_TRUE(save({1}, 10).ok());
   const Bytes good = read_file(file({1}), 1 << 20).value();

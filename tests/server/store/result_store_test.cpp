@@ -48,10 +48,10 @@ TEST(ResultStore, GivesTheSameTilesAfterARestart) {
   const qray::test::ScratchFolder scratch;
   Film film(200, 70);
   fill(film, /*skipped=*/2);
-  ASSERT_TRUE(ResultStore(scratch.path()).save({1}, film, {{"seed", "7"}}).ok());
+  ASSERT_TRUE(ResultStore(scratch.path()).save(JobId{1}, film, {{"seed", "7"}}).ok());
 
   ResultStore restarted(scratch.path());
-  const auto picture = restarted.load({1});
+  const auto picture = restarted.load(JobId{1});
   ASSERT_TRUE(picture.ok()) << picture.error().text();
   for (uint64_t since = 0; since <= film.version() + 1; ++since) {
     for (int limit : {0, 1, 3, INT_MAX}) {
@@ -66,20 +66,20 @@ TEST(ResultStore, MissingAndDamaged) {
   const qray::test::ScratchFolder scratch;
   Film film(10, 10);
   fill(film);
-  ASSERT_TRUE(ResultStore(scratch.path()).save({1}, film, {}).ok());
+  ASSERT_TRUE(ResultStore(scratch.path()).save(JobId{1}, film, {}).ok());
   ResultStore store(scratch.path());
-  EXPECT_EQ(store.load({2}).error().code, ErrorCode::kNotFound);
+  EXPECT_EQ(store.load(JobId{2}).error().code, ErrorCode::kNotFound);
   const auto marks = scratch / "results/j000001/tiles.bin";
   Bytes bytes = read_file(marks, 1 << 20).value();
   for (size_t at = 0; at < bytes.size(); ++at) {
     Bytes damaged = bytes;
     damaged[at] ^= 0x40;
     ASSERT_TRUE(write_file_atomic(marks, damaged).ok());
-    EXPECT_FALSE(ResultStore(scratch.path()).load({1}).ok()) << at;
+    EXPECT_FALSE(ResultStore(scratch.path()).load(JobId{1}).ok()) << at;
   }
   bytes.pop_back();
   ASSERT_TRUE(write_file_atomic(marks, bytes).ok());
-  EXPECT_FALSE(ResultStore(scratch.path()).load({1}).ok());
+  EXPECT_FALSE(ResultStore(scratch.path()).load(JobId{1}).ok());
 }
 
 TEST(ResultStore, KeepsTheLastPicturesInMemory) {
@@ -87,11 +87,31 @@ TEST(ResultStore, KeepsTheLastPicturesInMemory) {
   Film film(10, 10);
   fill(film);
   ResultStore store(scratch.path(), /*cache_bytes=*/3000);  // two pictures of 1,216 bytes
-  for (uint64_t id = 1; id <= 3; ++id) ASSERT_TRUE(store.save({id}, film, {}).ok());
+  for (uint64_t id = 1; id <= 3; ++id) ASSERT_TRUE(store.save(JobId{id}, film, {}).ok());
   std::filesystem::remove_all(scratch / "results");
-  EXPECT_FALSE(store.load({1}).ok());
-  EXPECT_TRUE(store.load({2}).ok());
-  EXPECT_TRUE(store.load({3}).ok());
+  EXPECT_FALSE(store.load(JobId{1}).ok());
+  EXPECT_TRUE(store.load(JobId{2}).ok());
+  EXPECT_TRUE(store.load(JobId{3}).ok());
+}
+
+TEST(ResultStore, FramesAreKeptApartAndGoTogether) {
+  const qray::test::ScratchFolder scratch;
+  Film film(10, 10), other(10, 10);
+  fill(film);
+  fill(other, /*skipped=*/0);
+  ResultStore store(scratch.path());
+  ASSERT_TRUE(store.save(JobId{1}, film, {{"frame", "0"}}).ok());
+  ASSERT_TRUE(store.save({JobId{1}, 7}, other, {{"frame", "7"}}).ok());
+  ASSERT_TRUE(store.save_frames(JobId{1}, "[]").ok());
+  ResultStore restarted(scratch.path());
+  EXPECT_TRUE(restarted.load({JobId{1}, 7}).ok());
+  EXPECT_EQ(restarted.load({JobId{1}, 1}).error().code, ErrorCode::kNotFound);
+  EXPECT_EQ(restarted.load_frames(JobId{1}).value(), "[]");
+  EXPECT_EQ(read_image_metadata(scratch / "results/j000001/image.exr").value()["frame"], "0");
+  restarted.remove(JobId{1});
+  EXPECT_FALSE(restarted.load(JobId{1}).ok());
+  EXPECT_FALSE(restarted.load({JobId{1}, 7}).ok());
+  EXPECT_FALSE(restarted.load_frames(JobId{1}).ok());
 }
 
 }  // namespace
