@@ -45,10 +45,8 @@ std::string progress_event(std::string_view job, const JobProgress& progress, ui
 }
 
 std::string frame_event(std::string_view job, const FrameInfo& frame) {
-  return line_of({{"job", job},
-                  {"frame", frame.frame},
-                  {"state", frame.state},
-                  {"samples", frame.samples}});
+  return line_of(
+      {{"job", job}, {"frame", frame.frame}, {"state", frame.state}, {"samples", frame.samples}});
 }
 
 std::string table_event(std::string_view job, std::string_view table,

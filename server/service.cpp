@@ -273,8 +273,8 @@ Result<std::unique_ptr<Service>> Service::start(const Config& config) {
   parts->pictures = std::make_unique<PictureSource>(*parts->runner, stores);
   parts->picture_handlers =
       std::make_unique<PictureHandlers>(*parts->runner, *parts->pictures, stores, parts->encoders);
-  parts->frame_handlers = std::make_unique<FrameHandlers>(*parts->pictures, stores, config.data,
-                                                          parts->encoders);
+  parts->frame_handlers =
+      std::make_unique<FrameHandlers>(*parts->pictures, stores, config.data, parts->encoders);
   parts->compare_handlers =
       std::make_unique<CompareHandlers>(*parts->pictures, stores, parts->encoders);
   parts->view_handlers = std::make_unique<ViewHandlers>(*parts->pictures, stores);

@@ -1,5 +1,5 @@
-// The frames of the shown job: a strip of small pictures that comes while they form, a slider, and a
-// film of them over the stage. What is chosen stands in the address; the stage then shows it in full.
+// The frames of the shown job: a strip of small pictures that comes while they form, a slider, and
+// a film of them over the stage. What is chosen stands in the address; the stage shows it in full.
 import { ApiError, get_frame_preview, get_frames } from './api.js';
 import { exact, samples_words, seconds, significant } from './format.js';
 
@@ -124,7 +124,9 @@ export class FrameStrip {
     const frames = this.#frames;
     const strip = this.#part('strip');
     while (strip.children.length > frames.length) strip.lastChild.remove();
-    while (strip.children.length < frames.length) strip.append(this.#new_item(strip.children.length));
+    while (strip.children.length < frames.length) {
+      strip.append(this.#new_item(strip.children.length));
+    }
     frames.forEach((frame, index) => {
       const button = strip.children[index].firstElementChild;
       button.dataset.state = frame.state;

@@ -6,7 +6,8 @@ const kOwn = ['scene', 'width', 'height', 'method', 'nee', 'samples', 'seconds',
   'pixels', 'recover'];
 const kTexts = ['vector', 'labels', 'name', 'cameras'];
 const kUnits = { vector: ' (x, y, z)' };
-const kExamples = { labels: 'project: lobby, owner: me', cameras: "one; * is all that the scene names" };
+const kExamples = { labels: 'project: lobby, owner: me',
+  cameras: 'one; * is all that the scene names' };
 // What a field that is left empty means, where that is not the scene's.
 const kEmpty = { noise: 'never', 'frames.turntable': 'one picture', 'frames.degrees': '360',
   'frames.center': 'what the camera looks at', 'frames.axis': "the camera's up" };

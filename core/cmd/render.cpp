@@ -126,8 +126,8 @@ std::string frames_json(const RenderStats& job, const std::vector<RenderStats>& 
 }
 
 Status render_frames(const RenderCommand& o, const PreparedScene& scene, RenderSettings settings,
-                     const JobRequest& request, const std::vector<NamedCamera>& frames, TaskPool& pool,
-                     std::stop_token stop) {
+                     const JobRequest& request, const std::vector<NamedCamera>& frames,
+                     TaskPool& pool, std::stop_token stop) {
   Result<std::optional<TableFile>> table = starting_table(o, scene, settings);
   if (!table) return table.error();
   const Result<std::optional<Recovery>> recovery =

@@ -13,8 +13,7 @@ namespace qray::cmd {
 // when this does; their pictures as they are so far, and the newest statistics.
 class FrameFiles final : public FrameKeeper {
  public:
-  using WritePicture =
-      std::function<Status(int frame, Image image, const ImageMetadata& metadata)>;
+  using WritePicture = std::function<Status(int frame, Image image, const ImageMetadata& metadata)>;
   FrameFiles(int count, ProgressLine& line, WritePicture write);
   ~FrameFiles() override;
 

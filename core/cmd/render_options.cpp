@@ -125,7 +125,8 @@ Result<JobRequest> make_request(const RenderOptions& o, unsigned caller, const F
         {reinterpret_cast<const char*>(text.value().data()), text.value().size()});
     if (const auto* problem = std::get_if<proto::Problem>(&frames))
       return Error{ErrorCode::kInvalid, problem->detail, o.frames};
-    for (const auto& [path, value] : std::get<JobRequest>(frames).values()) request.set(path, value);
+    for (const auto& [path, value] : std::get<JobRequest>(frames).values())
+      request.set(path, value);
   }
   for (const auto& [path, value] : o.given.values()) request.set(path, value);
   if (Status s = check_frames(request); !s) return s.error();

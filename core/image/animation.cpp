@@ -113,13 +113,42 @@ Status write_mp4(const fs::path& path, const Animation& animation) {
     if (!ffmpeg) {
       const std::string size =
           std::to_string(image.value().width()) + "x" + std::to_string(image.value().height());
-      Result<Ffmpeg> started = Ffmpeg::start(
-          {"ffmpeg", "-nostdin", "-v", "error", "-y", "-f", "rawvideo", "-pix_fmt", "rgb24", "-s",
-           size, "-r", text_of(animation.per_second), "-i", "pipe:0", "-an", "-vf",
-           "pad=ceil(iw/2)*2:ceil(ih/2)*2,scale=out_color_matrix=bt709:out_range=tv", "-colorspace",
-           "bt709", "-color_primaries", "bt709", "-color_trc", "iec61966-2-1", "-c:v", "libx264",
-           "-crf", "16", "-pix_fmt", "yuv420p", "-movflags", "+faststart", "-f", "mp4",
-           fs::absolute(path).string()});
+      Result<Ffmpeg> started =
+          Ffmpeg::start({"ffmpeg",
+                         "-nostdin",
+                         "-v",
+                         "error",
+                         "-y",
+                         "-f",
+                         "rawvideo",
+                         "-pix_fmt",
+                         "rgb24",
+                         "-s",
+                         size,
+                         "-r",
+                         text_of(animation.per_second),
+                         "-i",
+                         "pipe:0",
+                         "-an",
+                         "-vf",
+                         "pad=ceil(iw/2)*2:ceil(ih/2)*2,scale=out_color_matrix=bt709:out_range=tv",
+                         "-colorspace",
+                         "bt709",
+                         "-color_primaries",
+                         "bt709",
+                         "-color_trc",
+                         "iec61966-2-1",
+                         "-c:v",
+                         "libx264",
+                         "-crf",
+                         "16",
+                         "-pix_fmt",
+                         "yuv420p",
+                         "-movflags",
+                         "+faststart",
+                         "-f",
+                         "mp4",
+                         fs::absolute(path).string()});
       if (!started.ok()) return started.error();
       ffmpeg.emplace(std::move(started).value());
     }

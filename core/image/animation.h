@@ -11,8 +11,8 @@
 namespace qray {
 
 struct Animation {
-  int count = 0;          // pictures, of one size
-  double per_second = 0;  // of them
+  int count = 0;                              // pictures, of one size
+  double per_second = 0;                      // of them
   std::function<Result<Image>(int)> picture;  // linear; asked for in order, one at a time
 };
 

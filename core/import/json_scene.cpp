@@ -20,8 +20,8 @@ class JsonReader {
       : folder_(scene_folder(path)), limits_(limits), watch_(watch) {}
 
   ImportedScene read(const JsonNode& root) {
-    root.only({"name", "size", "max_depth", "camera", "cameras", "textures", "materials", "environment",
-               "lights", "meshes", "instances"});
+    root.only({"name", "size", "max_depth", "camera", "cameras", "textures", "materials",
+               "environment", "lights", "meshes", "instances"});
     Scene& scene = out_.scene;
     if (const auto name = root.find("name")) scene.name = name->string();
     if (const auto size = root.find("size")) {

@@ -106,8 +106,7 @@ class FramesRun {
   }
 
   Status turn(int frame, SnapshotReader* from) {
-    const RenderSettings settings =
-        frame_settings(job_.request, job_.settings, job_.frames, frame);
+    const RenderSettings settings = frame_settings(job_.request, job_.settings, job_.frames, frame);
     const auto film = std::make_shared<Film>(settings.width, settings.height);
     RenderMode mode;
     mode.view_lasts = order_.size() == 1;

@@ -1,7 +1,7 @@
 // A job of many frames: the same scene from several cameras, with one table that learns from all of
-// them. Frames take turns, in an order that spreads their views (spread_order()): in the first round
-// each gets its first samples, in each further round up to kGrowth times as many, until each is
-// done. So the table soon knows what all frames see, all pictures form together, and a frame's
+// them. Frames take turns, in an order that spreads their views (spread_order()): in the first
+// round each gets its first samples, in each further round up to kGrowth times as many, until each
+// is done. So the table soon knows what all frames see, all pictures form together, and a frame's
 // samples are those that it would have had alone. A frame whose turn it is not is kept by the
 // caller. Knows no paths, no HTTP.
 #pragma once
@@ -42,13 +42,13 @@ class FrameKeeper {
 };
 
 struct FramesJob {
-  const JobRequest& request;      // its seeds
+  const JobRequest& request;       // its seeds
   const RenderSettings& settings;  // of each frame, but for camera and seed
   const std::vector<NamedCamera>& frames;
 };
 
-// As run_guided_job(); the statistics are of all frames, and there is no picture. Gone on with after
-// its end, the job gives every frame what its settings have more than before.
+// As run_guided_job(); the statistics are of all frames, and there is no picture. Gone on with
+// after its end, the job gives every frame what its settings have more than before.
 Result<JobResult> run_frames(const PreparedScene& scene, const FramesJob& job, StartingGuide start,
                              FrameKeeper& frames, TaskPool& pool, std::stop_token stop,
                              const Clock& clock, const Recovery* recovery = nullptr,

@@ -111,8 +111,8 @@ Result<JobResult> run_guided_job(const PreparedScene& scene, RenderSettings sett
   JobResult result;
   result.stats = std::move(stats).value();
   if (recovery)
-    if (Status s = recover_result(scene, settings, *recovery, film, pool, std::move(stop), clock,
-                                  result);
+    if (Status s =
+            recover_result(scene, settings, *recovery, film, pool, std::move(stop), clock, result);
         !s.ok())
       return s.error();
   if (guide) result.table = table_of(*guide, scene.hash, start.table);

@@ -23,8 +23,7 @@ bool PassPlan::over(const RenderAge& age) const {
 
 int PassPlan::start(const RenderAge& age, double last_pass_seconds) {
   if (over(age)) return 0;
-  if (!settings_.passes.empty())
-    return passes_.emplace_back(settings_.passes[passes_.size()]);
+  if (!settings_.passes.empty()) return passes_.emplace_back(settings_.passes[passes_.size()]);
   int64_t n =
       std::clamp<int64_t>(static_cast<int64_t>(std::bit_floor(age.samples) / 2), 1, most_samples_);
   if (total_ > 0) n = std::min(n, total_ - static_cast<int64_t>(age.samples));

@@ -78,8 +78,8 @@ struct Scene {
   Environment environment;
   Camera camera;
   std::vector<NamedCamera> cameras;  // all that its file names, each name once
-  int width = 512, height = 512;  // the scene's customary picture size, pixels
-  int max_depth = 16;             // surfaces on a path, at most
+  int width = 512, height = 512;     // the scene's customary picture size, pixels
+  int max_depth = 16;                // surfaces on a path, at most
 
   // Named so, or so with a number where another has that name; by its number without a name.
   void add_camera(std::string name, const Camera& view);

@@ -338,8 +338,7 @@ Result<ValidateReport> validate(Scene& scene, const SceneLimits& limits) {
     const Status status = validate_camera(own.camera);
     if (!status.ok()) {
       const std::string place = status.error().where.substr(std::string("/camera").size());
-      return Error{status.error().code, status.error().message,
-                   "/cameras/" + own.name + place};
+      return Error{status.error().code, status.error().message, "/cameras/" + own.name + place};
     }
   }
   for (size_t i = 0; i < scene.materials.size(); ++i) {

@@ -63,8 +63,8 @@ Error no_such_camera(size_t index, const std::string& name, const Scene& scene) 
   std::string known;
   for (const NamedCamera& own : scene.cameras) known += (known.empty() ? "" : ", ") + own.name;
   return {ErrorCode::kInvalid,
-          "the scene has no camera '" + name + "': " +
-              (known.empty() ? "it names none" : "expected one of " + known),
+          "the scene has no camera '" + name +
+              "': " + (known.empty() ? "it names none" : "expected one of " + known),
           "/frames/cameras/" + std::to_string(index)};
 }
 

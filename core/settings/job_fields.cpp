@@ -257,15 +257,15 @@ void add_frames(FieldTable& out) {
   turntable.most = kMaxFrames;
   turntable.option = "--turntable";
   out.push_back(std::move(turntable));
-  Field center = frames_field("center", FieldType::kVector,
-                              "A point of the turntable's axis. Left out, it is the camera's target.",
-                              "Turned about");
+  Field center = frames_field(
+      "center", FieldType::kVector,
+      "A point of the turntable's axis. Left out, it is the camera's target.", "Turned about");
   center.unit = "m";
   center.option = "--turntable-center";
   out.push_back(std::move(center));
-  Field axis = frames_field("axis", FieldType::kVector,
-                            "The direction of the turntable's axis. Left out, it is the camera's up.",
-                            "Axis");
+  Field axis = frames_field(
+      "axis", FieldType::kVector,
+      "The direction of the turntable's axis. Left out, it is the camera's up.", "Axis");
   axis.option = "--turntable-axis";
   out.push_back(std::move(axis));
   Field degrees = frames_field(

@@ -76,10 +76,12 @@ void FrameHandlers::add_to(Router& router) {
              [this](auto& req, auto& res, auto& id) { list(req, res, id); });
   router.add("GET", "/v1/jobs/{id}/frames.zip",
              [this](auto& req, auto& res, auto& id) { archive(req, res, id); });
-  router.add("GET", "/v1/jobs/{id}/frames.gif",
-             [this](auto& req, auto& res, auto& id) { animation(req, res, id, ".gif", "image/gif"); });
-  router.add("GET", "/v1/jobs/{id}/frames.mp4",
-             [this](auto& req, auto& res, auto& id) { animation(req, res, id, ".mp4", "video/mp4"); });
+  router.add("GET", "/v1/jobs/{id}/frames.gif", [this](auto& req, auto& res, auto& id) {
+    animation(req, res, id, ".gif", "image/gif");
+  });
+  router.add("GET", "/v1/jobs/{id}/frames.mp4", [this](auto& req, auto& res, auto& id) {
+    animation(req, res, id, ".mp4", "video/mp4");
+  });
 }
 
 // A job that has not run yet has frames that wait.
@@ -156,14 +158,12 @@ void FrameHandlers::animation(const Request& req, Response& res, const std::stri
   const Turn turn(encoders_);
   if (!turn.mine()) return reply_problem(res, kTooManyPictures);
   const Frames frames = frames_of_job(job.value());
-  if (frames.empty())
-    return reply_error(res, {ErrorCode::kNotFound, "this job has no frames", ""});
+  if (frames.empty()) return reply_error(res, {ErrorCode::kNotFound, "this job has no frames", ""});
   const Scratch scratch(data_);
   if (!scratch.ok()) return reply_error(res, no_room());
   const std::string name = job.value().id.text() + extension;
-  const Animation all{static_cast<int>(frames.size()), per_second.value(), [&](int frame) {
-                        return picture(job.value(), frame, exposure.value());
-                      }};
+  const Animation all{static_cast<int>(frames.size()), per_second.value(),
+                      [&](int frame) { return picture(job.value(), frame, exposure.value()); }};
   if (Status s = write_animation(scratch / name, all); !s.ok()) {
     Error error = s.error();
     error.where.clear();

@@ -163,8 +163,7 @@ Result<std::shared_ptr<const ViewHandlers::Shown>> ViewHandlers::load(const Want
   const Result<std::vector<NamedCamera>> frames = frames_of(job.request, shown->scene->scene);
   if (!frames.ok()) return conflict("the job's cameras are not in its scene any more");
   if (static_cast<size_t>(wanted.frame) < frames.value().size())
-    shown->settings =
-        frame_settings(job.request, shown->settings, frames.value(), wanted.frame);
+    shown->settings = frame_settings(job.request, shown->settings, frames.value(), wanted.frame);
   shown->settings.max_table_bytes = stores_.tables.max_bytes();
   if (table.value()) {
     if (!table_fits(table.value()->header, shown->scene->hash))
@@ -200,7 +199,7 @@ void ViewHandlers::pixel(const Request& req, Response& res, const std::string& i
   info.radiance = {radiance.r, radiance.g, radiance.b};
   info.samples = seen.value().samples;
   std::optional<PictureSource::PixelNoise> noise;  // of the newest picture alone
-  if (wanted.value().moment == 0) 
+  if (wanted.value().moment == 0)
     noise = pictures_.noise_at(job, wanted.value().frame, info.x, info.y);
   if (noise) {
     info.samples = static_cast<uint64_t>((*noise)[kSamples]);

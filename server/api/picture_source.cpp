@@ -17,8 +17,8 @@ Result<int> PictureSource::frame(const httplib::Request& req, const JobRecord& j
   const int last = frame_count(job.request).value_or(kMaxFrames) - 1;
   const Result<int> frame = query_number(req, "frame", 0, kMaxFrames - 1, 0);
   if (!frame.ok() || frame.value() <= last) return frame;
-  return Error{ErrorCode::kNotFound, "this job has no such frame: its last one is " +
-                                         std::to_string(last), ""};
+  return Error{ErrorCode::kNotFound,
+               "this job has no such frame: its last one is " + std::to_string(last), ""};
 }
 
 std::shared_ptr<Film> PictureSource::forming(const JobRecord& job, int frame) const {
@@ -52,7 +52,7 @@ Result<PictureSource::Which> PictureSource::which(const httplib::Request& req, c
 }
 
 Result<std::shared_ptr<const Picture>> PictureSource::sampled(const JobRecord& job,
-                                                                     int frame) const {
+                                                              int frame) const {
   auto picture = stores_.results.load({job.id, frame});
   if (picture.ok()) return picture;
   if (picture.error().code == ErrorCode::kNotFound) {
@@ -85,8 +85,7 @@ Result<Image> PictureSource::image(const JobRecord& job, Which which) const {
   return picture.value()->image;
 }
 
-Result<std::shared_ptr<const Image>> PictureSource::noise(const JobRecord& job,
-                                                                 int frame) const {
+Result<std::shared_ptr<const Image>> PictureSource::noise(const JobRecord& job, int frame) const {
   std::shared_ptr<const Image> noise;
   if (const auto film = forming(job, frame)) {
     noise = film->noise();
@@ -98,8 +97,8 @@ Result<std::shared_ptr<const Image>> PictureSource::noise(const JobRecord& job,
   return noise;
 }
 
-std::optional<PictureSource::PixelNoise> PictureSource::noise_at(const JobRecord& job,
-                                                                 int frame, int x, int y) const {
+std::optional<PictureSource::PixelNoise> PictureSource::noise_at(const JobRecord& job, int frame,
+                                                                 int x, int y) const {
   const auto film = forming(job, frame);
   std::shared_ptr<const Image> noise;  // of an ended job the row of the pixel
   if (film) {

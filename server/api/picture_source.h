@@ -23,9 +23,9 @@ class PictureSource {
   };
   // Which of the job's frames the parameter `frame` names; the first without it. kInvalid.
   static Result<int> frame(const httplib::Request& req, const JobRecord& job);
-  // By the parameters `frame`, `picture` ("sampled" or "recovered"; absent: the recovered one if it is there
-  // and `best` is wanted, else the sampled one) and `moment`, or of another name. kNotFound,
-  // kConflict: there is none, or not yet; kInvalid names the parameter.
+  // By the parameters `frame`, `picture` ("sampled" or "recovered"; absent: the recovered one if it
+  // is there and `best` is wanted, else the sampled one) and `moment`, or of another name.
+  // kNotFound, kConflict: there is none, or not yet; kInvalid names the parameter.
   Result<Which> which(const httplib::Request& req, const JobRecord& job, bool best,
                       const char* moment = "moment") const;
   // kConflict: before the first tile; kNotFound: the moment is not kept.

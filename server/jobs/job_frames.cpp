@@ -27,8 +27,8 @@ JobFrames::JobFrames(const Uses& uses, JobId id, const std::vector<NamedCamera>&
   std::vector<proto::FrameInfo> before = proto::parse_frame_infos(kept.value());
   if (before.size() != frames.size()) return;
   infos_ = std::move(before);
-  const bool more_is_asked = std::all_of(infos_.begin(), infos_.end(),
-                                         [](const auto& one) { return one.state == kDone; });
+  const bool more_is_asked =
+      std::all_of(infos_.begin(), infos_.end(), [](const auto& one) { return one.state == kDone; });
   for (proto::FrameInfo& one : infos_)
     if (more_is_asked || one.state != kDone) one.state = kWaiting;
 }
@@ -89,7 +89,8 @@ Status JobFrames::load(int frame, int turn, const std::function<bool(SnapshotRea
                  "frame " + std::to_string(frame)};
   SnapshotReader in = kept.value().state();
   if (read(in)) return {};
-  return Error{ErrorCode::kCorrupt, "not the state of this frame", "frame " + std::to_string(frame)};
+  return Error{ErrorCode::kCorrupt, "not the state of this frame",
+               "frame " + std::to_string(frame)};
 }
 
 }  // namespace qray::server

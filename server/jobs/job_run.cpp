@@ -104,8 +104,7 @@ Status JobRun::prepare() {
 
 void JobRun::show_film() {
   running_ = std::make_shared<RunningJob>(id_);
-  if (!of_frames_)
-    running_->show(0, std::make_shared<Film>(settings_.width, settings_.height), {});
+  if (!of_frames_) running_->show(0, std::make_shared<Film>(settings_.width, settings_.height), {});
   context_.show(running_);
 }
 
@@ -207,8 +206,7 @@ Result<JobRun::Rendered> JobRun::run_to_end(StartingGuide start, const std::stri
 }
 
 Result<JobResult> JobRun::render_picture(StartingGuide start, const Parent& parent,
-                                         const Recovery* recovery,
-                                         const Checkpoints& checkpoints) {
+                                         const Recovery* recovery, const Checkpoints& checkpoints) {
   const std::shared_ptr<Film> film = running_->film();
   JobMoments moments(context_.stores.moments, id_, *film, [&](const GuideTable& guide) {
     return table_of(guide, scene_->hash, parent);
@@ -316,8 +314,7 @@ void JobRun::keep_partial_picture() {
                                   {"method", settings_.method},
                                   {"seed", std::to_string(settings_.seed)},
                                   {"unfinished", "true"}};
-  if (Status s = context_.stores.results.save({id_, shown.frame}, *shown.film, metadata);
-      !s.ok()) {
+  if (Status s = context_.stores.results.save({id_, shown.frame}, *shown.film, metadata); !s.ok()) {
     spdlog::error("job={} the picture is lost: {}", id_.text(), s.error().text());
   }
 }

@@ -69,7 +69,7 @@ class JobRun {
   MemoryBudget::Part memory_;
   std::shared_ptr<const PreparedScene> scene_;
   RenderSettings settings_;
-  bool of_frames_ = false;            // else the job is one picture
+  bool of_frames_ = false;           // else the job is one picture
   std::vector<NamedCamera> frames_;  // of which a plain job has one
   std::optional<RenderStats> last_pass_;
   std::string counted_;        // the statistics of its last success, before it was extended

@@ -1,5 +1,6 @@
-// What the running job shows to the outside: the film of the frame under way, and how far it is. The
-// render threads only store numbers here; a reader makes events and answers of them. Any thread.
+// What the running job shows to the outside: the film of the frame under way, and how far it is.
+// The render threads only store numbers here; a reader makes events and answers of them. Any
+// thread.
 #pragma once
 
 #include <atomic>

@@ -28,9 +28,10 @@ class ResultStore {
   // Writes the files; the picture is then on disk and in memory.
   Status save(const PictureKey& key, const Film& film, const ImageMetadata& metadata);
   // Beside it, before it: what recovery made of the film.
-  Status save_recovered(const PictureKey& key, const Image& recovered, const ImageMetadata& metadata);
+  Status save_recovered(const PictureKey& key, const Image& recovered,
+                        const ImageMetadata& metadata);
   Result<Image> load_recovered(const PictureKey& key) const;  // kNotFound: there is none
-  void remove(JobId id);  // all its frames'
+  void remove(JobId id);                                      // all its frames'
   // What is known of a job's frames, as it was last kept. kNotFound: nothing is.
   Status save_frames(JobId id, std::string_view json);
   Result<std::string> load_frames(JobId id) const;
@@ -57,7 +58,9 @@ class ResultStore {
   std::filesystem::path recovered_file(const PictureKey& key) const {
     return folder(key) / "recovered.exr";
   }
-  std::filesystem::path noise_file(const PictureKey& key) const { return folder(key) / "noise.exr"; }
+  std::filesystem::path noise_file(const PictureKey& key) const {
+    return folder(key) / "noise.exr";
+  }
   void remember(const PictureKey& key, std::shared_ptr<const Picture> picture);
 
   std::filesystem::path folder_;

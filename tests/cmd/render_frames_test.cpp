@@ -14,8 +14,8 @@ class RenderFramesCommand : public ::testing::Test {
  protected:
   std::string file(const char* name) const { return (scratch_ / name).string(); }
   Outcome render(std::vector<std::string> more) const {
-    std::vector<std::string> arguments{"render", "cornell-box", "--size", "24x16", "-q", "--spp",
-                                       "2"};
+    std::vector<std::string> arguments{"render", "cornell-box", "--size", "24x16",
+                                       "-q",     "--spp",       "2"};
     arguments.insert(arguments.end(), more.begin(), more.end());
     return qray_command(arguments);
   }
@@ -23,9 +23,9 @@ class RenderFramesCommand : public ::testing::Test {
 };
 
 TEST_F(RenderFramesCommand, ATurntableFillsAFolder) {
-  const Outcome done = render({"--turntable", "3", "--turntable-degrees", "20", "--json",
-                               file("stats.json"), "--table-out", file("t.qrt"), "-o",
-                               file("out/")});
+  const Outcome done =
+      render({"--turntable", "3", "--turntable-degrees", "20", "--json", file("stats.json"),
+              "--table-out", file("t.qrt"), "-o", file("out/")});
   ASSERT_EQ(done.code, cmd::kExitOk) << done.err;
   for (const char* name : {"out/frame-0000.png", "out/frame-0001.png", "out/frame-0002.png"})
     EXPECT_TRUE(read_image(file(name)).ok()) << name;

@@ -209,7 +209,7 @@ TEST(RunFramesJob, NoiseGivesEachFrameWhatItNeeds) {
   const auto scene = test::included_scene("cornell-box");
   RenderSettings settings = test::small_settings("none", 64, 0);
   settings.samples = 4096;
-  settings.noise = 0.08;
+  settings.noise = 0.04;
   JobRequest request;
   CameraRequest wall;  // what is in the middle alone
   wall.vertical_fov_deg = 8;
@@ -218,7 +218,7 @@ TEST(RunFramesJob, NoiseGivesEachFrameWhatItNeeds) {
   ASSERT_TRUE(run(*scene, request, settings, kept).ok());
   for (const auto& [frame, progress] : kept.progresses) {
     EXPECT_GT(progress.noise, 0) << frame;
-    EXPECT_LE(progress.noise, 0.08) << frame;
+    EXPECT_LE(progress.noise, 0.04) << frame;
     EXPECT_LT(progress.samples, 4096u) << frame;
   }
   EXPECT_NE(kept.progresses[0].samples, kept.progresses[1].samples);

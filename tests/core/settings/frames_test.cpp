@@ -112,7 +112,8 @@ TEST(Frames, TheOrderHasEachOnceAndSpreads) {
   EXPECT_EQ(spread_order(8), (std::vector<int>{0, 4, 2, 6, 1, 5, 3, 7}));
   for (const int count : {2, 3, 5, 36, 100}) {
     std::vector<int> order = spread_order(count), all(static_cast<size_t>(count));
-    // After the first quarter none of a circle's frames is further from one of these than a quarter.
+    // After the first quarter none of a circle's frames is further from one of these than a
+    // quarter.
     const int head = std::max(1, count / 4);
     for (int frame = 0; frame < count; ++frame) {
       int nearest = count;

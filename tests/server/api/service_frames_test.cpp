@@ -14,12 +14,9 @@ using test::Json;
 using test::TestService;
 
 Json turntable(int count, int samples) {
-  return {{"scene", "box"},
-          {"width", 40},
-          {"height", 40},
-          {"samples", samples},
-          {"table", "none"},
-          {"frames", {{"turntable", count}, {"degrees", 30}}}};
+  return {{"scene", "box"},  {"width", 40},
+          {"height", 40},    {"samples", samples},
+          {"table", "none"}, {"frames", {{"turntable", count}, {"degrees", 30}}}};
 }
 
 std::string body_of(const TestService& s, const std::string& path, const char* type) {
@@ -80,8 +77,8 @@ TEST(ServiceFrames, TheyComeAsAnArchiveAndAsAFilm) {
   const std::string id = s.submit(turntable(3, 2));
   s.wait_end(id);
   for (const char* format : {"png", "exr"}) {
-    const std::string bytes = body_of(
-        s, "/v1/jobs/" + id + "/frames.zip?format=" + format, "application/zip");
+    const std::string bytes =
+        body_of(s, "/v1/jobs/" + id + "/frames.zip?format=" + format, "application/zip");
     const auto file = s.scratch / "frames.zip";
     std::ofstream(file, std::ios::binary) << bytes;
     zip_t* zip = zip_open(file.c_str(), ZIP_RDONLY | ZIP_CHECKCONS, nullptr);
@@ -113,8 +110,8 @@ TEST(ServiceFrames, InterruptedTheyGoOnWithTheSameBits) {
     s.start();
   }
   s.wait(cut, {"learning", "rendering", "succeeded"});
-  s.post("/v1/jobs/" + cut + "/pause", "", s.get("/v1/jobs/" + cut)["state"] == "succeeded" ? 409
-                                                                                           : 202);
+  s.post("/v1/jobs/" + cut + "/pause", "",
+         s.get("/v1/jobs/" + cut)["state"] == "succeeded" ? 409 : 202);
   if (s.wait(cut, {"paused", "succeeded"})["state"] == "paused")
     s.post("/v1/jobs/" + cut + "/resume", "", 202);
   ASSERT_EQ(s.wait_end(cut)["state"], "succeeded");
