@@ -1,12 +1,6 @@
 #include "server/service.h"
 
-#include <fcntl.h>
 #include <spdlog/spdlog.h>
-#include <sys/file.h>
-#include <unistd.h>
-
-#include <cstring>
-#include <thread>
 
 #include "core/base/file.h"
 #include "proto/openapi.h"
@@ -24,14 +18,12 @@
 #include "server/api/handlers_web.h"
 #include "server/api/handlers_webhooks.h"
 #include "server/api/handlers_weights.h"
+#include "server/api/handlers_workers.h"
+#include "server/data_folder.h"
 #include "server/http/access.h"
 #include "server/http/host.h"
 #include "server/jobs/janitor.h"
 #include "server/operation/metrics.h"
-#include "server/sqlite/sqlite_job_store.h"
-#include "server/sqlite/sqlite_table_index.h"
-#include "server/sqlite/sqlite_webhook_store.h"
-#include "server/store/leftovers.h"
 #include "server/webhooks/webhook_sender.h"
 
 namespace qray::server {
@@ -40,45 +32,12 @@ namespace {
 
 constexpr uint64_t kMaxOpenApiBytes = 1u << 20;
 
-int64_t now_ms() {
-  return std::chrono::duration_cast<std::chrono::milliseconds>(
-             std::chrono::system_clock::now().time_since_epoch())
-      .count();
-}
-
 // For what ends after a time, whatever becomes of the clock.
 int64_t steady_ms() {
   return std::chrono::duration_cast<std::chrono::milliseconds>(
              std::chrono::steady_clock::now().time_since_epoch())
       .count();
 }
-
-// The data folder is ours while this lives; the system frees it when the process ends in any way.
-class FolderLock {
- public:
-  static Result<FolderLock> take(const fs::path& folder) {
-    std::error_code ec;
-    fs::create_directories(folder, ec);
-    if (ec) return Error{ErrorCode::kIo, ec.message(), folder.string()};
-    const fs::path file = folder / "lock";
-    const int fd = ::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
-    if (fd < 0) return Error{ErrorCode::kIo, std::strerror(errno), file.string()};
-    FolderLock lock(fd);
-    if (::flock(fd, LOCK_EX | LOCK_NB) != 0) {
-      return Error{ErrorCode::kConflict, "another server uses this data folder", folder.string()};
-    }
-    return lock;
-  }
-  FolderLock(FolderLock&& other) noexcept : fd_(std::exchange(other.fd_, -1)) {}
-  FolderLock& operator=(FolderLock&&) = delete;
-  ~FolderLock() {
-    if (fd_ >= 0) ::close(fd_);
-  }
-
- private:
-  explicit FolderLock(int fd) : fd_(fd) {}
-  int fd_;
-};
 
 Result<std::string> read_openapi(const fs::path& file) {
   const Result<Bytes> yaml = read_file(file, kMaxOpenApiBytes);
@@ -133,55 +92,20 @@ Result<Tokens> tokens_of(const Config& config) {
   return Tokens();
 }
 
-SceneLimits scene_limits(const Config& config) {
-  SceneLimits limits;
-  limits.max_triangles = config.max_triangles;
-  return limits;
-}
-
-int render_threads(int wanted) {
-  return wanted > 0 ? wanted : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
-}
-
 }  // namespace
 
 // In the order of their needs: what comes later uses what comes before.
 struct Service::Parts {
-  Parts(const Config& config, FolderLock taken, std::unique_ptr<Database> database, Tokens tokens)
+  Parts(const Config& config, std::unique_ptr<DataFolder> opened, Tokens tokens)
       : tokens_file(config.tokens),
         access(std::move(tokens), config.no_auth ? Access::Names() : config.names, steady_ms),
-        lock(std::move(taken)),
-        db(std::move(database)),
-        jobs(*db, events, now_ms),
-        table_index(*db),
-        webhooks(*db, now_ms),
-        results(config.data),
-        checkpoints(config.data, config.checkpoint_mib << 20, this_build()),
-        moments(config.data, config.moments_mib << 20),
-        upload_quota(config.assets_gib << 30),
-        scenes(config.scenes, render_threads(config.threads), config.scene_mib << 20,
-               scene_limits(config)),
+        data(std::move(opened)),
         web(config.web, config.web_lib),
-        event_handlers(events, jobs, config.max_streams) {}
+        event_handlers(data->events, data->records->jobs(), config.max_streams) {}
 
   const std::filesystem::path tokens_file;
   Access access;
-  FolderLock lock;
-  std::unique_ptr<Database> db;
-  Metrics metrics;
-  EventLog events;
-  SqliteJobStore jobs;
-  SqliteTableIndex table_index;
-  SqliteWebhookStore webhooks;
-  std::unique_ptr<TableStore> tables;
-  std::unique_ptr<WeightsStore> weights;
-  ResultStore results;
-  CheckpointStore checkpoints;
-  MomentStore moments;
-  DiskQuota upload_quota;
-  std::unique_ptr<AssetStore> assets;
-  std::unique_ptr<UploadedScenes> uploads;
-  SceneStore scenes;
+  std::unique_ptr<DataFolder> data;
   SteadyClock clock;
   std::unique_ptr<JobRunner> runner;
   std::unique_ptr<LiveSessions> live;
@@ -197,6 +121,7 @@ struct Service::Parts {
   std::unique_ptr<FrameHandlers> frame_handlers;
   std::unique_ptr<WeightsHandlers> weights_handlers;
   std::unique_ptr<WebhookHandlers> webhook_handlers;
+  std::unique_ptr<WorkerHandlers> worker_handlers;
   std::unique_ptr<SceneImporter> importer;
   std::unique_ptr<SceneThumbnails> thumbnails;
   std::unique_ptr<SceneHandlers> scene_handlers;
@@ -216,60 +141,32 @@ Service::Service(std::unique_ptr<Parts> parts) : parts_(std::move(parts)) {}
 Service::~Service() { stop(); }
 
 Result<std::unique_ptr<Service>> Service::start(const Config& config) {
+  if (config.jobs_at_once < 1 && config.store.empty())
+    return Error{ErrorCode::kInvalid, "expected at least 1 where nobody else runs jobs",
+                 "--jobs-at-once"};
   Result<Tokens> tokens = tokens_of(config);
   if (!tokens.ok()) return tokens.error();
-  Result<FolderLock> lock = FolderLock::take(config.data);
-  if (!lock.ok()) return lock.error();
-  Result<std::unique_ptr<Database>> db = Database::open(config.data / "qray.sqlite");
-  if (!db.ok()) return db.error();
-  auto parts = std::make_unique<Parts>(config, std::move(lock).value(), std::move(db).value(),
-                                       std::move(tokens).value());
+  Result<std::unique_ptr<DataFolder>> opened = DataFolder::open(config, /*answers=*/true);
+  if (!opened.ok()) return opened.error();
+  auto parts =
+      std::make_unique<Parts>(config, std::move(opened).value(), std::move(tokens).value());
+  DataFolder& data = *parts->data;
 
   Result<std::string> openapi = read_openapi(config.openapi);
   if (!openapi.ok()) return openapi.error();
   parts->openapi = std::move(openapi).value();
 
   // Step 1: what the last run left.
-  Result<std::unique_ptr<TableStore>> tables =
-      TableStore::open(parts->table_index, config.data, config.table_mib << 20);
-  if (!tables.ok()) return tables.error();
-  parts->tables = std::move(tables).value();
-  Result<std::unique_ptr<WeightsStore>> weights = WeightsStore::open(config.data);
-  if (!weights.ok()) return weights.error();
-  parts->weights = std::move(weights).value();
-  Result<std::unique_ptr<AssetStore>> assets = AssetStore::open(config.data, parts->upload_quota);
-  if (!assets.ok()) return assets.error();
-  parts->assets = std::move(assets).value();
-  Result<std::unique_ptr<UploadedScenes>> uploads =
-      UploadedScenes::open(config.data, parts->upload_quota);
-  if (!uploads.ok()) return uploads.error();
-  parts->uploads = std::move(uploads).value();
-  parts->scenes.add_uploads(*parts->uploads);
-  if (Status s = tidy_data_folder(config.data, parts->jobs, *parts->tables); !s.ok())
-    return s.error();
-  Result<std::vector<JobRecord>> queued = parts->jobs.recover();
+  Result<std::vector<JobRecord>> queued = data.recover();
   if (!queued.ok()) return queued.error();
-  for (JobId id : parts->moments.remove_others())
-    if (parts->jobs.get(id).ok())
-      parts->jobs.log(id, "info",
-                      "the moments kept so far are left out: another version of qray wrote them");
-  parts->checkpoints.tidy([&](JobId id) {
-    using enum CheckpointStore::Keep;
-    const Result<JobRecord> job = parts->jobs.get(id);
-    if (!job.ok()) return kNo;
-    if (!has_ended(job.value().state)) return kOpen;
-    return job.value().state == JobState::kSucceeded ? kFinished : kNo;
-  });
 
   // Step 2: the routes, and the port: when it is taken, no job may start.
-  const Stores stores{parts->jobs,   *parts->tables,     *parts->weights, parts->results,
-                      parts->scenes, parts->checkpoints, parts->moments,  &parts->metrics};
+  const Stores stores = data.stores();
   const proto::RequestLimits requests = request_limits(config);
-  const JobRunner::Limits runner_limits{render_threads(config.threads), config.jobs_at_once,
-                                        config.max_queued, config.jobs_mib << 20};
-  parts->runner = std::make_unique<JobRunner>(stores, runner_limits, parts->clock, now_ms);
+  parts->runner =
+      std::make_unique<JobRunner>(stores, runner_limits(config, "front"), parts->clock, now_ms);
   parts->job_handlers =
-      std::make_unique<JobHandlers>(*parts->runner, stores, parts->events, requests);
+      std::make_unique<JobHandlers>(*parts->runner, stores, data.events, requests);
   parts->pictures = std::make_unique<PictureSource>(*parts->runner, stores);
   parts->picture_handlers =
       std::make_unique<PictureHandlers>(*parts->runner, *parts->pictures, stores, parts->encoders);
@@ -278,26 +175,27 @@ Result<std::unique_ptr<Service>> Service::start(const Config& config) {
   parts->compare_handlers =
       std::make_unique<CompareHandlers>(*parts->pictures, stores, parts->encoders);
   parts->view_handlers = std::make_unique<ViewHandlers>(*parts->pictures, stores);
-  parts->table_handlers = std::make_unique<TableHandlers>(*parts->tables, requests, now_ms);
-  parts->weights_handlers = std::make_unique<WeightsHandlers>(*parts->weights);
-  parts->webhook_handlers = std::make_unique<WebhookHandlers>(parts->webhooks, requests);
+  parts->table_handlers = std::make_unique<TableHandlers>(*data.tables, requests, now_ms);
+  parts->weights_handlers = std::make_unique<WeightsHandlers>(*data.weights);
+  parts->worker_handlers = std::make_unique<WorkerHandlers>(stores.shared);
+  parts->webhook_handlers = std::make_unique<WebhookHandlers>(data.records->webhooks(), requests);
   const ImportLimits import_limits{config.program, config.import_mib, config.import_seconds,
                                    config.unpacked_mib << 20, config.max_triangles};
   Result<std::unique_ptr<SceneThumbnails>> thumbnails =
-      SceneThumbnails::open(config.data, parts->scenes);
+      SceneThumbnails::open(config.data, data.scenes);
   if (!thumbnails.ok()) return thumbnails.error();
   parts->thumbnails = std::move(thumbnails).value();
-  parts->importer = std::make_unique<SceneImporter>(
-      *parts->assets, *parts->uploads, parts->upload_quota, import_limits, config.imports);
+  parts->importer = std::make_unique<SceneImporter>(*data.assets, *data.uploads, data.upload_quota,
+                                                    import_limits, config.imports);
   parts->scene_handlers = std::make_unique<SceneHandlers>(
-      SceneHandlers::Uses{*parts->importer, parts->scenes, *parts->uploads, *parts->assets,
-                          parts->jobs, *parts->thumbnails, requests});
-  parts->asset_handlers = std::make_unique<AssetHandlers>(*parts->assets, config.asset_mib << 20);
+      SceneHandlers::Uses{*parts->importer, data.scenes, *data.uploads, *data.assets,
+                          data.records->jobs(), *parts->thumbnails, requests});
+  parts->asset_handlers = std::make_unique<AssetHandlers>(*data.assets, config.asset_mib << 20);
   parts->health_handlers = std::make_unique<HealthHandlers>(
-      HealthHandlers::Uses{parts->jobs, parts->metrics, parts->event_handlers,
+      HealthHandlers::Uses{data.records->jobs(), data.metrics, parts->event_handlers,
                            [&http = parts->http] { return http ? http->connection_count() : 0; },
                            [&live = parts->live] { return live->count(); }, now_ms, config.data,
-                           uint64_t{config.min_free_mib} << 20, parts->openapi});
+                           uint64_t{config.min_free_mib} << 20, parts->openapi, stores.shared});
   parts->live = std::make_unique<LiveSessions>(
       stores, parts->runner->pool(), parts->runner->memory(),
       LiveSessions::Limits{config.live_sessions, config.live_idle_seconds}, parts->clock, now_ms);
@@ -314,6 +212,7 @@ Result<std::unique_ptr<Service>> Service::start(const Config& config) {
   parts->table_handlers->add_to(router);
   parts->weights_handlers->add_to(router);
   parts->webhook_handlers->add_to(router);
+  parts->worker_handlers->add_to(router);
   parts->asset_handlers->add_to(router);
   parts->scene_handlers->add_to(router);
   parts->health_handlers->add_to(router);
@@ -325,7 +224,7 @@ Result<std::unique_ptr<Service>> Service::start(const Config& config) {
       HttpHooks{[p = parts.get()](auto& req, Scope needed) { return p->access.judge(req, needed); },
                 [p = parts.get()](auto& req) { return p->access.user(req); },
                 [p = parts.get()](const Exchange& exchange) {
-                  p->metrics.add_exchange(exchange);
+                  p->data->metrics.add_exchange(exchange);
                   log_exchange(exchange);
                 }});
   Result<int> port = parts->http->start(config.host, config.port);
@@ -334,16 +233,18 @@ Result<std::unique_ptr<Service>> Service::start(const Config& config) {
 
   // Step 3: work.
   parts->runner->start(queued.value());
-  parts->janitor = std::make_unique<Janitor>(*parts->runner, parts->jobs, config.keep_days, now_ms);
-  parts->sender = std::make_unique<WebhookSender>(
-      parts->webhooks, parts->jobs, WebhookSender::Limits{config.private_webhooks}, now_ms);
+  parts->janitor =
+      std::make_unique<Janitor>(*parts->runner, data.records->jobs(), config.keep_days, now_ms);
+  parts->sender =
+      std::make_unique<WebhookSender>(data.records->webhooks(), data.records->jobs(),
+                                      WebhookSender::Limits{config.private_webhooks}, now_ms);
   return std::unique_ptr<Service>(new Service(std::move(parts)));
 }
 
 void Service::stop() {
   if (!parts_->http) return;
   parts_->health_handlers->drain();
-  parts_->events.close();
+  parts_->data->events.close();
   parts_->view_handlers->stop();
   parts_->importer->stop();
   parts_->thumbnails->stop();

@@ -151,6 +151,8 @@ export const get_map = (values, signal) =>
 export const get_png = (id, signal) =>
   get_picture(`${job_path(id)}/image.png`, signal);
 
+export const list_workers = () => get_json('/v1/workers');
+export const drain_worker = (id) => post_json(`/v1/workers/${encodeURIComponent(id)}/drain`, {});
 export const merge_tables = (tables) => post_json('/v1/tables/merge', { tables });
 export const delete_table = (id) =>
   call(`/v1/tables/${encodeURIComponent(id)}`, { method: 'DELETE' });

@@ -1,6 +1,6 @@
 // Wires the store, the event stream, the form, the list and the views.
 import {
-  ApiError, check_access, list_fields, list_scenes, list_weights, on_unauthorized,
+  ApiError, check_access, list_fields, list_scenes, list_weights, list_workers, on_unauthorized,
 } from './api.js';
 import { Address } from './address.js';
 import { ErrorPanel } from './error_panel.js';
@@ -235,4 +235,7 @@ by_id('older').addEventListener('click', () => store.load_older().catch(() => {}
 if (address.view.job && matchMedia('(max-width: 800px)').matches) by_id('new-job').open = false;
 ask_for_selected();
 show_all();
-check_access().catch(() => {}).then(() => stream.open());
+check_access().catch(() => {}).then(() => {
+  stream.open();
+  return list_workers();
+}).then(({ workers }) => { by_id('farm-link').hidden = workers.length === 0; }).catch(() => {});

@@ -10,6 +10,8 @@
 #include <cstring>
 #include <utility>
 
+#include "core/base/process_name.h"
+
 namespace qray {
 namespace {
 
@@ -101,7 +103,7 @@ void sync_folder(const std::filesystem::path& folder) {
 
 AtomicFile::AtomicFile(std::filesystem::path path) : path_(std::move(path)), temp_(path_) {
   static std::atomic<uint64_t> counter{0};
-  temp_ += ".tmp." + std::to_string(::getpid()) + "." + std::to_string(counter++);
+  temp_ += ".tmp." + process_name() + "." + std::to_string(counter++);
   fd_ = ::open(temp_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0644);
   if (fd_ < 0) status_ = io_error(temp_, "cannot create");
 }

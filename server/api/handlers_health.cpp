@@ -63,6 +63,25 @@ void HealthHandlers::ready(httplib::Response& res) {
   reply_json(res, 200, R"({"status":"ready"})");
 }
 
+Status HealthHandlers::count_workers(MetricsNow& now) const {
+  if (!uses_.shared) return {};
+  const Result<std::vector<WorkerInfo>> workers = uses_.shared->workers();
+  if (!workers.ok()) return workers.error();
+  now.farm = true;
+  for (const char* state : {"busy", "idle", "draining", "silent"}) now.workers[state] = 0;
+  const double lease = std::chrono::duration<double>(uses_.shared->lease()).count();
+  for (const WorkerInfo& worker : workers.value()) {
+    if (worker.threads == 0) continue;
+    const bool silent = worker.silent_seconds > lease;
+    ++now.workers[silent                ? "silent"
+                  : worker.draining     ? "draining"
+                  : worker.jobs.empty() ? "idle"
+                                        : "busy"];
+    if (!silent) now.farm_samples_a_second += worker.samples_a_second;
+  }
+  return {};
+}
+
 void HealthHandlers::metrics(httplib::Response& res) {
   MetricsNow now;
   const Result<JobStore::Counts> counts = uses_.jobs.count();
@@ -75,6 +94,7 @@ void HealthHandlers::metrics(httplib::Response& res) {
     now.queue_age_seconds =
         static_cast<double>(uses_.now_ms() - *counts.value().oldest_queued_ms) / 1000;
   }
+  if (Status s = count_workers(now); !s.ok()) return reply_error(res, s.error());
   now.streams = uses_.events.stream_count();
   now.connections = uses_.connections();
   now.live_sessions = uses_.live_sessions();

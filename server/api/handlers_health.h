@@ -12,6 +12,7 @@
 #include "server/api/handlers_events.h"
 #include "server/operation/metrics.h"
 #include "server/store/job_store.h"
+#include "server/store/shared_jobs.h"
 
 namespace qray::server {
 
@@ -26,6 +27,7 @@ class HealthHandlers {
     std::filesystem::path data;
     uint64_t min_free_bytes;
     std::string openapi_json;
+    SharedJobs* shared = nullptr;  // of a farm
   };
   explicit HealthHandlers(Uses uses) : uses_(std::move(uses)), started_ms_(uses_.now_ms()) {}
   void add_to(Router& router);
@@ -35,6 +37,7 @@ class HealthHandlers {
  private:
   void ready(httplib::Response& res);
   void metrics(httplib::Response& res);
+  Status count_workers(MetricsNow& now) const;
   std::string why_not_ready();  // empty: it is
 
   const Uses uses_;

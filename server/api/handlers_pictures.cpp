@@ -58,7 +58,7 @@ void PictureHandlers::tiles(const Request& req, Response& res, const std::string
     width = film->width();
     height = film->height();
     changes = film->tiles_since(since.value(), kTilesAtOnce);
-  } else if (const auto picture = stores_.results.load(key); picture.ok()) {
+  } else if (const auto picture = pictures_.sampled(job.value(), key.frame); picture.ok()) {
     width = picture.value()->image.width();
     height = picture.value()->image.height();
     if (which.value().kind == Which::Kind::kRecovered) {
@@ -70,10 +70,10 @@ void PictureHandlers::tiles(const Request& req, Response& res, const std::string
     } else {
       changes = picture.value()->tiles_since(since.value(), kTilesAtOnce);
     }
-  } else if (picture.error().code != ErrorCode::kNotFound) {
+  } else if (picture.error().code != ErrorCode::kConflict) {
     return reply_error(res, picture.error());
   } else {
-    changes.cursor = since.value();
+    changes.cursor = since.value();  // nothing yet
   }
   reply_bytes(res, encode_tiles(width, height, changes), kBytesType);
 }

@@ -53,6 +53,14 @@ Result<PictureSource::Which> PictureSource::which(const httplib::Request& req, c
 
 Result<std::shared_ptr<const Picture>> PictureSource::sampled(const JobRecord& job,
                                                               int frame) const {
+  if (stores_.shared && frame == 0 && is_running(job.state)) {
+    const std::vector<proto::Moment> moments = stores_.moments.moments(job.id);
+    for (auto last = moments.rbegin(); last != moments.rend(); ++last) {
+      if (!last->picture) continue;
+      Result<Picture> picture = moment(job, last->number);
+      if (picture.ok()) return std::make_shared<const Picture>(std::move(picture).value());
+    }
+  }
   auto picture = stores_.results.load({job.id, frame});
   if (picture.ok()) return picture;
   if (picture.error().code == ErrorCode::kNotFound) {

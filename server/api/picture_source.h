@@ -32,6 +32,9 @@ class PictureSource {
   Result<Image> image(const JobRecord& job, Which which) const;
   // Film::noise(), the newest. kConflict: not known.
   Result<std::shared_ptr<const Image>> noise(const JobRecord& job, int frame) const;
+  // As it was sampled, of a frame that does not form in this process. Of a job that runs in
+  // another: as the last moment that is kept of it has it. kConflict: nothing yet.
+  Result<std::shared_ptr<const Picture>> sampled(const JobRecord& job, int frame) const;
   // What it says of one pixel, by FilmNoise; none: not known.
   using PixelNoise = std::array<float, kFilmNoiseChannels>;
   std::optional<PixelNoise> noise_at(const JobRecord& job, int frame, int x, int y) const;
@@ -43,7 +46,6 @@ class PictureSource {
   Result<Pixel> pixel(const JobRecord& job, Which which, int x, int y) const;
 
  private:
-  Result<std::shared_ptr<const Picture>> sampled(const JobRecord& job, int frame) const;
   Result<Picture> moment(const JobRecord& job, uint32_t number) const;
 
   // Null: the frame is not under way.

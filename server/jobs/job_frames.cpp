@@ -49,6 +49,8 @@ RenderObserver& JobFrames::begin_turn(int frame, std::shared_ptr<Film> film) {
 
 Status JobFrames::end_turn(int frame, const FrameProgress& progress, const Film& film,
                            const JobResult& result) {
+  if (!uses_.lease.holds())
+    return Error{ErrorCode::kCanceled, "another process may have the job by now", ""};
   last_ = result.stats;
   const PictureKey key(id_, frame);
   if (result.recovered)
@@ -75,11 +77,13 @@ Status JobFrames::end() {
 }
 
 Status JobFrames::keep() {
+  if (!uses_.lease.holds()) return {};
   return uses_.results.save_frames(id_, proto::frames_to_json(id_.text(), infos_));
 }
 
 Status JobFrames::save(int frame, int turn, const WriteState& write) {
-  return uses_.checkpoints.save_frame(id_, frame, turn, write, stop_);
+  return uses_.checkpoints.save_frame(
+      id_, frame, turn, write, [this] { return stop_.stop_requested() || !uses_.lease.holds(); });
 }
 
 Status JobFrames::load(int frame, int turn, const std::function<bool(SnapshotReader&)>& read) {

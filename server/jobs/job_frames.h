@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/job/run_frames.h"
+#include "server/jobs/lease.h"
 #include "server/jobs/running_job.h"
 #include "server/store/checkpoint_store.h"
 #include "server/store/job_store.h"
@@ -20,6 +21,7 @@ class JobFrames final : public FrameKeeper {
     ResultStore& results;
     JobStore& jobs;  // hints
     RunningJob& running;
+    const Lease& lease;  // where it does not hold, nothing is written
   };
   // All outlive this. `goes_on`: what is kept of the frames counts. `stop`: a state that is being
   // written then is given up.

@@ -34,7 +34,8 @@ bool JobKeeper::due() {
 
 bool JobKeeper::save(const std::function<void(SnapshotWriter&)>& write) {
   const double start = clock_.seconds();
-  const Status written = store_.save(id_, header_, write, stop_);
+  const Status written = store_.save(id_, header_, write,
+                                     [this] { return stop_.stop_requested() || !lease_.holds(); });
   const double end = clock_.seconds();
   next_.store(end + period(end - start), std::memory_order_relaxed);
   if (written.ok()) {

@@ -8,6 +8,7 @@
 
 #include "core/base/clock.h"
 #include "core/render/checkpoint.h"
+#include "server/jobs/lease.h"
 #include "server/store/checkpoint_store.h"
 
 namespace qray::server {
@@ -15,8 +16,10 @@ namespace qray::server {
 class JobKeeper final : public Checkpointer {
  public:
   // A state that is being written when `stop` is asked for is given up.
-  JobKeeper(CheckpointStore& store, JobId id, const Clock& clock, std::stop_token stop)
-      : store_(store), id_(id), clock_(clock), stop_(std::move(stop)) {}
+  // `lease` outlives it: where it does not hold, nothing is written.
+  JobKeeper(CheckpointStore& store, JobId id, const Clock& clock, std::stop_token stop,
+            const Lease& lease)
+      : store_(store), id_(id), clock_(clock), stop_(std::move(stop)), lease_(lease) {}
 
   // What is written with the states from now on; the first is due soon after.
   void start(CheckpointHeader header);
@@ -35,6 +38,7 @@ class JobKeeper final : public Checkpointer {
   const JobId id_;
   const Clock& clock_;
   const std::stop_token stop_;
+  const Lease& lease_;
   CheckpointHeader header_;
   std::function<void()> on_first_save_;
   std::atomic<bool> held_ = false;

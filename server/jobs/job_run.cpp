@@ -109,11 +109,13 @@ void JobRun::show_film() {
 }
 
 void JobRun::warn(std::string text) {
-  context_.stores.jobs.log(id_, "warning", text);
+  if (context_.lease.holds()) context_.stores.jobs.log(id_, "warning", text);
   warnings_.push_back(std::move(text));
 }
 
-void JobRun::log(std::string_view text) { context_.stores.jobs.log(id_, "info", text); }
+void JobRun::log(std::string_view text) {
+  if (context_.lease.holds()) context_.stores.jobs.log(id_, "info", text);
+}
 
 // What an interrupted run of this job left, if it fits.
 std::optional<Checkpoint> JobRun::checkpoint() {
@@ -185,13 +187,13 @@ Result<JobRun::Rendered> JobRun::begin() {
 
 Result<JobRun::Rendered> JobRun::run_to_end(StartingGuide start, const std::string& network,
                                             SnapshotReader* resume_from) {
-  const ProgressTicker ticker(context_.stores.jobs, *running_, job_.claim, learns(settings_),
-                              of_frames_);
+  const ProgressTicker ticker(context_.stores.jobs, *running_, job_.claim, context_.lease,
+                              learns(settings_), of_frames_);
   const Parent parent = start.table;
   const std::string id = parent ? parent->id : std::string();
   warm_ = !id.empty();
   if (warm_) log("from table " + id);
-  if (!resume_from) context_.stores.moments.remove(id_);
+  if (!resume_from && context_.lease.holds()) context_.stores.moments.remove(id_);
   const std::optional<Recovery> recovery = this->recovery(network);
   context_.keeper.start({scene_->hash.whole().hex(), id, recovery ? recovery->name : std::string(),
                          warnings_, mixed_builds_});
@@ -214,7 +216,7 @@ Result<JobResult> JobRun::render_picture(StartingGuide start, const Parent& pare
   running_->on_pass(
       [&](const RenderProgress& progress, const RenderStats& stats, const Guide* guide) {
         last_pass_ = stats;
-        moments.add(progress, stats, guide);
+        if (context_.lease.holds()) moments.add(progress, stats, guide);
       });
   Result<JobResult> result =
       context_.render(*scene_, settings_, std::move(start), *film, context_.pool, *running_,
@@ -226,9 +228,9 @@ Result<JobResult> JobRun::render_picture(StartingGuide start, const Parent& pare
 
 Result<JobResult> JobRun::render_frames(StartingGuide start, const Recovery* recovery,
                                         const Checkpoints& checkpoints) {
-  JobFrames frames(
-      {context_.stores.checkpoints, context_.stores.results, context_.stores.jobs, *running_}, id_,
-      frames_, /*goes_on=*/checkpoints.resume_from != nullptr, context_.stop);
+  JobFrames frames({context_.stores.checkpoints, context_.stores.results, context_.stores.jobs,
+                    *running_, context_.lease},
+                   id_, frames_, /*goes_on=*/checkpoints.resume_from != nullptr, context_.stop);
   Result<JobResult> result =
       run_frames(*scene_, {job_.request, settings_, frames_}, std::move(start), frames,
                  context_.pool, context_.stop, context_.clock, recovery, checkpoints);
@@ -251,6 +253,7 @@ std::optional<Recovery> JobRun::recovery(const std::string& wanted) {
 Status JobRun::finish(Rendered rendered) {
   const double begin = context_.clock.seconds();
   const RenderStats& stats = rendered.result.stats;
+  if (Status s = may_write(); !s.ok()) return s;
   // A short job's learning may have ended between two looks at it.
   if (job_.state == JobState::kLearning) (void)move(JobState::kRendering);
   if (Status s = move(JobState::kFinalizing); !s.ok()) return s;
@@ -263,10 +266,12 @@ Status JobRun::finish(Rendered rendered) {
       return s;
     }
   }
+  if (Status s = may_write(); !s.ok()) return s;
   if (!of_frames_)  // whose pictures are there
     if (Status s = context_.stores.results.save(id_, *running_->film(), rendered.result.metadata);
         !s.ok())
       return s;
+  if (Status s = may_write(); !s.ok()) return s;
   context_.show(nullptr);  // who sees the job ended finds the finished picture, not the forming one
   const std::optional<TableFile>& table = rendered.result.table;
   const bool keep_table = table && job_.request.get(field::kTable) != "none";
@@ -291,12 +296,18 @@ Status JobRun::finish(Rendered rendered) {
     job.biased = !stats.unbiased || stats.recovery != "none";
     job.warnings = warnings_;
   };
+  if (Status s = may_write(); !s.ok()) return s;
   context_.stores.checkpoints.finished(id_);  // before anyone can ask whether it is extendable
   const Status succeeded = move(JobState::kSucceeded, change);
   if (!succeeded.ok()) return succeeded;
   last_pass_ = stats;
   count(context_.clock.seconds() - begin);
   return succeeded;
+}
+
+Status JobRun::may_write() const {
+  if (context_.lease.holds()) return {};
+  return Error{ErrorCode::kCanceled, "another process may have the job by now", ""};
 }
 
 void JobRun::count(double finalizing_seconds) {
@@ -332,7 +343,7 @@ void JobRun::end(const Error& error) {
              (error.code == ErrorCode::kCanceled || error.code == ErrorCode::kIo)) {
     to = JobState::kQueued;  // kIo: a disk that did not take its end may do so at the next start
   }
-  if (to != JobState::kQueued) keep_partial_picture();
+  if (to != JobState::kQueued && context_.lease.holds()) keep_partial_picture();
   context_.show(nullptr);
   change.claim = job_.claim;
   change.edit = [&](JobRecord& job) {

@@ -15,6 +15,7 @@ struct RunContext {
   std::function<void(std::shared_ptr<RunningJob>)> show;  // to readers; null: no more
   std::function<void()> got_somewhere;                    // its first state was written
   JobKeeper& keeper;
+  const Lease& lease;
   std::stop_token stop;      // cancel or shutdown
   std::stop_token stopping;  // shutdown: what is not done is left to the next start
 };
@@ -26,6 +27,9 @@ class JobRun {
   // Makes a queued job this run's. kCanceled: it is not queued any more. kIo: it is, and the disk
   // does not take the move.
   Status claim() { return try_move(JobState::kPreparing); }
+  // One that was claimed as this record says.
+  void claimed(JobRecord job) { job_ = std::move(job); }
+  uint64_t claim_number() const { return job_.claim; }
   // After claim(). Runs to the job's end, to its pause, or back to the queue when the server stops.
   // What was interrupted goes on from its last checkpoint.
   void run();
@@ -51,6 +55,7 @@ class JobRun {
   std::optional<Recovery> recovery(const std::string& wanted);
   void show_film();
   Status finish(Rendered rendered);
+  Status may_write() const;  // kCanceled: another process may have the job
   void end(const Error& error);
   void keep_partial_picture();
   void count(double finalizing_seconds);  // what an ended job did

@@ -8,6 +8,7 @@
 #include "server/jobs/job_run.h"
 #include "server/jobs/wait.h"
 #include "server/operation/metrics.h"
+#include "server/store/job_move.h"
 
 namespace qray::server {
 namespace {
@@ -34,6 +35,12 @@ JobRunner::JobRunner(Stores stores, const Limits& limits, const Clock& clock,
       submits_([this](std::span<const JobStore::Posted> posted) { return accept(posted); }) {}
 
 void JobRunner::start(const std::vector<JobRecord>& recovered) {
+  if (stores_.shared) {
+    workers_.emplace_back([this](std::stop_token stop) { keep_leases(stop); });
+    for (int i = 0; i < limits_.at_once; ++i)
+      workers_.emplace_back([this](std::stop_token stop) { work_shared(stop); });
+    return;
+  }
   for (const JobRecord& job : recovered) queue_.push(job.id, job.request.get(field::kPriority));
   for (int i = 0; i < limits_.at_once; ++i)
     workers_.emplace_back([this](std::stop_token stop) { work(stop); });
@@ -49,6 +56,7 @@ void JobRunner::stop() {
     for (auto& [id, running] : running_) running.cancel.request_stop();
   }
   workers_.clear();
+  if (stores_.shared) (void)stores_.shared->leave();
 }
 
 void JobRunner::work(std::stop_token stop) {
@@ -74,22 +82,8 @@ Status JobRunner::run(JobId id, std::stop_token stop) {
   if (!record.ok()) return record.error();
   const bool alone = record.value().attempts >= kMaxAttempts - 1;
   TaskPool share(pool_, std::exp2(record.value().request.get(field::kPriority)));
-  Running running{{}, nullptr, {}};
-  const std::stop_token cancel = running.cancel.get_token();
-  const auto keeper = running.keeper =
-      std::make_shared<JobKeeper>(stores_.checkpoints, id, clock_, cancel);
-  const auto show = [this, id](std::shared_ptr<RunningJob> shown) {
-    std::lock_guard lock(mutex_);
-    running_.at(id).shown = std::move(shown);
-  };
-  const auto let_others_run = [this, id] {
-    std::lock_guard lock(mutex_);
-    if (alone_ == id) alone_.reset();
-    ended_.notify_all();
-  };
-  JobRun job({stores_, share, memory_, clock_, now_ms_, render_, show, let_others_run, *keeper,
-              cancel, stop},
-             id);
+  const Running running = new_run(id);
+  JobRun job(context_of(id, running, share, stop), id);
   {
     std::unique_lock lock(mutex_);
     if (alone) ++wait_to_be_alone_;
@@ -99,7 +93,7 @@ Status JobRunner::run(JobId id, std::stop_token stop) {
     Status claimed = claims ? job.claim() : Status();
     if (claims && claimed.ok()) {
       if (alone) alone_ = id;
-      running_.emplace(id, std::move(running));
+      running_.emplace(id, running);
     } else {
       ended_.notify_all();  // who waited for this one
       // It stays queued for the next start; or it was paused, canceled, or queued twice and claimed
@@ -108,19 +102,7 @@ Status JobRunner::run(JobId id, std::stop_token stop) {
       return claimed;
     }
   }
-  const auto start = clock_.seconds();
-  job.run();
-  {
-    std::lock_guard lock(mutex_);
-    running_.erase(id);
-  }
-  let_others_run();
-  const Result<JobRecord> ended = stores_.jobs.get(id);
-  if (ended.ok()) {
-    spdlog::info("job={} {} after {:.1f} s{}", id.text(), to_string(ended.value().state),
-                 clock_.seconds() - start,
-                 ended.value().error ? ": " + ended.value().error->message : "");
-  }
+  carry_out(job, id);
   return {};
 }
 
@@ -129,9 +111,16 @@ bool JobRunner::is_queued(JobId id) const {
   return job.ok() && job.value().state == JobState::kQueued;
 }
 
+size_t JobRunner::places() const {
+  if (!stores_.shared) return queue_.room();
+  const Result<size_t> queued = stores_.shared->queued();
+  if (!queued.ok()) return limits_.max_queued;  // what is asked of the store next says why
+  return limits_.max_queued - std::min(queued.value(), limits_.max_queued);
+}
+
 Status JobRunner::room() const {
-  if (queue_.room() > 0) return {};
-  return Error{ErrorCode::kBusy, "the queue of jobs is full; try again later", ""};
+  if (places() > 0) return {};
+  return queue_is_full();
 }
 
 Result<JobRecord> JobRunner::submit(const JobRequest& request,
@@ -142,7 +131,7 @@ Result<JobRecord> JobRunner::submit(const JobRequest& request,
 std::vector<Result<JobRecord>> JobRunner::accept(std::span<const JobStore::Posted> posted) {
   std::lock_guard lock(submit_mutex_);
   std::vector<Result<JobRecord>> accepted;
-  for (Result<JobStore::Inserted>& one : stores_.jobs.insert(posted, queue_.room())) {
+  for (Result<JobStore::Inserted>& one : stores_.jobs.insert(posted, places())) {
     if (!one.ok()) {
       accepted.emplace_back(one.error());
     } else if (!one.value().is_new) {
@@ -161,7 +150,7 @@ Result<JobRecord> JobRunner::enqueue(const JobRecord& job) {
     (void)stores_.jobs.move(job.id, JobState::kCanceled);
     return Error{ErrorCode::kInvalid, "the scene was deleted", "/scene"};
   }
-  queue_.push(job.id, request.get(field::kPriority));
+  if (!stores_.shared) queue_.push(job.id, request.get(field::kPriority));
   spdlog::info("job={} queued: {} {}", job.id.text(), request.get(field::kScene),
                request.get(field::kMethod));
   return job;
@@ -279,7 +268,7 @@ Result<JobRecord> JobRunner::update(JobId id, const proto::JobUpdate& update) {
 Result<JobRecord> JobRunner::queue_again(JobId id, const JobStore::Change& change) {
   std::lock_guard lock(mutex_);
   Result<JobRecord> job = stores_.jobs.move(id, JobState::kQueued, change);
-  if (job.ok()) queue_.push(id, job.value().request.get(field::kPriority));
+  if (job.ok() && !stores_.shared) queue_.push(id, job.value().request.get(field::kPriority));
   return job;
 }
 

@@ -13,18 +13,23 @@
 #include "server/jobs/gather.h"
 #include "server/jobs/job_keeper.h"
 #include "server/jobs/job_queue.h"
+#include "server/jobs/lease.h"
 #include "server/jobs/running_job.h"
+#include "server/jobs/worker_speed.h"
 #include "server/policy/memory_budget.h"
 #include "server/store/job_store.h"
 #include "server/store/moment_store.h"
 #include "server/store/result_store.h"
 #include "server/store/scene_store.h"
+#include "server/store/shared_jobs.h"
 #include "server/store/table_store.h"
 #include "server/store/weights_store.h"
 
 namespace qray::server {
 
+class JobRun;
 class Metrics;
+struct RunContext;
 
 struct Stores {
   JobStore& jobs;
@@ -34,16 +39,18 @@ struct Stores {
   SceneStore& scenes;
   CheckpointStore& checkpoints;
   MomentStore& moments;
-  Metrics* metrics = nullptr;  // may be
+  Metrics* metrics = nullptr;    // may be
+  SharedJobs* shared = nullptr;  // where other processes run jobs too
 };
 
 class JobRunner {
  public:
   struct Limits {
     int threads = 1;  // of rendering
-    int at_once = 1;  // jobs
+    int at_once = 1;  // jobs; 0, where others run them: none here
     size_t max_queued = 1000;
     size_t memory_bytes = size_t{8} << 30;  // of all that run at once
+    std::string kind = "front";             // WorkerInfo::kind
   };
   // `render`: what makes the pictures; tests have one that takes no time.
   using Render = std::function<decltype(run_guided_job)>;
@@ -82,17 +89,37 @@ class JobRunner {
   const TaskPool& pool() const { return pool_; }
   MemoryBudget& memory() { return memory_; }
   size_t queued() const { return queue_.size(); }
+  // Takes no more jobs; what runs here is rendered to its end. Then is_drained().
+  void drain();
+  bool is_drained() const;
 
  private:
   struct Running {
     std::stop_source cancel;
     std::shared_ptr<JobKeeper> keeper;
-    std::shared_ptr<RunningJob> shown;  // null until it has a film
+    std::shared_ptr<Lease> lease;
+    std::shared_ptr<RunningJob> shown{};  // null until it has a film
+    uint64_t claim = 0;
   };
-  Status room() const;  // in the queue; kBusy: none
+  size_t places() const;  // in the queue
+  Status room() const;    // kBusy: none
   std::vector<Result<JobRecord>> accept(std::span<const JobStore::Posted> posted);
   Result<JobRecord> enqueue(const JobRecord& job);
   void work(std::stop_token stop);
+  Running new_run(JobId id) const;
+  // What a run is told, and whom it tells. `share` and the keeper outlive it.
+  RunContext context_of(JobId id, const Running& running, TaskPool& share, std::stop_token stop);
+  // Of a job that is among running_.
+  void carry_out(JobRun& run, JobId id);
+  // Where several processes share the jobs (shared_runs.cpp): runs what it claims of them.
+  void work_shared(std::stop_token stop);
+  std::optional<JobRecord> claim_shared(std::stop_token stop);
+  void run_shared(const JobRecord& job, std::stop_token stop);
+  // Renews the leases of what runs here, passes on what others ask of it, and takes up what others
+  // have lost.
+  void keep_leases(std::stop_token stop);
+  bool renew_leases();
+  bool be_present();
   // kIo: it is still queued, as the disk does not say what it is, or does not take it.
   Status run(JobId id, std::stop_token stop);
   bool is_queued(JobId id) const;
@@ -123,6 +150,9 @@ class JobRunner {
   std::map<JobId, Running> running_;
   std::optional<JobId> alone_;  // that runs alone
   int wait_to_be_alone_ = 0;    // so many jobs, before others
+  bool draining_ = false;
+  std::mutex claim_mutex_;  // one thread claims at a time
+  WorkerSpeed speed_;       // of the thread that keeps leases
   std::vector<std::jthread> workers_;
 };
 

@@ -14,18 +14,18 @@ constexpr milliseconds kBetweenEvents{500};  // progress events
 
 }  // namespace
 
-ProgressTicker::ProgressTicker(JobStore& jobs, const RunningJob& job, uint64_t claim, bool learning,
-                               bool frames)
-    : thread_([this, &jobs, &job, claim, learning, frames](std::stop_token stop) {
+ProgressTicker::ProgressTicker(JobStore& jobs, const RunningJob& job, uint64_t claim,
+                               const Lease& lease, bool learning, bool frames)
+    : thread_([this, &jobs, &job, claim, &lease, learning, frames](std::stop_token stop) {
         try {
-          watch(stop, jobs, job, claim, learning, frames);
+          watch(stop, jobs, job, claim, lease, learning, frames);
         } catch (const std::exception& e) {
           spdlog::error("job={} no more progress: {}", job.id().text(), e.what());
         }
       }) {}
 
 void ProgressTicker::watch(std::stop_token stop, JobStore& jobs, const RunningJob& job,
-                           uint64_t claim, bool learning, bool frames) {
+                           uint64_t claim, const Lease& lease, bool learning, bool frames) {
   auto last = std::chrono::steady_clock::now() - kBetweenEvents;
   std::pair<uint64_t, uint64_t> last_version{1, 0};  // nothing of the first film
   while (wait_unless(stop, kLook)) {
@@ -42,7 +42,7 @@ void ProgressTicker::watch(std::stop_token stop, JobStore& jobs, const RunningJo
     if (!shown.film) continue;
     const std::pair version{shown.films, shown.film->version()};
     const auto now = std::chrono::steady_clock::now();
-    if (version == last_version || now - last < kBetweenEvents) continue;
+    if (version == last_version || now - last < kBetweenEvents || !lease.holds()) continue;
     last = now;
     last_version = version;
     const std::string name = job.id().text();

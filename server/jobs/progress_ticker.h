@@ -4,6 +4,7 @@
 
 #include <thread>
 
+#include "server/jobs/lease.h"
 #include "server/jobs/running_job.h"
 #include "server/store/job_store.h"
 
@@ -11,14 +12,14 @@ namespace qray::server {
 
 class ProgressTicker {
  public:
-  // `claim`: of the job's run. `learning`: its state is kLearning, to be moved on when that is
-  // past. `frames`: it is a job of frames.
-  ProgressTicker(JobStore& jobs, const RunningJob& job, uint64_t claim, bool learning,
-                 bool frames = false);
+  // `claim`: of the job's run, whose lease this looks at. `learning`: its state is kLearning, to be
+  // moved on when that is past. `frames`: it is a job of frames.
+  ProgressTicker(JobStore& jobs, const RunningJob& job, uint64_t claim, const Lease& lease,
+                 bool learning, bool frames = false);
 
  private:
   void watch(std::stop_token stop, JobStore& jobs, const RunningJob& job, uint64_t claim,
-             bool learning, bool frames);
+             const Lease& lease, bool learning, bool frames);
   std::jthread thread_;
 };
 

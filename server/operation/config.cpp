@@ -30,6 +30,11 @@ void add_options(CLI::App& app, Config& c) {
   add(app, "host", c.host, "address to listen on");
   add(app, "port", c.port, "0 picks a free one and prints it")->check(CLI::Range(0, 65535));
   add(app, "data", c.data, "folder of jobs, tables and pictures");
+  add(app, "store", c.store,
+      "postgresql://... with the records of a farm; empty: SQLite in the data folder");
+  add(app, "lease-seconds", c.lease_seconds,
+      "that a silent worker of a farm keeps its jobs, before others take them")
+      ->check(CLI::Range(1.0, 3600.0));
   add(app, "scenes", c.scenes, "folder of scenes");
   add(app, "web", c.web, "folder of the page");
   add(app, "threads", c.threads, "of rendering; 0: one a processor")->check(CLI::Range(0, 1024));
@@ -57,8 +62,9 @@ void add_options(CLI::App& app, Config& c) {
   add(app, "max-job-seconds", c.max_job_seconds, "of rendering that a job may ask for")
       ->check(CLI::Range(1.0, 1e6));
   add(app, "max-queued", c.max_queued, "jobs that may wait")->check(CLI::Range(1, 100'000));
-  add(app, "jobs-at-once", c.jobs_at_once, "jobs that share the render threads by their priorities")
-      ->check(CLI::Range(1, 64));
+  add(app, "jobs-at-once", c.jobs_at_once,
+      "jobs that share the render threads by their priorities; 0, of a front: others run them")
+      ->check(CLI::Range(0, 64));
   add(app, "keep-days", c.keep_days,
       "after that an ended job and its picture are deleted; 0: never")
       ->check(CLI::Range(0.0, 36500.0));
@@ -124,13 +130,23 @@ std::vector<std::string> arguments(const CLI::App& app, int argc, const char* co
   return args;
 }
 
+// Of an address: who logs in, and its parameters, are nobody's business.
+std::string without_secrets(const std::string& address) {
+  const size_t host = address.find("://");
+  if (host == std::string::npos) return address.empty() ? "" : "...";
+  const size_t user = address.rfind('@');
+  const size_t from = user == std::string::npos ? host + 3 : user + 1;
+  return address.substr(0, host + 3) + address.substr(from, address.find('?', from) - from);
+}
+
 std::vector<std::string> effective(const CLI::App& app) {
   std::vector<std::string> lines;
   for (const CLI::Option* option : app.get_options()) {
     if (!option->get_configurable() || option->get_lnames().empty()) continue;
     const std::string value =
         option->empty() ? option->get_default_str() : option->as<std::string>();
-    lines.push_back(option->get_lnames().front() + "=" + value);
+    const std::string& name = option->get_lnames().front();
+    lines.push_back(name + "=" + (name == "store" ? without_secrets(value) : value));
   }
   return lines;
 }

@@ -13,6 +13,8 @@ struct Config {
   std::string host = "127.0.0.1";
   int port = 8080;  // 0: any free one
   std::filesystem::path data = "data";
+  std::string store;                  // postgresql://...; empty: SQLite in the data folder
+  double lease_seconds = 15;          // that a silent worker of a shared store is believed
   std::filesystem::path scenes, web;  // default: the source tree's
   std::filesystem::path web_lib;      // what the page takes from npm; may be absent
   std::filesystem::path openapi;      // the contract: the source tree's

@@ -67,6 +67,9 @@ struct Metrics::Impl {
   Gauge& streams = gauges("qray_event_streams", "Open event streams").Add({});
   Gauge& connections = gauges("qray_connections", "Open connections").Add({});
   Gauge& live_sessions = gauges("qray_live_sessions", "Open live sessions").Add({});
+  Family<Gauge>& workers = gauges("qray_farm_workers", "Processes that run jobs, by state");
+  Family<Gauge>& farm_samples =
+      gauges("qray_farm_samples_per_second", "Of all processes of the farm");
   Gauge& resident = gauges("process_resident_memory_bytes", "Memory in use").Add({});
   Gauge& files = gauges("process_open_fds", "Open file descriptors").Add({});
   Gauge& started =
@@ -138,6 +141,9 @@ std::string Metrics::text(const MetricsNow& now) {
   impl_->queue_age.Set(now.queue_age_seconds);
   impl_->streams.Set(static_cast<double>(now.streams));
   impl_->live_sessions.Set(static_cast<double>(now.live_sessions));
+  for (const auto& [state, count] : now.workers)
+    impl_->workers.Add({{"state", state}}).Set(static_cast<double>(count));
+  if (now.farm) impl_->farm_samples.Add({}).Set(now.farm_samples_a_second);
   impl_->connections.Set(static_cast<double>(now.connections));
   impl_->resident.Set(resident_bytes());
   impl_->files.Set(open_files());

@@ -19,6 +19,9 @@ struct MetricsNow {
   std::map<std::string, int64_t> jobs;  // by state
   double queue_age_seconds = 0;         // of the job that waits longest
   size_t streams = 0, connections = 0, live_sessions = 0;
+  bool farm = false;                         // then there are
+  std::map<std::string, int64_t> workers{};  // by state: busy, idle, draining, silent
+  double farm_samples_a_second = 0;
 };
 
 class Metrics {

@@ -1,27 +1,20 @@
 // New jobs, and the keys by which a client asks for one a second time.
-#include "proto/events.h"
 #include "server/sqlite/sqlite_job_store.h"
+#include "server/store/job_move.h"
 
 namespace qray::server {
-namespace {
-
-constexpr int64_t kKeyMs = 24 * 3600 * 1000;  // that a key is known
-
-}  // namespace
 
 Result<std::optional<JobRecord>> SqliteJobStore::find_key(const IdempotencyKey& key) const {
   Database::Session session(db_);
   Query query(session.handle(),
               "SELECT job, request FROM idempotency_keys WHERE key=? AND created_ms>?");
-  query.bind(key.key).bind(now_ms_() - kKeyMs);
+  query.bind(key.key).bind(now_ms_() - kIdempotencyKeyMs);
   if (!query.next()) {
     if (Status s = query.status(); !s.ok()) return s.error();
     return std::optional<JobRecord>();
   }
   const JobId id{static_cast<uint64_t>(query.integer(0))};
-  if (query.text(1) != key.request)
-    return Error{ErrorCode::kConflict,
-                 "this Idempotency-Key was used for another request, job " + id.text(), ""};
+  if (query.text(1) != key.request) return key_of_another(id);
   Result<JobRecord> job = read(session.handle(), id);
   if (!job.ok()) return job.error();
   return std::optional(std::move(job).value());
@@ -56,7 +49,7 @@ Result<SqliteJobStore::Inserted> SqliteJobStore::insert_one(Database::Transactio
     if (!known.ok()) return known.error();
     if (known.value()) return Inserted{*std::move(known).value(), false};
   }
-  if (room == 0) return Error{ErrorCode::kBusy, "the queue of jobs is full; try again later", ""};
+  if (room == 0) return queue_is_full();
   JobRecord job;
   job.request = posted.request;
   job.created_ms = now_ms_();
@@ -69,7 +62,7 @@ Result<SqliteJobStore::Inserted> SqliteJobStore::insert_one(Database::Transactio
   if (key) {
     Status forgotten =
         Query(transaction.handle(), "DELETE FROM idempotency_keys WHERE created_ms<=? OR key=?")
-            .bind(job.created_ms - kKeyMs)
+            .bind(job.created_ms - kIdempotencyKeyMs)
             .bind(key->key)
             .run();
     if (!forgotten.ok()) return forgotten.error();
@@ -81,7 +74,7 @@ Result<SqliteJobStore::Inserted> SqliteJobStore::insert_one(Database::Transactio
                       .run();
     if (!kept.ok()) return kept.error();
   }
-  Event event{0, job.id.text(), "state", proto::state_event(job.id.text(), "queued", {})};
+  Event event = state_event_of(job);
   if (Status s = write_event(transaction, event); !s.ok()) return s.error();
   events.push_back(std::move(event));
   return Inserted{std::move(job), true};

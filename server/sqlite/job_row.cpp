@@ -1,6 +1,6 @@
 #include "server/sqlite/job_row.h"
 
-#include "server/sqlite/lines.h"
+#include "server/model/lines.h"
 
 namespace qray::server {
 namespace {

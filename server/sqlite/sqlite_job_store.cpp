@@ -5,10 +5,11 @@
 #include <algorithm>
 
 #include "proto/events.h"
+#include "server/model/lines.h"
 #include "server/sqlite/job_row.h"
-#include "server/sqlite/lines.h"
 #include "server/sqlite/sqlite_table_index.h"
 #include "server/sqlite/sqlite_webhook_store.h"
+#include "server/store/job_move.h"
 
 namespace qray::server {
 
@@ -87,7 +88,7 @@ Result<JobRecord> SqliteJobStore::read(sqlite3* db, JobId id) const {
   query.bind(id.value);
   if (query.next()) return read_job(query);
   if (Status s = query.status(); !s.ok()) return s.error();
-  return Error{ErrorCode::kNotFound, "no job " + id.text(), ""};
+  return no_job(id);
 }
 
 Result<std::vector<JobId>> SqliteJobStore::ended_before(int64_t ms, size_t limit) const {
@@ -143,9 +144,7 @@ Status SqliteJobStore::remove(JobId id) {
   Database::Transaction transaction(db_);
   const Result<JobRecord> job = read(transaction.handle(), id);
   if (!job.ok()) return job.error();
-  if (!has_ended(job.value().state))
-    return Error{ErrorCode::kConflict,
-                 "the job has not ended: it is " + std::string(to_string(job.value().state)), ""};
+  if (!has_ended(job.value().state)) return not_ended(job.value().state);
   for (const char* sql : {"DELETE FROM jobs WHERE id=?", "DELETE FROM job_log WHERE job=?",
                           "DELETE FROM idempotency_keys WHERE job=?"})
     if (Status s = Query(transaction.handle(), sql).bind(id.value).run(); !s.ok()) return s;
@@ -172,11 +171,7 @@ Status SqliteJobStore::remove_scene(const std::string& scene,
              "SELECT id FROM jobs WHERE state NOT IN ('succeeded','canceled','failed') AND "
              "json_valid(request) AND json_extract(request, '$.scene')=? LIMIT 1");
   user.bind(scene);
-  if (user.next())
-    return Error{ErrorCode::kConflict,
-                 "job " + JobId{static_cast<uint64_t>(user.integer(0))}.text() +
-                     ", which has not ended, renders it",
-                 ""};
+  if (user.next()) return scene_is_rendered({static_cast<uint64_t>(user.integer(0))});
   if (Status s = user.status(); !s.ok()) return s;
   return remove();
 }
@@ -198,37 +193,13 @@ Result<JobRecord> SqliteJobStore::move(JobId id, JobState to, const Change& chan
   Database::Transaction transaction(db_);
   Result<JobRecord> found = read(transaction.handle(), id);
   if (!found.ok()) return found.error();
-  JobRecord job = std::move(found).value();
-  if (job.damaged || !can_move(job.state, to)) {
-    return Error{ErrorCode::kConflict,
-                 "the job is " + std::string(to_string(job.state)) + " and cannot become " +
-                     std::string(to_string(to)),
-                 ""};
-  }
-  if (change.claim && *change.claim != job.claim)
-    return Error{ErrorCode::kConflict, "another run has the job now", ""};
-  job.state = to;
-  if (change.edit) change.edit(job);
-  if (has_ended(to)) job.ended_ms = now_ms_();
-  if (to == JobState::kPreparing) {
-    job.started_ms = now_ms_();
-    ++job.attempts;
-    ++job.claim;
-  }
-  if (to == JobState::kQueued) {
-    job.started_ms.reset();
-    job.ended_ms.reset();
-  }
-
-  std::vector<Event> events = change.events;
-  const std::string name = id.text(), state(to_string(to));
-  events.push_back({0, name, "state", proto::state_event(name, state, job.error)});
-  if (has_ended(to)) events.push_back({0, name, "done", proto::done_event(name, state)});
-  if (Status s = write(transaction, job); !s.ok()) return s.error();
-  const Status logged = write_log(transaction, id, job.error ? "error" : "info",
-                                  state + (job.error ? ": " + job.error->text() : ""));
-  if (!logged.ok()) return logged.error();
-  for (Event& event : events) {
+  Result<JobMove> made = job_move(std::move(found).value(), to, change, now_ms_());
+  if (!made.ok()) return made.error();
+  JobMove& move = made.value();
+  if (Status s = write(transaction, move.job); !s.ok()) return s.error();
+  if (Status s = write_log(transaction, id, move.log_level, move.log_text); !s.ok())
+    return s.error();
+  for (Event& event : move.events) {
     if (Status s = write_event(transaction, event); !s.ok()) return s.error();
   }
   if (change.table)
@@ -236,8 +207,8 @@ Result<JobRecord> SqliteJobStore::move(JobId id, JobState to, const Change& chan
   if (has_ended(to))
     if (Status s = SqliteWebhookStore::tell(transaction, id, now_ms_()); !s.ok()) return s.error();
   if (Status s = transaction.commit(); !s.ok()) return s.error();
-  for (Event& event : events) events_.publish(std::move(event));
-  return job;
+  for (Event& event : move.events) events_.publish(std::move(event));
+  return std::move(move.job);
 }
 
 Result<std::vector<JobId>> SqliteJobStore::open() const {

@@ -1,7 +1,7 @@
 #include "server/sqlite/sqlite_table_index.h"
 
-#include "server/model/job.h"
-#include "server/sqlite/lines.h"
+#include "server/model/lines.h"
+#include "server/store/job_move.h"
 
 namespace qray::server {
 namespace {
@@ -119,11 +119,7 @@ Status SqliteTableIndex::remove(const std::string& id) {
              "SELECT id FROM jobs WHERE state NOT IN ('succeeded','canceled','failed') AND "
              "json_valid(request) AND json_extract(request, '$.table')=? LIMIT 1");
   user.bind(id);
-  if (user.next())
-    return Error{ErrorCode::kConflict,
-                 "job " + JobId{static_cast<uint64_t>(user.integer(0))}.text() +
-                     ", which has not ended, names this table",
-                 ""};
+  if (user.next()) return table_is_named({static_cast<uint64_t>(user.integer(0))});
   if (Status s = user.status(); !s.ok()) return s;
   Query gone(transaction.handle(), "DELETE FROM tables WHERE id=? RETURNING id");
   gone.bind(id);

@@ -9,6 +9,8 @@
 #include <cstring>
 
 #include "core/base/file.h"
+#include "core/base/process_name.h"
+#include "server/store/folder_watch.h"
 
 namespace qray::server {
 namespace fs = std::filesystem;
@@ -26,7 +28,8 @@ bool is_asset_name(std::string_view name) {
   return name.size() == 64 && name.find_first_not_of("0123456789abcdef") == std::string_view::npos;
 }
 
-Result<std::unique_ptr<AssetStore>> AssetStore::open(const fs::path& data, DiskQuota& quota) {
+Result<std::unique_ptr<AssetStore>> AssetStore::open(const fs::path& data, DiskQuota& quota,
+                                                     std::chrono::seconds left) {
   std::unique_ptr<AssetStore> store(new AssetStore(data / "assets", quota));
   std::error_code ec;
   fs::create_directories(store->folder_, ec);
@@ -34,7 +37,7 @@ Result<std::unique_ptr<AssetStore>> AssetStore::open(const fs::path& data, DiskQ
   for (fs::directory_iterator it(store->folder_, ec), end; !ec && it != end; it.increment(ec)) {
     std::error_code failed;
     if (it->path().extension() == kPart) {
-      fs::remove(it->path(), failed);
+      if (is_older(it->path(), left)) fs::remove(it->path(), failed);
     } else if (is_asset_name(it->path().filename().string())) {
       const uint64_t size = it->file_size(failed);
       if (!failed) quota.note(DiskQuota::on_disk(size));
@@ -93,7 +96,7 @@ void AssetStore::remove_unused(std::chrono::seconds older_than) {
 AssetStore::Upload::Upload(AssetStore& store, std::string name, uint64_t size)
     : store_(&store), name_(std::move(name)), size_(size), left_(size) {
   static std::atomic<uint64_t> counter{0};
-  file_ = store.folder_ / (name_ + "." + std::to_string(counter++) + kPart);
+  file_ = store.folder_ / (name_ + "." + process_name() + "." + std::to_string(counter++) + kPart);
 }
 
 AssetStore::Upload::Upload(Upload&& other) noexcept

@@ -17,9 +17,9 @@ class AssetStore {
  public:
   static constexpr std::chrono::minutes kKeepUnused{60};
 
-  // What broken uploads left is removed.
+  // What broken uploads left is removed, `left` ago.
   static Result<std::unique_ptr<AssetStore>> open(const std::filesystem::path& data,
-                                                  DiskQuota& quota);
+                                                  DiskQuota& quota, std::chrono::seconds left = {});
 
   // Bytes on their way: in a file of their own until commit(), gone with this otherwise. One
   // thread.

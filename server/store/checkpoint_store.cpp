@@ -4,6 +4,7 @@
 
 #include "core/base/build_identity.h"
 #include "core/base/byte_io.h"
+#include "server/store/folder_watch.h"
 
 namespace qray::server {
 namespace fs = std::filesystem;
@@ -25,14 +26,14 @@ fs::path CheckpointStore::frame_file(JobId id, int frame, int turn) const {
 
 Status CheckpointStore::save(JobId id, const CheckpointHeader& header,
                              const std::function<void(SnapshotWriter&)>& write_state,
-                             const std::stop_token& stop) {
-  return write(file(id), header, write_state, stop);
+                             const Stopped& stopped) {
+  return write(file(id), header, write_state, stopped);
 }
 
 Status CheckpointStore::save_frame(JobId id, int frame, int turn,
                                    const std::function<void(SnapshotWriter&)>& write_state,
-                                   const std::stop_token& stop) {
-  return write(frame_file(id, frame, turn), {}, write_state, stop);
+                                   const Stopped& stopped) {
+  return write(frame_file(id, frame, turn), {}, write_state, stopped);
 }
 
 Result<Checkpoint> CheckpointStore::load(JobId id) const { return read(file(id)); }
@@ -43,14 +44,14 @@ Result<Checkpoint> CheckpointStore::load_frame(JobId id, int frame, int turn) co
 
 Status CheckpointStore::write(const fs::path& path, const CheckpointHeader& header,
                               const std::function<void(SnapshotWriter&)>& write_state,
-                              const std::stop_token& stop) const {
+                              const Stopped& stopped) const {
   std::error_code ec;
   fs::create_directories(path.parent_path(), ec);
   if (ec) return Error{ErrorCode::kIo, ec.message(), path.parent_path().string()};
   AtomicFile out(path);
   uint32_t crc = 0;
   const auto write = [&](std::span<const uint8_t> bytes) {
-    if (stop.stop_requested()) return;
+    if (stopped && stopped()) return;
     crc = crc32c(bytes, crc);
     out.write(bytes);
   };
@@ -66,7 +67,7 @@ Status CheckpointStore::write(const fs::path& path, const CheckpointHeader& head
   ByteWriter end;
   end.u32(crc);
   out.write(end.data());
-  if (stop.stop_requested()) return Error{ErrorCode::kCanceled, "stopped", path.string()};
+  if (stopped && stopped()) return Error{ErrorCode::kCanceled, "stopped", path.string()};
   return out.commit();
 }
 
@@ -149,7 +150,7 @@ void CheckpointStore::finished(JobId id) {
   }
 }
 
-void CheckpointStore::tidy(const std::function<Keep(JobId)>& keep) {
+void CheckpointStore::tidy(const std::function<Keep(JobId)>& keep, std::chrono::seconds left) {
   std::vector<fs::path> gone;
   std::vector<JobId> done;
   std::error_code ec;
@@ -158,7 +159,7 @@ void CheckpointStore::tidy(const std::function<Keep(JobId)>& keep) {
     const bool frames = name.extension() == kFrames;
     const std::optional<JobId> id = JobId::parse((frames ? name.stem() : name).string());
     const Keep what = id ? keep(*id) : Keep::kNo;  // no job's: cut off while it was written
-    if (what == Keep::kNo) gone.push_back(it->path());
+    if (what == Keep::kNo && is_older(it->path(), left)) gone.push_back(it->path());
     if (what == Keep::kFinished && !frames) done.push_back(*id);
   }
   for (const fs::path& path : gone) fs::remove_all(path, ec);

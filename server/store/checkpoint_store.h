@@ -8,10 +8,10 @@
 // build (core/base/build_identity.h) a job ends with the bits of one that was let alone.
 #pragma once
 
+#include <chrono>
 #include <filesystem>
 #include <functional>
 #include <mutex>
-#include <stop_token>
 #include <string>
 #include <vector>
 
@@ -62,17 +62,19 @@ class CheckpointStore {
         max_finished_bytes_(max_finished_bytes),
         here_(std::move(here)) {}
 
-  // kCanceled: `stop` was asked for; the state before is still there.
-  Status save(JobId id, const CheckpointHeader& header,
-              const std::function<void(SnapshotWriter&)>& write_state,
-              const std::stop_token& stop = {});
+  using Stopped = std::function<bool()>;
+  // kCanceled: `stopped` said so; the state before is still there.
+  Status save(
+      JobId id, const CheckpointHeader& header,
+      const std::function<void(SnapshotWriter&)>& write_state,
+      const Stopped& stopped = [] { return false; });
   // kNotFound: there is none. kCorrupt: torn or changed. kUnsupported: of another format or
   // revision.
   Result<Checkpoint> load(JobId id) const;
   // The same of one of its frames (core/job/run_frames.h), beside that of the frame's turn before.
   Status save_frame(JobId id, int frame, int turn,
                     const std::function<void(SnapshotWriter&)>& write_state,
-                    const std::stop_token& stop);
+                    const Stopped& stopped);
   Result<Checkpoint> load_frame(JobId id, int frame, int turn) const;
   bool has(JobId id) const;
   void remove(JobId id);
@@ -80,7 +82,8 @@ class CheckpointStore {
   void finished(JobId id);
   // At a start: `keep` tells of which jobs there may be any, and which of them have succeeded.
   enum class Keep { kNo, kOpen, kFinished };
-  void tidy(const std::function<Keep(JobId)>& keep);
+  // Of the others those go that were written `left` ago.
+  void tidy(const std::function<Keep(JobId)>& keep, std::chrono::seconds left = {});
 
  private:
   std::filesystem::path file(JobId id) const { return folder_ / id.text(); }
@@ -88,7 +91,7 @@ class CheckpointStore {
   std::filesystem::path frame_file(JobId id, int frame, int turn) const;
   Status write(const std::filesystem::path& path, const CheckpointHeader& header,
                const std::function<void(SnapshotWriter&)>& write_state,
-               const std::stop_token& stop) const;
+               const Stopped& stopped) const;
   Result<Checkpoint> read(const std::filesystem::path& path) const;
   uint64_t bytes_of(JobId id) const;
   void remove_files(JobId id) const;

@@ -20,8 +20,8 @@ class JobStore {
 
   // After a start: recent events go back to the log; jobs that were canceling are canceled; those
   // that were pausing are paused; running ones are queued again, or failed after kMaxAttempts.
-  // Returns the queued jobs, oldest first.
-  Result<std::vector<JobRecord>> recover();
+  // Returns the queued jobs, oldest first. Where others run jobs too, theirs are left to them.
+  virtual Result<std::vector<JobRecord>> recover();
 
   // By what a client knows a request again: asked a second time within a day, the first job is the
   // answer. `request`: a hash of what was asked.
@@ -109,6 +109,8 @@ class JobStore {
  protected:
   // At a start: what is kept of the events goes back to the log.
   virtual Status restore_events() = 0;
+  // Of a job whose run has died, or that waits: what recover() says. It, if it is queued then.
+  Result<std::optional<JobRecord>> take_up(JobId id);
   // Of a job whose record cannot be read; what can be read of it stays as it is.
   virtual Status fail_damaged(const JobRecord& job) = 0;
 };

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <set>
 
+#include "server/store/folder_watch.h"
+
 namespace qray::server {
 namespace fs = std::filesystem;
 namespace {
@@ -25,7 +27,7 @@ std::vector<fs::path> entries_of(const fs::path& folder) {
 
 class Tidying {
  public:
-  explicit Tidying(fs::path data) : data_(std::move(data)) {}
+  Tidying(fs::path data, std::chrono::seconds left) : data_(std::move(data)), left_(left) {}
   ~Tidying() {
     if (removed_ > 0) spdlog::info("removed {} files that a killed server left", removed_);
     if (set_aside_ > 0)
@@ -34,6 +36,7 @@ class Tidying {
   }
 
   void remove(const fs::path& path) {
+    if (!is_older(path, left_)) return;
     std::error_code ec;
     const auto gone = fs::remove_all(path, ec);
     if (ec) {
@@ -43,6 +46,7 @@ class Tidying {
     }
   }
   void set_aside(const fs::path& path) {
+    if (!is_older(path, left_)) return;
     const std::string name =
         path.parent_path().filename().string() + "-" + path.filename().string();
     std::error_code ec;
@@ -62,12 +66,14 @@ class Tidying {
 
  private:
   const fs::path data_;
+  const std::chrono::seconds left_;
   uintmax_t removed_ = 0, set_aside_ = 0;
 };
 
 }  // namespace
 
-Status tidy_data_folder(const fs::path& data, JobStore& jobs, TableStore& tables) {
+Status tidy_data_folder(const fs::path& data, JobStore& jobs, TableStore& tables,
+                        std::chrono::seconds left) {
   const Result<JobStore::Ids> ids = jobs.ids();
   if (!ids.ok()) return ids.error();
   const Result<std::vector<std::string>> table_ids = tables.ids();
@@ -90,7 +96,7 @@ Status tidy_data_folder(const fs::path& data, JobStore& jobs, TableStore& tables
     if (Status s = jobs.give_no_id_up_to(newest); !s.ok()) return s;
 
   // Step 2: jobs'.
-  Tidying tidying(data);
+  Tidying tidying(data, left);
   const std::vector<JobId>& known = ids.value().there;
   for (const auto& [id, path] : of_jobs) {
     if (std::binary_search(known.begin(), known.end(), id)) continue;
@@ -119,7 +125,7 @@ Status tidy_data_folder(const fs::path& data, JobStore& jobs, TableStore& tables
     }
   }
   for (const std::string& id : recorded) {
-    if (there.contains(id)) continue;
+    if (there.contains(id) || left > std::chrono::seconds(0)) continue;
     spdlog::warn("table {} is not listed any more: its file is gone", id);
     if (Status s = tables.quarantine(id); !s.ok()) return s;
   }

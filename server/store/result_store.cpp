@@ -20,6 +20,18 @@ Result<T> kept(Result<T> loaded) {
   return Error{ErrorCode::kCorrupt, loaded.error().message, loaded.error().where};
 }
 
+std::filesystem::file_time_type written_at(const std::filesystem::path& file) {
+  std::error_code ec;
+  return std::filesystem::last_write_time(file, ec);
+}
+
+// By another server, after it was read here.
+bool is_written_anew(const std::filesystem::path& file, std::filesystem::file_time_type read) {
+  std::error_code ec;
+  const auto now = std::filesystem::last_write_time(file, ec);
+  return !ec && now != read;
+}
+
 }  // namespace
 
 Status ResultStore::save(const PictureKey& key, const Film& film, const ImageMetadata& metadata) {
@@ -75,10 +87,10 @@ Result<std::shared_ptr<const Picture>> ResultStore::load(const PictureKey& key) 
   {
     std::lock_guard lock(mutex_);
     const auto found = std::find_if(recent_.begin(), recent_.end(),
-                                    [&](const auto& entry) { return entry.first == key; });
-    if (found != recent_.end()) {
+                                    [&](const auto& entry) { return entry.key == key; });
+    if (found != recent_.end() && !is_written_anew(image_file(key), found->written)) {
       recent_.splice(recent_.begin(), recent_, found);
-      return recent_.front().second;
+      return recent_.front().picture;
     }
   }
   Result<Picture> loaded = kept(load_picture(folder(key)));
@@ -90,7 +102,7 @@ Result<std::shared_ptr<const Picture>> ResultStore::load(const PictureKey& key) 
 
 void ResultStore::remove(JobId id) {
   std::lock_guard lock(mutex_);
-  std::erase_if(recent_, [&](const auto& entry) { return entry.first.job == id; });
+  std::erase_if(recent_, [&](const auto& entry) { return entry.key.job == id; });
   std::error_code ec;
   std::filesystem::remove_all(folder_ / id.text(), ec);
 }
@@ -112,11 +124,11 @@ Result<std::string> ResultStore::load_frames(JobId id) const {
 
 void ResultStore::remember(const PictureKey& key, std::shared_ptr<const Picture> picture) {
   std::lock_guard lock(mutex_);
-  std::erase_if(recent_, [&](const auto& entry) { return entry.first == key; });
-  recent_.emplace_front(key, std::move(picture));
+  std::erase_if(recent_, [&](const auto& entry) { return entry.key == key; });
+  recent_.push_front({key, std::move(picture), written_at(image_file(key))});
   size_t bytes = 0, kept = 0;
   for (const auto& entry : recent_) {
-    bytes += entry.second->bytes();
+    bytes += entry.picture->bytes();
     if (kept > 0 && bytes > cache_bytes_) break;
     ++kept;
   }

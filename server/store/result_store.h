@@ -66,7 +66,12 @@ class ResultStore {
   std::filesystem::path folder_;
   size_t cache_bytes_;
   std::mutex mutex_;
-  std::list<std::pair<PictureKey, std::shared_ptr<const Picture>>> recent_;  // newest use first
+  struct Recent {
+    PictureKey key;
+    std::shared_ptr<const Picture> picture;
+    std::filesystem::file_time_type written;  // its file: another server may have written it anew
+  };
+  std::list<Recent> recent_;  // newest use first
 };
 
 }  // namespace qray::server

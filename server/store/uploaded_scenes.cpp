@@ -2,10 +2,12 @@
 
 #include <fcntl.h>
 #include <spdlog/spdlog.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <cstring>
 #include <random>
+#include <set>
 
 #include "core/base/file.h"
 
@@ -45,34 +47,58 @@ std::string UploadedScenes::name_of(const proto::SceneRequest& request) {
   return "up-" + sha256(bytes_of(proto::scene_manifest(request))).hex().substr(0, 32);
 }
 
-Result<std::unique_ptr<UploadedScenes>> UploadedScenes::open(const fs::path& data,
-                                                             DiskQuota& quota) {
+Result<std::unique_ptr<UploadedScenes>> UploadedScenes::open(const fs::path& data, DiskQuota& quota,
+                                                             std::chrono::seconds left) {
   std::unique_ptr<UploadedScenes> scenes(new UploadedScenes(data / "scenes", quota));
   std::error_code ec;
   fs::create_directories(scenes->folder_, ec);
   if (ec) return io_error(ec, scenes->folder_);
   for (fs::directory_iterator it(scenes->folder_, ec), end; !ec && it != end; it.increment(ec)) {
-    const std::string name = it->path().filename();
-    if (it->path().extension() == kDraft) {
-      std::error_code failed;
-      fs::remove_all(it->path(), failed);
-      if (failed) return io_error(failed, it->path());
-    }
-    if (!is_name(name)) continue;
-    const Result<Bytes> text = read_file(it->path() / "report.json", kMaxReportBytes);
-    std::optional<proto::SceneReport> report;
-    if (text.ok())
-      report = proto::parse_scene_report(
-          {reinterpret_cast<const char*>(text.value().data()), text.value().size()});
-    if (!report) {
-      spdlog::warn("scene {}: its report.json cannot be read: upload it again", name);
-      continue;
-    }
-    quota.note(report->unpacked_bytes);
-    scenes->scenes_.emplace(name, std::move(*report));
+    if (it->path().extension() != kDraft || !is_older(it->path(), left)) continue;
+    std::error_code failed;
+    fs::remove_all(it->path(), failed);
+    if (failed) return io_error(failed, it->path());
   }
   if (ec) return io_error(ec, scenes->folder_);
+  scenes->watch_.changed(scenes->folder_);
+  if (Status s = scenes->look_again(); !s.ok()) return s.error();
   return scenes;
+}
+
+bool UploadedScenes::read(const std::string& name) const {
+  const Result<Bytes> text = read_file(folder_ / name / "report.json", kMaxReportBytes);
+  std::optional<proto::SceneReport> report;
+  if (text.ok())
+    report = proto::parse_scene_report(
+        {reinterpret_cast<const char*>(text.value().data()), text.value().size()});
+  if (!report) return false;
+  if (!scenes_.contains(name)) quota_.note(report->unpacked_bytes);
+  scenes_.insert_or_assign(name, std::move(*report));
+  return true;
+}
+
+Status UploadedScenes::look_again() const {
+  std::set<std::string, std::less<>> there;
+  std::error_code ec;
+  for (fs::directory_iterator it(folder_, ec), end; !ec && it != end; it.increment(ec)) {
+    const std::string name = it->path().filename();
+    if (!is_name(name)) continue;
+    there.insert(name);
+    if (!read(name))
+      spdlog::warn("scene {}: its report.json cannot be read: upload it again", name);
+  }
+  if (ec) return io_error(ec, folder_);
+  std::erase_if(scenes_, [&](const auto& scene) {
+    const bool gone = !there.contains(scene.first);
+    if (gone) quota_.give_back(scene.second.unpacked_bytes);
+    return gone;
+  });
+  return {};
+}
+
+void UploadedScenes::look_again_if_changed() const {
+  if (!watch_.changed(folder_)) return;
+  if (Status s = look_again(); !s.ok()) spdlog::warn("scenes: {}", s.error().text());
 }
 
 fs::path UploadedScenes::draft_folder() const {
@@ -128,12 +154,17 @@ Status UploadedScenes::keep(Draft draft, const std::string& name,
 
 std::optional<proto::SceneReport> UploadedScenes::find(std::string_view name) const {
   std::lock_guard lock(mutex_);
-  const auto found = scenes_.find(name);
+  look_again_if_changed();
+  auto found = scenes_.find(name);
+  // A folder that is shared over a network may show an entry before it shows that it has changed.
+  if (found == scenes_.end() && is_name(name) && read(std::string(name)))
+    found = scenes_.find(name);
   return found == scenes_.end() ? std::nullopt : std::optional(found->second);
 }
 
 size_t UploadedScenes::count() const {
   std::lock_guard lock(mutex_);
+  look_again_if_changed();
   return scenes_.size();
 }
 
@@ -145,6 +176,7 @@ std::optional<fs::path> UploadedScenes::file(std::string_view name) const {
 
 std::vector<proto::SceneInfo> UploadedScenes::list() const {
   std::lock_guard lock(mutex_);
+  look_again_if_changed();
   std::vector<proto::SceneInfo> infos;
   for (const auto& [name, report] : scenes_)
     infos.push_back({name, report.width, report.height, true, report.title});
@@ -153,6 +185,7 @@ std::vector<proto::SceneInfo> UploadedScenes::list() const {
 
 Status UploadedScenes::rename(const std::string& name, const std::string& title) {
   std::lock_guard lock(mutex_);
+  look_again_if_changed();
   const auto found = scenes_.find(name);
   if (found == scenes_.end()) return Error{ErrorCode::kNotFound, "no uploaded scene " + name, ""};
   proto::SceneReport report = found->second;
@@ -161,12 +194,14 @@ Status UploadedScenes::rename(const std::string& name, const std::string& title)
   if (Status s = write_file_atomic(folder_ / name / "report.json", bytes_of(text)); !s.ok())
     return s;
   found->second = std::move(report);
+  ::utimensat(AT_FDCWD, folder_.c_str(), nullptr, 0);  // so that other servers look
   return {};
 }
 
 Status UploadedScenes::remove(const std::string& name) {
   const Draft trash(draft_folder());  // a crash on the way leaves nothing that looks like a scene
   std::lock_guard lock(mutex_);
+  look_again_if_changed();
   const auto found = scenes_.find(name);
   if (found == scenes_.end()) return Error{ErrorCode::kNotFound, "no uploaded scene " + name, ""};
   std::error_code ec;

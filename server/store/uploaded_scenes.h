@@ -7,6 +7,7 @@
 
 #include "proto/messages.h"
 #include "server/store/asset_store.h"
+#include "server/store/folder_watch.h"
 
 namespace qray::server {
 
@@ -14,9 +15,10 @@ class UploadedScenes {
  public:
   static constexpr size_t kMost = 1000;
 
-  // What was being made when the server ended is removed.
+  // What was being made when a server ended is removed, `left` ago.
   static Result<std::unique_ptr<UploadedScenes>> open(const std::filesystem::path& data,
-                                                      DiskQuota& quota);
+                                                      DiskQuota& quota,
+                                                      std::chrono::seconds left = {});
   // Of a scene that is, or may be, uploaded.
   static bool is_name(std::string_view name);
   static std::string name_of(const proto::SceneRequest& request);
@@ -50,13 +52,18 @@ class UploadedScenes {
  private:
   UploadedScenes(std::filesystem::path folder, DiskQuota& quota)
       : folder_(std::move(folder)), quota_(quota) {}
+  // What other servers have made or removed. Under the mutex.
+  Status look_again() const;
+  bool read(const std::string& name) const;
+  void look_again_if_changed() const;
   // Of a name that nobody guesses: a scene that names its own draft is told what any other path is.
   std::filesystem::path draft_folder() const;
 
   std::filesystem::path folder_;
   DiskQuota& quota_;
   mutable std::mutex mutex_;
-  std::map<std::string, proto::SceneReport, std::less<>> scenes_;
+  mutable std::map<std::string, proto::SceneReport, std::less<>> scenes_;
+  mutable FolderWatch watch_;
 };
 
 }  // namespace qray::server

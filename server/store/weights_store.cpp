@@ -46,35 +46,54 @@ Result<std::unique_ptr<WeightsStore>> WeightsStore::open(fs::path data) {
     if (ec) return Error{ErrorCode::kIo, ec.message(), (data / folder).string()};
   }
   std::unique_ptr<WeightsStore> store(new WeightsStore(std::move(data)));
+  store->watch_.changed(store->data_ / "weights");
+  if (Status s = store->look_again(); !s.ok()) return s.error();
+  return store;
+}
+
+Status WeightsStore::look_again() const {
   std::vector<std::pair<int64_t, std::string>> found;
   std::error_code ec;
-  for (const fs::directory_entry& entry : fs::directory_iterator(store->data_ / "weights", ec))
+  for (const fs::directory_entry& entry : fs::directory_iterator(data_ / "weights", ec))
     if (entry.path().extension() == ".qrw")
       found.emplace_back(written_ms(entry.path()), entry.path().stem().string());
-  if (ec) return Error{ErrorCode::kIo, ec.message(), (store->data_ / "weights").string()};
+  if (ec) return Error{ErrorCode::kIo, ec.message(), (data_ / "weights").string()};
   std::sort(found.begin(), found.end());
+  std::vector<Entry> before = std::exchange(entries_, {});
   for (const auto& [created_ms, id] : found) {
-    const Result<WeightsFile> weights = store->read(id);
+    const auto known = std::find_if(before.begin(), before.end(),
+                                    [&](const Entry& entry) { return entry.info.id == id; });
+    if (known != before.end()) {
+      entries_.push_back(std::move(*known));
+      continue;
+    }
+    const Result<WeightsFile> weights = read(id);
     if (weights.ok()) {
-      store->note(weights.value(), created_ms);
+      note(weights.value(), created_ms);
     } else {
       spdlog::warn("weights {}: {}", id, weights.error().text());
     }
   }
-  return store;
+  return {};
+}
+
+void WeightsStore::look_again_if_changed() const {
+  if (!watch_.changed(data_ / "weights")) return;
+  if (Status s = look_again(); !s.ok()) spdlog::warn("weights: {}", s.error().text());
 }
 
 fs::path WeightsStore::file_of(const std::string& id) const {
   return data_ / "weights" / (id + ".qrw");
 }
 
-void WeightsStore::note(const WeightsFile& weights, int64_t created_ms) {
+void WeightsStore::note(const WeightsFile& weights, int64_t created_ms) const {
   entries_.push_back({info_of(weights, encode_weights(weights).size(), created_ms),
                       {weights.geometry, weights.materials, weights.lights}});
 }
 
 Status WeightsStore::add(const WeightsFile& weights) {
   std::lock_guard lock(mutex_);
+  look_again_if_changed();
   for (const Entry& entry : entries_)
     if (entry.info.id == weights.id) return {};
   if (entries_.size() >= kMost)
@@ -87,6 +106,7 @@ Status WeightsStore::add(const WeightsFile& weights) {
 
 std::vector<proto::WeightsInfo> WeightsStore::list() const {
   std::lock_guard lock(mutex_);
+  look_again_if_changed();
   std::vector<proto::WeightsInfo> infos;
   for (auto entry = entries_.rbegin(); entry != entries_.rend(); ++entry)
     infos.push_back(entry->info);
@@ -95,12 +115,13 @@ std::vector<proto::WeightsInfo> WeightsStore::list() const {
 
 Result<proto::WeightsInfo> WeightsStore::find(const std::string& id) const {
   std::lock_guard lock(mutex_);
+  look_again_if_changed();
   for (const Entry& entry : entries_)
     if (entry.info.id == id) return entry.info;
   return Error{ErrorCode::kNotFound, "no weights " + id, ""};
 }
 
-Result<WeightsFile> WeightsStore::read(const std::string& id) {
+Result<WeightsFile> WeightsStore::read(const std::string& id) const {
   const Result<Bytes> bytes = read_file(file_of(id), kMaxWeightsBytes);
   if (!bytes.ok()) return bytes.error();
   Result<WeightsFile> weights = decode_weights(bytes.value());
@@ -125,6 +146,7 @@ Result<WeightsFile> WeightsStore::load(const std::string& id) {
 
 std::optional<std::string> WeightsStore::fitting(const SceneHash& scene) const {
   std::lock_guard lock(mutex_);
+  look_again_if_changed();
   for (auto entry = entries_.rbegin(); entry != entries_.rend(); ++entry)
     if (entry->scene == scene) return entry->info.id;
   return {};
@@ -132,6 +154,7 @@ std::optional<std::string> WeightsStore::fitting(const SceneHash& scene) const {
 
 Status WeightsStore::remove(const std::string& id) {
   std::lock_guard lock(mutex_);
+  look_again_if_changed();
   if (std::erase_if(entries_, [&](const Entry& entry) { return entry.info.id == id; }) == 0)
     return Error{ErrorCode::kNotFound, "no weights " + id, ""};
   std::error_code ec;

@@ -8,6 +8,7 @@
 #include "core/recover/weights_file.h"
 #include "core/scene/scene.h"
 #include "proto/messages.h"
+#include "server/store/folder_watch.h"
 
 namespace qray::server {
 
@@ -34,12 +35,16 @@ class WeightsStore {
   };
   explicit WeightsStore(std::filesystem::path data) : data_(std::move(data)) {}
   std::filesystem::path file_of(const std::string& id) const;
-  Result<WeightsFile> read(const std::string& id);
-  void note(const WeightsFile& weights, int64_t created_ms);
+  Result<WeightsFile> read(const std::string& id) const;
+  void note(const WeightsFile& weights, int64_t created_ms) const;
+  // What other servers have added or removed. Under the mutex.
+  void look_again_if_changed() const;
+  Status look_again() const;
 
   std::filesystem::path data_;
   mutable std::mutex mutex_;
-  std::vector<Entry> entries_;  // oldest first
+  mutable std::vector<Entry> entries_;  // oldest first
+  mutable FolderWatch watch_;
 };
 
 }  // namespace qray::server

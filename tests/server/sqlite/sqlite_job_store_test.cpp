@@ -24,7 +24,7 @@ class SqliteJobStoreTest : public test::JobStoreSteps {
     Result<std::unique_ptr<Database>> db = Database::open(scratch_ / "jobs.sqlite");
     ASSERT_TRUE(db.ok()) << db.error().text();
     db_ = std::move(db).value();
-    sqlite_ = std::make_unique<SqliteJobStore>(*db_, *events_, [this] { return now_ms_; });
+    sqlite_ = std::make_unique<SqliteJobStore>(*db_, *events_, [this] { return now_ms_.load(); });
     recover(*sqlite_);
   }
 

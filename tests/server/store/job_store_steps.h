@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <atomic>
+
 #include "server/store/event_log.h"
 #include "server/store/job_store.h"
 #include "tests/support/scratch.h"
@@ -50,7 +52,7 @@ class JobStoreSteps : public ::testing::Test {
   }
 
   qray::test::ScratchFolder scratch_;
-  int64_t now_ms_ = 1000;
+  std::atomic<int64_t> now_ms_ = 1000;  // stores have threads that ask
   std::unique_ptr<EventLog> events_;
   JobStore* store_ = nullptr;  // that was recovered last
   std::vector<JobId> recovered_;

@@ -4,67 +4,66 @@
 
 #include <gtest/gtest.h>
 
-#include "server/sqlite/sqlite_job_store.h"
-#include "server/sqlite/sqlite_table_index.h"
-#include "server/sqlite/sqlite_webhook_store.h"
+#include "server/sqlite/sqlite_records.h"
 #include "tests/server/store/job_store_steps.h"
+#ifdef QRAY_POSTGRES
+#include "server/postgres/pg_records.h"
+#include "tests/support/postgres_server.h"
+#endif
 
 namespace qray::server::test {
 
 using enum JobState;
 
-// A store that is open.
-class OpenStore {
- public:
-  virtual ~OpenStore() = default;
-  virtual JobStore& jobs() = 0;
-  virtual TableIndex& tables() = 0;
-  virtual WebhookStore& webhooks() = 0;
-};
-
-class OpenSqlite final : public OpenStore {
- public:
-  OpenSqlite(const std::filesystem::path& folder, EventLog& events, std::function<int64_t()> now_ms)
-      : db_(Database::open(folder / "jobs.sqlite").value()),
-        jobs_(*db_, events, now_ms),
-        tables_(*db_),
-        webhooks_(*db_, now_ms) {}
-  JobStore& jobs() override { return jobs_; }
-  TableIndex& tables() override { return tables_; }
-  WebhookStore& webhooks() override { return webhooks_; }
-
- private:
-  std::unique_ptr<Database> db_;
-  SqliteJobStore jobs_;
-  SqliteTableIndex tables_;
-  SqliteWebhookStore webhooks_;
-};
-
+// Where a store is, and how it is opened there again and again. A place of null: not on this
+// machine.
 struct StoreKind {
   const char* name;
-  std::unique_ptr<OpenStore> (*open)(const std::filesystem::path& folder, EventLog& events,
-                                     std::function<int64_t()> now_ms);
+  std::optional<std::string> (*place)(const std::filesystem::path& folder);
+  Result<std::unique_ptr<Records>> (*open)(const std::string& place, EventLog& events,
+                                           const std::function<int64_t()>& now_ms);
 };
 inline constexpr StoreKind kStores[] = {
     {"Sqlite",
-     [](const std::filesystem::path& folder, EventLog& events,
-        std::function<int64_t()> now_ms) -> std::unique_ptr<OpenStore> {
-       return std::make_unique<OpenSqlite>(folder, events, std::move(now_ms));
+     [](const std::filesystem::path& folder) -> std::optional<std::string> {
+       return folder / "jobs.sqlite";
+     },
+     [](const std::string& place, EventLog& events, const std::function<int64_t()>& now_ms) {
+       return SqliteRecords::open(place, events, now_ms);
      }},
+#ifdef QRAY_POSTGRES
+    // Leases are over at once: who opens the store again is believed to be the only one.
+    {"Postgres",
+     [](const std::filesystem::path&) -> std::optional<std::string> {
+       auto* server = qray::test::PostgresServer::instance();
+       if (!server) return {};
+       return server->url(server->new_schema());
+     },
+     [](const std::string& place, EventLog& events, const std::function<int64_t()>& now_ms) {
+       return open_pg_records(place, events, now_ms, {true, std::chrono::milliseconds(0)});
+     }},
+#endif
 };
 
 class StoreTest : public JobStoreSteps, public ::testing::WithParamInterface<StoreKind> {
  protected:
-  void SetUp() override { open(); }
+  void SetUp() override {
+    place_ = GetParam().place(scratch_.path());
+    if (!place_) GTEST_SKIP() << "there is no such database here: bash docker/install.sh test";
+    open();
+  }
   // As after a restart of the server.
   void open() {
     open_.reset();
     events_ = std::make_unique<EventLog>();
-    open_ = GetParam().open(scratch_.path(), *events_, [this] { return now_ms_; });
+    auto opened = GetParam().open(*place_, *events_, [this] { return now_ms_.load(); });
+    ASSERT_TRUE(opened.ok()) << opened.error().text();
+    open_ = std::move(opened).value();
     recover(open_->jobs());
   }
 
-  std::unique_ptr<OpenStore> open_;
+  std::optional<std::string> place_;
+  std::unique_ptr<Records> open_;
 };
 
 }  // namespace qray::server::test

@@ -1,0 +1,69 @@
+// Servers and workers as processes of their own, on one database and one data folder.
+#pragma once
+
+#include <deque>
+#include <fstream>
+#include <sstream>
+
+#include "tests/server/process.h"
+#include "tests/support/postgres_server.h"
+
+namespace qray::server::test {
+
+class FarmTest : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    postgres_ = qray::test::PostgresServer::instance();
+    if (!postgres_) GTEST_SKIP() << qray::test::PostgresServer::why();
+    config_.store = postgres_->url(postgres_->new_schema());
+    config_.lease_seconds = 2;
+    write_text(scratch_ / "scenes/box/scene.json", kBoxScene);
+  }
+
+  // A front that runs no jobs itself.
+  std::unique_ptr<Process> front() {
+    Config config = config_;
+    config.jobs_at_once = 0;
+    return std::make_unique<Process>(config, "", false, log("front"));
+  }
+  std::unique_ptr<Process> worker(const std::string& name = "worker") {
+    return std::make_unique<Process>(config_, "", true, log(name));
+  }
+  std::string log(const std::string& name) const { return scratch_ / (name + ".log"); }
+  std::string log_text(const std::string& name) const {
+    std::ostringstream text;
+    text << std::ifstream(log(name)).rdbuf();
+    return text.str();
+  }
+
+  static Json job(int samples, int seed = 4, const char* method = "adaptive") {
+    return {{"scene", "box"},     {"method", method}, {"width", 64}, {"height", 64},
+            {"samples", samples}, {"table", "none"},  {"seed", seed}};
+  }
+  // Of the picture of an ended job.
+  std::string picture(const std::string& id) const {
+    std::ostringstream bytes;
+    bytes << std::ifstream(config_.data / "results" / id / "image.exr", std::ios::binary).rdbuf();
+    EXPECT_FALSE(bytes.str().empty()) << id;
+    return sha(bytes.str());
+  }
+  // What one server makes of the same job, by itself and without a database.
+  std::string picture_alone(const Json& request) {
+    Config alone = scratch_config(scratch_.path());
+    alone.data = scratch_ / "alone";
+    Process server(alone);
+    const std::string id = server.submit(request);
+    server.wait_state(id, "succeeded");
+    std::ostringstream bytes;
+    bytes << std::ifstream(alone.data / "results" / id / "image.exr", std::ios::binary).rdbuf();
+    server.end(SIGTERM);
+    std::filesystem::remove_all(alone.data);
+    return sha(bytes.str());
+  }
+
+  qray::test::ScratchFolder scratch_;
+  Config config_ = scratch_config(scratch_.path());
+  qray::test::PostgresServer* postgres_ = nullptr;
+};
+
+}  // namespace qray::server::test
