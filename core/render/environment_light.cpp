@@ -15,6 +15,8 @@ namespace {
 constexpr int kTiles = 256;
 // No node of an even tile is farther from their mean than by this factor.
 constexpr float kEvenWithin = 1.5f;
+// Of its light, what must lie above the mean, or the sky is even and sampled by all of it.
+constexpr double kLeastAbove = 0.01;
 constexpr size_t kTilesAPart = 4;  // of what a guide leaves to be searched, about
 
 size_t guide_size(size_t tiles) {
@@ -35,6 +37,11 @@ EnvironmentLight::EnvironmentLight(const Environment& environment)
   row_sine_.assign(h + 2, 0);
   for (size_t j = 1; j <= h; ++j)
     row_sine_[j] = std::sin(kPi * (static_cast<float>(j) - 0.5f) / static_cast<float>(h));
+  const double sum = sum_above(0);
+  // The integral over the sphere is 2 pi^2 of the mean over the picture.
+  const float mean = static_cast<float>(0.5 * double{kPi} * sum / static_cast<double>(w * h));
+  mean_luminance_ = luminance(environment.radiance) * mean;
+  if (sum_above(mean) > kLeastAbove * sum) left_out_ = mean;
   while (std::max(width_, height_ + 1) >> shift_ > kTiles) ++shift_;
   const int side = 1 << shift_;
   tile_columns_ = (width_ + side - 1) >> shift_;
@@ -46,23 +53,30 @@ EnvironmentLight::EnvironmentLight(const Environment& environment)
   tile_guide_.resize(tile_rows * guide_size_);
   block_of_tile_.assign(tile_rows * columns, kEven);
   std::vector<float> weights(columns), rows(tile_rows);
-  double sum = 0;
   for (int j = 0; j < tile_rows_; ++j) {
     for (int i = 0; i < tile_columns_; ++i) weights[static_cast<size_t>(i)] = add_tile(tile(i, j));
     const size_t row = static_cast<size_t>(j);
     const auto cdf = std::span(tile_cdf_).subspan(row * (columns + 1), columns + 1);
     rows[row] = static_cast<float>(fill_cdf(weights, cdf));
     fill_guide(cdf, std::span(tile_guide_).subspan(row * guide_size_, guide_size_));
-    sum += double{rows[row]};
   }
   row_cdf_.resize(tile_rows + 1);
   fill_cdf(rows, row_cdf_);
   row_guide_.resize(guide_size(tile_rows));
   fill_guide(row_cdf_, row_guide_);
   blocks_.shrink_to_fit();
-  // The integral over the sphere is 2 pi^2 of the mean over the picture.
-  mean_luminance_ = luminance(environment.radiance) * (kPi / 2) *
-                    static_cast<float>(sum / static_cast<double>(w * h));
+}
+
+// Of all texels, luminance above this times the sine.
+double EnvironmentLight::sum_above(float level) const {
+  double sum = 0;
+  for (int y = 0; y < height_; ++y) {
+    double row = 0;
+    for (int x = 0; x < width_; ++x)
+      row += double{std::max(luminance(environment_.image.rgb(x, y)) - level, 0.0f)};
+    sum += row * double{row_sine_[static_cast<size_t>(y) + 1]};
+  }
+  return sum;
 }
 
 inline EnvironmentLight::Corners EnvironmentLight::corners(int column, int row) const {

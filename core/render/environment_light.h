@@ -1,11 +1,13 @@
 // The environment as a light: looked up with bilinear interpolation, and sampled by a density in
-// proportion to luminance times sin(theta). Tiles of a large picture are picked by a table that
-// stays in the cache. Where a tile is even, its directions are alike; elsewhere the density is
-// bilinear between the same texels as the picture, so that it is positive exactly where the picture
-// is, and light at the poles, where rows shrink to a point, is neither missed nor overdone. 4 bytes
-// a texel beside the picture, at most. Immutable; any thread.
+// proportion to sin(theta) times what luminance exceeds its mean: the rest is left to the sampling
+// of surfaces, which finds what comes from everywhere, so this must be combined with it (Karlik et
+// al. 2019, "MIS Compensation"). Tiles of a large picture are picked by a table that stays in the
+// cache. Where a tile is even, its directions are alike; elsewhere the density is bilinear between
+// the same texels as the picture, and light at the poles, where rows shrink to a point, is neither
+// missed nor overdone. 4 bytes a texel beside the picture, at most. Immutable; any thread.
 #pragma once
 
+#include <algorithm>
 #include <vector>
 
 #include "core/scene/scene.h"
@@ -45,10 +47,11 @@ class EnvironmentLight {
     Rgb c00, c10, c01, c11;
     float n00, n10, n01, n11;
   };
+  double sum_above(float level) const;
   Place place(Vec3 wi) const;
   Corners corners(int column, int row) const;
-  float node(Rgb texel, int row) const {  // luminance times sin(theta)
-    return luminance(texel) * row_sine_[static_cast<size_t>(row)];
+  float node(Rgb texel, int row) const {
+    return std::max(luminance(texel) - left_out_, 0.0f) * row_sine_[static_cast<size_t>(row)];
   }
   // Cells that are picked together: columns and rows [begin, end).
   struct Tile {
@@ -76,6 +79,7 @@ class EnvironmentLight {
   std::vector<uint32_t> block_of_tile_;  // where they begin, in squares of the side; or kEven
   std::vector<float> blocks_;
   float mean_luminance_ = 0;
+  float left_out_ = 0;  // of each texel's luminance, by the density
 };
 
 }  // namespace qray
