@@ -84,10 +84,11 @@ Status PgJobStore::number_events(Transaction& transaction) {
   if (!old.value().empty())
     if (Status s = transaction.change(("TRUNCATE " + part).c_str()); !s.ok()) return s;
   return transaction.change(
-      "WITH taken AS (DELETE FROM new_events WHERE place IN (SELECT place FROM new_events "
-      "ORDER BY place LIMIT $1) RETURNING *), numbered AS MATERIALIZED (SELECT "
-      "nextval('event_ids') AS id, job, kind, data, hint FROM (SELECT * FROM taken ORDER BY place) "
-      "AS ordered) INSERT INTO events SELECT id, (id / $2) % $3, job, kind, data, hint "
+      "WITH taken AS (DELETE FROM new_events WHERE place <= (SELECT max(place) FROM (SELECT place "
+      "FROM new_events ORDER BY place LIMIT $1) AS first) RETURNING *), numbered AS MATERIALIZED "
+      "(SELECT nextval('event_ids') AS id, job, kind, data, hint FROM (SELECT * FROM taken ORDER "
+      "BY "
+      "place) AS ordered) INSERT INTO events SELECT id, (id / $2) % $3, job, kind, data, hint "
       "FROM numbered",
       {kEventsAtOnce, kEventsInPart, kParts});
 }

@@ -109,7 +109,7 @@ Status PgJobStore::take_up_lost() {
         !s.ok())
       return s;
     if (Status s = transaction.change(
-            "DELETE FROM workers WHERE seen < clock_timestamp() - interval '1 day'");
+            "DELETE FROM workers WHERE seen < clock_timestamp() - interval '1 hour'");
         !s.ok())
       return s;
     if (Status s = transaction.commit(); !s.ok()) return s;

@@ -70,6 +70,7 @@ const ImageLibrary& plain_pictures() {
                                          .read_image_row = read_row,
                                          .read_image_metadata = read_metadata,
                                          .encode_image = encode,
+                                         .write_gif = nullptr,
                                          .read_picture_info = nullptr,
                                          .read_picture_rows = nullptr,
                                          .read_picture_bytes = nullptr};
