@@ -337,6 +337,7 @@ std::string scene_list_to_json(std::span<const SceneInfo> scenes) {
 
 std::string scene_to_json(const SceneInfo& scene, const SceneReport* report) {
   OrderedJson out = scene_json(scene);
+  out["cameras"] = scene.cameras;
   if (report) {
     out["entry"] = report->entry;
     out["triangles"] = report->triangles;
@@ -353,6 +354,7 @@ std::string scene_report_to_json(const SceneReport& report) {
                      {"unpacked_bytes", report.unpacked_bytes},
                      {"warnings", report.warnings}};
   if (!report.title.empty()) out["title"] = report.title;
+  if (!report.cameras.empty()) out["cameras"] = report.cameras;
   if (report.error)
     out["error"] = {{"message", report.error->message}, {"where", report.error->where}};
   return text_of(out);
@@ -372,6 +374,8 @@ std::optional<SceneReport> parse_scene_report(std::string_view json) {
     if (const auto error = tree.find("error"); error != tree.end())
       report.error = JobError{error->at("message"), error->at("where")};
     if (const auto title = tree.find("title"); title != tree.end()) report.title = *title;
+    if (const auto cameras = tree.find("cameras"); cameras != tree.end())
+      report.cameras = cameras->get<std::vector<std::string>>();
     return report;
   } catch (const OrderedJson::exception&) {
     return std::nullopt;

@@ -174,7 +174,8 @@ struct SceneInfo {
   std::string name;
   std::optional<int> width, height;  // absent: the scene cannot be loaded
   bool uploaded = false;
-  std::string title{};  // what people call it; empty: its name
+  std::string title{};                 // what people call it; empty: its name
+  std::vector<std::string> cameras{};  // that it names
 };
 
 // What the process that reads an upload found: a scene, or why it is none. Kept with the scene.
@@ -186,6 +187,7 @@ struct SceneReport {
   uint64_t unpacked_bytes = 0;  // that an archive's files take
   std::vector<std::string> warnings;
   std::string title{};  // of the scene; empty: its name
+  std::vector<std::string> cameras{};
 };
 
 // Of a picture from its reference: core/image/metrics.h says what each is.

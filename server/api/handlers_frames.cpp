@@ -103,7 +103,11 @@ FrameHandlers::Frames FrameHandlers::frames_of_job(const JobRecord& job) const {
 void FrameHandlers::list(const Request& req, Response& res, const std::string& id) {
   const Result<JobRecord> job = stores_.jobs.find(id);
   if (!job.ok()) return reply_error(res, job.error());
-  reply_tagged(req, res, proto::frames_to_json(job.value().id.text(), frames_of_job(job.value())));
+  Frames frames = frames_of_job(job.value());
+  if (const std::optional<int> frame = pictures_.frame_under_way(job.value()))
+    if (static_cast<size_t>(*frame) < frames.size())
+      frames[static_cast<size_t>(*frame)].state = "rendering";
+  reply_tagged(req, res, proto::frames_to_json(job.value().id.text(), frames));
 }
 
 Result<Image> FrameHandlers::picture(const JobRecord& job, int frame, float exposure) const {

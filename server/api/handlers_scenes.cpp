@@ -29,6 +29,7 @@ std::string SceneHandlers::json_of(const std::string& name) {
     info.width = size->first;
     info.height = size->second;
   }
+  info.cameras = uses_.scenes.cameras(name);
   const std::optional<proto::SceneReport> report = uses_.uploads.find(name);
   info.uploaded = report.has_value();
   if (report) info.title = report->title;

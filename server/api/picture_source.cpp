@@ -21,6 +21,12 @@ Result<int> PictureSource::frame(const httplib::Request& req, const JobRecord& j
                "this job has no such frame: its last one is " + std::to_string(last), ""};
 }
 
+std::optional<int> PictureSource::frame_under_way(const JobRecord& job) const {
+  const auto running = runner_.running(job.id);
+  if (!running || !running->shown().film) return std::nullopt;
+  return running->shown().frame;
+}
+
 std::shared_ptr<Film> PictureSource::forming(const JobRecord& job, int frame) const {
   const auto running = runner_.running(job.id);
   return running ? running->film(frame) : nullptr;

@@ -23,6 +23,8 @@ class PictureSource {
   };
   // Which of the job's frames the parameter `frame` names; the first without it. kInvalid.
   static Result<int> frame(const httplib::Request& req, const JobRecord& job);
+  // The one that a running job of frames works on.
+  std::optional<int> frame_under_way(const JobRecord& job) const;
   // By the parameters `frame`, `picture` ("sampled" or "recovered"; absent: the recovered one if it
   // is there and `best` is wanted, else the sampled one) and `moment`, or of another name.
   // kNotFound, kConflict: there is none, or not yet; kInvalid names the parameter.

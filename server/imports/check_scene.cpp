@@ -92,6 +92,7 @@ Result<proto::SceneReport> examine(const CheckScene& check) {
   const PreparedScene& scene = *prepared.value();
   if (Status s = decode_textures(scene.scene); !s.ok()) return s.error();
   report.width = scene.scene.width;
+  for (const NamedCamera& own : scene.scene.cameras) report.cameras.push_back(own.name);
   report.height = scene.scene.height;
   report.triangles = scene.scene.triangle_count();
   report.warnings = scene.warnings;

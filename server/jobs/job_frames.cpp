@@ -9,7 +9,6 @@ namespace qray::server {
 namespace {
 
 constexpr std::string_view kWaiting = "waiting";
-constexpr std::string_view kRendering = "rendering";
 constexpr std::string_view kDone = "done";
 
 }  // namespace
@@ -22,10 +21,16 @@ JobFrames::JobFrames(const Uses& uses, JobId id, const std::vector<NamedCamera>&
     infos_[i].camera = frames[i].name;
     infos_[i].state = kWaiting;
   }
-  const Result<std::string> kept = uses_.results.load_frames(id);
-  if (!goes_on || !kept.ok()) return;
+  if (goes_on) take_up();
+  (void)keep();  // lost, it only tells less until the first turn has ended
+}
+
+// What is kept of them from before.
+void JobFrames::take_up() {
+  const Result<std::string> kept = uses_.results.load_frames(id_);
+  if (!kept.ok()) return;
   std::vector<proto::FrameInfo> before = proto::parse_frame_infos(kept.value());
-  if (before.size() != frames.size()) return;
+  if (before.size() != infos_.size()) return;
   infos_ = std::move(before);
   const bool more_is_asked =
       std::all_of(infos_.begin(), infos_.end(), [](const auto& one) { return one.state == kDone; });
@@ -41,9 +46,7 @@ RenderObserver& JobFrames::begin_turn(int frame, std::shared_ptr<Film> film) {
     others.fraction += others.share * other.fraction;
     others.seconds += other.seconds;
   }
-  info(frame).state = kRendering;
   uses_.running.show(frame, std::move(film), others);
-  (void)keep();  // lost, it only tells less
   return uses_.running;
 }
 
@@ -64,15 +67,11 @@ Status JobFrames::end_turn(int frame, const FrameProgress& progress, const Film&
   now.samples = progress.samples;
   now.seconds = progress.seconds;
   now.noise = progress.noise;
-  now.stats_json = stats_json(result.stats, /*indent=*/false);
+  RenderStats stats = result.stats;
+  stats.guide_passes.clear();  // of a thousand frames they would be most of the file
+  now.stats_json = stats_json(stats, /*indent=*/false);
   const std::string name = id_.text();
   uses_.jobs.publish_hint({0, name, "frame", proto::frame_event(name, now)});
-  return keep();
-}
-
-Status JobFrames::end() {
-  for (proto::FrameInfo& one : infos_)
-    if (one.state == kRendering) one.state = kWaiting;
   return keep();
 }
 

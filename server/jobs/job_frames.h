@@ -1,5 +1,5 @@
 // The frames of a running job: their states and pictures on disk, and what is told of them. The
-// thread that renders; infos() from any.
+// thread that renders.
 #pragma once
 
 #include <mutex>
@@ -34,12 +34,11 @@ class JobFrames final : public FrameKeeper {
   Status save(int frame, int turn, const WriteState& write) override;
   Status load(int frame, int turn, const std::function<bool(SnapshotReader&)>& read) override;
 
-  // No frame is under way any more: says so, and keeps what is known of them.
-  Status end();
   const std::optional<RenderStats>& last() const { return last_; }  // of the last turn
 
  private:
   proto::FrameInfo& info(int frame) { return infos_[static_cast<size_t>(frame)]; }
+  void take_up();
   Status keep();
 
   const Uses uses_;

@@ -235,7 +235,6 @@ Result<JobResult> JobRun::render_frames(StartingGuide start, const Recovery* rec
       run_frames(*scene_, {job_.request, settings_, frames_}, std::move(start), frames,
                  context_.pool, context_.stop, context_.clock, recovery, checkpoints);
   if (frames.last()) last_pass_ = frames.last();
-  if (const Status kept = frames.end(); !kept.ok() && result.ok()) return kept.error();
   return result;
 }
 

@@ -9,7 +9,7 @@ namespace {
 
 constexpr uint64_t kMaxImageBytes = uint64_t{1} << 30;
 constexpr const char* kFramesFile = "frames.json";
-constexpr uint64_t kMaxFramesBytes = 4u << 20;
+constexpr uint64_t kMaxFramesBytes = 64u << 20;
 
 // What was written here and cannot be read any more is nobody's fault who asks for it.
 template <class T>

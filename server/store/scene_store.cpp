@@ -57,6 +57,20 @@ std::vector<proto::SceneInfo> SceneStore::list() {
   return scenes;
 }
 
+void SceneStore::Known::take(const Scene& scene) {
+  size = {scene.width, scene.height};
+  for (const NamedCamera& own : scene.cameras) cameras.push_back(own.name);
+}
+
+std::vector<std::string> SceneStore::cameras(const std::string& name) {
+  if (!size(name)) return {};  // knows it then
+  if (uploads_)
+    if (const auto report = uploads_->find(name)) return report->cameras;
+  std::lock_guard lock(mutex_);
+  const auto found = known_.find(name);
+  return found == known_.end() ? std::vector<std::string>() : found->second.cameras;
+}
+
 std::optional<std::pair<int, int>> SceneStore::size(const std::string& name) {
   Result<fs::path> path = file_of(name);
   if (!path.ok()) return std::nullopt;
@@ -68,10 +82,9 @@ std::optional<std::pair<int, int>> SceneStore::size(const std::string& name) {
     const auto found = known_.find(name);
     if (found != known_.end() && found->second.stamp == stamp) return found->second.size;
   }
-  Known known{stamp, {}};
-  if (Result<LoadedScene> loaded = load_scene(path.value(), {limits_, false, {}}); loaded.ok()) {
-    known.size = {loaded.value().scene.width, loaded.value().scene.height};
-  }
+  Known known{stamp, {}, {}};
+  if (Result<LoadedScene> loaded = load_scene(path.value(), {limits_, false, {}}); loaded.ok())
+    known.take(loaded.value().scene);
   std::lock_guard lock(mutex_);
   known_[name] = known;
   return known.size;
@@ -94,8 +107,8 @@ Result<std::shared_ptr<const PreparedScene>> SceneStore::prepare(const std::stri
       load_and_prepare_scene(path.value(), build_threads_, {limits_, false, watch});
   if (!made.ok() && made.error().code == ErrorCode::kCanceled) return made;
   std::lock_guard lock(mutex_);
-  Known known{stamp, {}};
-  if (made.ok()) known.size = {made.value()->scene.width, made.value()->scene.height};
+  Known known{stamp, {}, {}};
+  if (made.ok()) known.take(made.value()->scene);
   known_[name] = known;
   if (!made.ok()) return made.error();
   std::erase_if(prepared_, [&](const Prepared& p) { return p.name == name; });

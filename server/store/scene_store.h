@@ -32,6 +32,8 @@ class SceneStore {
   std::vector<proto::SceneInfo> list();
   // The picture size of one scene; none when it cannot be loaded.
   std::optional<std::pair<int, int>> size(const std::string& name);
+  // The cameras that it names; none when it cannot be loaded.
+  std::vector<std::string> cameras(const std::string& name);
   // kNotFound, kCanceled by the watch, or what is wrong in the scene, with file and place.
   Result<std::shared_ptr<const PreparedScene>> prepare(const std::string& name,
                                                        const LoadWatch& watch = {});
@@ -50,6 +52,8 @@ class SceneStore {
   struct Known {
     Stamp stamp;
     std::optional<std::pair<int, int>> size;
+    std::vector<std::string> cameras;
+    void take(const Scene& scene);
   };
   Result<std::filesystem::path> file_of(std::string_view name) const;
   void drop_oldest();

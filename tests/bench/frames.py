@@ -9,15 +9,18 @@ BIN: the folder of `qray` and `qrayd`. WORK: a scratch folder. OPTIONS: what `qr
 `--camera-position 3.6,1.4,3.2`; of `kill`, nothing.
 
 noise: a turntable whose frames each stop at --noise, rendered as one job, as so many jobs each cold, and as jobs in a
-chain of which each takes over the table of the one before. Prints seconds of rendering, for all frames together.
+chain of which each takes over the table of the one before. Prints processor seconds, for all frames together, without
+those that loading the scene takes each time: they hardly depend on what else the machine does.
 flicker: the same still camera again and again for --seconds each, by `none` and by `adaptive` as one job of frames:
 how much neighbours differ, as the root of half of their relMSE, and how much so with one pattern of noise.
-kill: a job of frames on a server that is killed (SIGKILL) at random; its pictures against those of one let alone.
+kill: a job of frames on a server that is killed (SIGKILL) at random, once it has written a state; its pictures against
+those of one let alone.
 """
 import argparse
 import itertools
 import json
 import math
+import os
 import pathlib
 import random
 import shutil
@@ -25,6 +28,7 @@ import signal
 import socket
 import statistics
 import subprocess
+import sys
 import time
 import urllib.request
 
@@ -37,9 +41,13 @@ def turned(centre, point, degrees):
 
 
 def render(o, *more):
-    subprocess.run([o.bin / "qray", "render", o.scene, "--size", o.size, "-q", *map(str, more), *o.options], check=True,
-                   stderr=subprocess.DEVNULL)
-    return json.loads((o.work / "stats.json").read_text())
+    """Its statistics, and processor seconds."""
+    process = subprocess.Popen([o.bin / "qray", "render", o.scene, "-q", *map(str, more), *o.options],
+                               stderr=subprocess.DEVNULL)
+    _, status, usage = os.wait4(process.pid, 0)
+    if status:
+        raise SystemExit(f"qray render {o.scene} fails")
+    return json.loads((o.work / "stats.json").read_text()), usage.ru_utime + usage.ru_stime
 
 
 def camera_of(o):
@@ -56,25 +64,28 @@ def noise(o):
     position, target = camera_of(o)
     step = o.arc / o.count if abs(o.arc) >= 360 else o.arc / (o.count - 1)
     stats = o.work / "stats.json"
-    until = ["--noise", o.noise, "--json", stats]
-    together = render(o, *until, "--turntable", o.count, "--turntable-degrees", o.arc, "-o", o.work / "frames")
-    seconds = {"one job": [f["seconds"] for f in together["frames"]], "cold jobs": [], "chain": []}
+    until = ["--size", o.size, "--noise", o.noise, "--json", stats]
+    plain = argparse.Namespace(**{**vars(o), "options": strip(o.options)})
+    load = min(render(o, "--method", "none", "--spp", 1, "--size", "16x16", "--json", stats, "-o", o.work / "x.exr")[1]
+               for _ in range(3))
+    together, one_job = render(o, *until, "--turntable", o.count, "--turntable-degrees", o.arc, "-o", o.work / "frames")
+    seconds = {"one job": one_job - load, "cold jobs": 0, "chain": 0}
+    samples = {"one job": [f["samples"] for f in together["frames"]], "cold jobs": [], "chain": []}
     table = o.work / "chain.qrt"
     table.unlink(missing_ok=True)
     for i in range(o.count):
         at = ["--camera-position", ",".join(map(str, turned(target, position, i * step))), "--camera-target",
               ",".join(map(str, target))]
-        plain = argparse.Namespace(**{**vars(o), "options": strip(o.options)})
-        seconds["cold jobs"].append(render(plain, *until, *at, "-o", o.work / "x.exr")["seconds"])
         handed = ["--table-in", table] if table.exists() else []
-        seconds["chain"].append(render(plain, *until, *at, *handed, "--table-out", table, "-o", o.work / "x.exr")
-                                ["seconds"])
-        print(f"frame {i}: " + ", ".join(f"{k} {v[i]:.2f} s" for k, v in seconds.items()), flush=True)
-    all_seconds = {k: sum(v) for k, v in seconds.items()}
-    print(f"{o.scene}, {o.count} frames of {o.size} to noise {o.noise}: "
-          + ", ".join(f"{k} {v:.1f} s" for k, v in all_seconds.items()))
-    print(f"cold / one job {all_seconds['cold jobs'] / all_seconds['one job']:.2f}, "
-          f"chain / one job {all_seconds['chain'] / all_seconds['one job']:.2f}")
+        for name, more in (("cold jobs", []), ("chain", [*handed, "--table-out", table])):
+            said, took = render(plain, *until, *at, *more, "-o", o.work / "x.exr")
+            seconds[name] += took - load
+            samples[name].append(said["samples"])
+        print(f"frame {i}: " + ", ".join(f"{k} {v[i]} samples" for k, v in samples.items()), flush=True)
+    print(f"{o.scene}, {o.count} frames of {o.size} to noise {o.noise}, processor seconds: "
+          + ", ".join(f"{k} {v:.1f}" for k, v in seconds.items()))
+    print(f"cold / one job {seconds['cold jobs'] / seconds['one job']:.2f}, "
+          f"chain / one job {seconds['chain'] / seconds['one job']:.2f}")
 
 
 def strip(options):
@@ -97,7 +108,7 @@ def flicker(o):
     still = list(itertools.chain.from_iterable(["--camera", camera] for _ in range(o.repeats)))
     for method, seeds in (("none", "independent"), ("adaptive", "independent"), ("adaptive", "one")):
         folder = o.work / f"{method}-{seeds}"
-        render(o, *still, "--method", method, "--frame-seeds", seeds, "--seconds", o.seconds, "--frame-format", "exr",
+        render(o, "--size", o.size, *still, "--method", method, "--frame-seeds", seeds, "--seconds", o.seconds, "--frame-format", "exr",
                "--json", o.work / "stats.json", "-o", folder)
         frames = sorted(folder.glob("frame-*.exr"))
         apart = [differ(o, a, b) for a, b in itertools.pairwise(frames)]
@@ -112,6 +123,7 @@ class Server:
             port = free.getsockname()[1]
         self.process = subprocess.Popen([o.bin / "qrayd", "--port", str(port), "--data", data], stdout=self.log,
                                         stderr=self.log)
+        self.started = time.time()
         self.url = f"http://127.0.0.1:{port}"
         deadline = time.time() + 30
         while time.time() < deadline:
@@ -158,8 +170,12 @@ def kill(o):
     rng, kills, jobs = random.Random(o.seed), 0, 0
     while kills < o.kills:
         job, jobs = server.post("/v1/jobs", request)["id"], jobs + 1
+        state_file = data / "checkpoints" / job
         while True:
-            time.sleep(rng.uniform(.2, 1) * min(took / 3, 6))
+            # A job that gets nowhere in three runs fails, as it should: each run writes a state first.
+            while not ended(server, job) and not (state_file.exists() and state_file.stat().st_mtime > server.started):
+                time.sleep(.02)
+            time.sleep(rng.uniform(0, 1) * min(took / 3, 6))
             if kills < o.kills and not ended(server, job):
                 server.kill()
                 kills += 1
@@ -189,8 +205,9 @@ def main():
     parser.add_argument("--spp", type=int, default=64)
     parser.add_argument("--kills", type=int, default=50)
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("options", nargs="*")
-    o = parser.parse_args()
+    at = sys.argv.index("--") if "--" in sys.argv else len(sys.argv)
+    o = parser.parse_args(sys.argv[1:at])
+    o.options = sys.argv[at + 1:]
     o.work.mkdir(parents=True, exist_ok=True)
     {"noise": noise, "flicker": flicker, "kill": kill}[o.what](o)
 
