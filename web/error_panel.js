@@ -103,7 +103,9 @@ export class ErrorPanel {
         `${samples_words(moment.samples)}, ${seconds(moment.seconds)}`;
       say.push(`${measured.length > 1 ? `${tell(measured[0])}; ` : ''}${tell(measured.at(-1))}`);
     } else {
-      say.push(moments.length ? 'no error is known of its passes' : 'no finished pass yet');
+      const { frames } = this.#store.get(id)?.request ?? {};
+      say.push(moments.length ? 'no error is known of its passes'
+        : frames ? 'passes of many frames are not kept' : 'no finished pass yet');
     }
     for (const { moment, text } of this.#marks(id, moments)) {
       if (text.startsWith('gate')) continue; // below, with its reason

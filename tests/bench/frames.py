@@ -52,7 +52,8 @@ def render(o, *more):
 
 def camera_of(o):
     """Position and target: those of the options, else the scene's."""
-    said = subprocess.run([o.bin / "qray", "scene", "check", o.scene], text=True, capture_output=True, check=True).stdout
+    said = subprocess.run([o.bin / "qray", "scene", "check", o.scene], text=True, capture_output=True,
+                          check=True).stdout
     line = next(line for line in said.splitlines() if line.startswith("camera"))
     at, target = line.split(" at ")[1].split(", target ")
     given = dict(itertools.pairwise(o.options))
@@ -81,7 +82,8 @@ def noise(o):
             said, took = render(plain, *until, *at, *more, "-o", o.work / "x.exr")
             seconds[name] += took - load
             samples[name].append(said["samples"])
-        print(f"frame {i}: " + ", ".join(f"{k} {v[i]} samples" for k, v in samples.items()), flush=True)
+        print(f"frame {i}: " + ", ".join(f"{k} {v[i]} samples" for k, v in samples.items())
+              + "; processor seconds so far: " + ", ".join(f"{k} {v:.1f}" for k, v in seconds.items()), flush=True)
     print(f"{o.scene}, {o.count} frames of {o.size} to noise {o.noise}, processor seconds: "
           + ", ".join(f"{k} {v:.1f}" for k, v in seconds.items()))
     print(f"cold / one job {seconds['cold jobs'] / seconds['one job']:.2f}, "
@@ -108,11 +110,12 @@ def flicker(o):
     still = list(itertools.chain.from_iterable(["--camera", camera] for _ in range(o.repeats)))
     for method, seeds in (("none", "independent"), ("adaptive", "independent"), ("adaptive", "one")):
         folder = o.work / f"{method}-{seeds}"
-        render(o, "--size", o.size, *still, "--method", method, "--frame-seeds", seeds, "--seconds", o.seconds, "--frame-format", "exr",
-               "--json", o.work / "stats.json", "-o", folder)
+        render(o, "--size", o.size, *still, "--method", method, "--frame-seeds", seeds, "--seconds", o.seconds,
+               "--frame-format", "exr", "--json", o.work / "stats.json", "-o", folder)
         frames = sorted(folder.glob("frame-*.exr"))
         apart = [differ(o, a, b) for a, b in itertools.pairwise(frames)]
-        print(f"{o.scene}, {o.seconds} s a frame, {method}, seeds {seeds}: neighbours differ by {statistics.median(apart):.4f}")
+        print(f"{o.scene}, {o.seconds} s a frame, {method}, seeds {seeds}: neighbours differ by "
+              f"{statistics.median(apart):.4f}", flush=True)
 
 
 class Server:
@@ -139,7 +142,8 @@ class Server:
             return answer.read()
 
     def post(self, path, body):
-        request = urllib.request.Request(self.url + path, json.dumps(body).encode(), {"Content-Type": "application/json"})
+        request = urllib.request.Request(self.url + path, json.dumps(body).encode(),
+                                         {"Content-Type": "application/json"})
         with urllib.request.urlopen(request) as answer:
             return json.loads(answer.read())
 
