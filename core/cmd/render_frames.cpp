@@ -44,10 +44,10 @@ RenderObserver& FrameFiles::begin_turn(int frame, std::shared_ptr<Film>) {
   return progress_;
 }
 
-Status FrameFiles::end_turn(int frame, const FrameProgress& progress, const Film& film,
+Status FrameFiles::end_turn(int frame, const FrameProgress&, const Film& film,
                             const JobResult& result) {
   stats_[static_cast<size_t>(frame)] = result.stats;
-  if (progress.done) progress_.done();
+  progress_.done();
   return result.recovered ? write_(frame, *result.recovered, result.recovered_metadata)
                           : write_(frame, film.develop(), result.metadata);
 }

@@ -1,19 +1,10 @@
 #include "core/job/run_frames.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace qray {
 namespace {
-
-constexpr uint64_t kGrowth = 8;      // of a frame's samples from round to round
-constexpr uint64_t kMostRounds = 8;  // that bound them
-
-// A frame's samples at the end of its turn, if it is not done before.
-uint64_t samples_after(int round) {
-  uint64_t samples = kGrowth;
-  for (int i = 0; i < round; ++i) samples *= kGrowth;
-  return static_cast<uint64_t>(round) < kMostRounds ? samples : UINT64_MAX;
-}
 
 class FramesRun {
  public:
@@ -39,36 +30,23 @@ class FramesRun {
     if (resume_from && !resume(*resume_from)) return corrupt();
     // In a turn that was cut off its frame's state follows, and then the guide's.
     SnapshotReader* turn_from = resume_from && at_.in_turn ? resume_from : nullptr;
-    for (;;) {
-      for (; at_.next < order_.size(); ++at_.next) {
-        const int frame = order_[at_.next];
-        if (progress(frame).done) continue;
-        if (Status s = turn(frame, std::exchange(turn_from, nullptr)); !s.ok()) return s.error();
-      }
-      const bool done = all_done();
-      if (!done) {
-        at_.next = 0;
-        ++at_.round;
-      }
-      // What goes on from here needs no frame's state from before its last turn (FrameKeeper).
-      if (keeper_ && !keeper_->save([this](SnapshotWriter& out) { save_between(out); }) && !done)
-        return Error{ErrorCode::kCanceled, "canceled", ""};
-      if (done) break;
-    }
+    for (; at_.next < order_.size(); ++at_.next)
+      if (Status s = turn(order_[at_.next], std::exchange(turn_from, nullptr)); !s.ok())
+        return s.error();
+    if (keeper_) (void)keeper_->save([this](SnapshotWriter& out) { save_between(out); });
     return result();
   }
 
  private:
   // Where the job is.
   struct Place {
-    int round = 0;
     uint64_t next = 0;     // in the order: whose turn it is
     bool in_turn = false;  // it has begun
     std::vector<FrameProgress> frames;
     std::vector<int> turns;  // whole ones that each has had
     template <class Self, class Archive>
     static void exchange(Self& self, Archive& archive) {
-      archive(self.round, self.next, self.in_turn, self.frames, self.turns);
+      archive(self.next, self.in_turn, self.frames, self.turns);
     }
   };
 
@@ -77,10 +55,6 @@ class FramesRun {
   }
   FrameProgress& progress(int frame) { return at_.frames[static_cast<size_t>(frame)]; }
   int& turns(int frame) { return at_.turns[static_cast<size_t>(frame)]; }
-  bool all_done() const {
-    return std::all_of(at_.frames.begin(), at_.frames.end(),
-                       [](const FrameProgress& frame) { return frame.done; });
-  }
 
   bool resume(SnapshotReader& in) {
     in(at_);
@@ -91,11 +65,7 @@ class FramesRun {
     if (at_.in_turn) return true;
     if (guide_) guide_->load_state(in);
     if (!in.whole()) return false;
-    if (all_done()) {  // more is asked of it: none may be
-      for (FrameProgress& frame : at_.frames) frame.done = false;
-      at_.next = 0;
-      ++at_.round;
-    }
+    at_.next = 0;  // more is asked of it
     return true;
   }
 
@@ -119,9 +89,7 @@ class FramesRun {
       renderer.save_state(out);
       if (guide_) guide_->save_state(out);
     };
-    if (Status s = step_render(renderer, guide_, observer, stop_, keeper_, write,
-                               samples_after(at_.round));
-        !s.ok())
+    if (Status s = step_render(renderer, guide_, observer, stop_, keeper_, write); !s.ok())
       return s;
     return end(renderer, settings, frame, *film);
   }
@@ -148,9 +116,6 @@ class FramesRun {
     JobResult result;
     result.stats = renderer.stats();
     FrameProgress& now = progress(frame);
-    // A pass that is not whole was ended by the time.
-    now.done = renderer.over() || renderer.in_pass();
-    now.fraction = now.done ? 1 : renderer.progress().fraction;
     now.samples = result.stats.samples_per_pixel;
     now.learning_samples = result.stats.learning_samples_per_pixel;
     now.seconds = result.stats.seconds;
@@ -158,7 +123,7 @@ class FramesRun {
     now.paths = result.stats.paths;
     now.rays = result.stats.rays;
     now.dropped_samples = result.stats.dropped_samples;
-    if (now.done && recovery_) {
+    if (recovery_) {
       if (Status s =
               recover_result(scene_, settings, *recovery_, film, pool_, stop_, clock_, result);
           !s.ok())

@@ -1,9 +1,7 @@
 // A job of many frames: the same scene from several cameras, with one table that learns from all of
-// them. Frames take turns, in an order that spreads their views (spread_order()): in the first
-// round each gets its first samples, in each further round up to kGrowth times as many, until each
-// is done. So the table soon knows what all frames see, all pictures form together, and a frame's
-// samples are those that it would have had alone. A frame whose turn it is not is kept by the
-// caller. Knows no paths, no HTTP.
+// them. They are rendered one after the other, in an order that spreads their views
+// (spread_order()), so that the table soon knows what all frames see; each begins with what it
+// knows by then. A frame whose turn it is not is kept by the caller. Knows no paths, no HTTP.
 #pragma once
 
 #include "core/job/run_job.h"
@@ -11,17 +9,15 @@
 
 namespace qray {
 
-// How far one of the frames is.
+// What one of the frames has come to.
 struct FrameProgress {
-  bool done = false;
   uint64_t samples = 0, learning_samples = 0;  // a pixel
-  double fraction = 0;                         // of what it shall have
   double seconds = 0, noise = 0;               // of rendering it; 0: not known
   uint64_t paths = 0, rays = 0, dropped_samples = 0;
   template <class Self, class Archive>
   static void exchange(Self& self, Archive& archive) {
-    archive(self.done, self.samples, self.learning_samples, self.fraction, self.seconds, self.noise,
-            self.paths, self.rays, self.dropped_samples);
+    archive(self.samples, self.learning_samples, self.seconds, self.noise, self.paths, self.rays,
+            self.dropped_samples);
   }
 };
 
@@ -31,8 +27,7 @@ class FrameKeeper {
   virtual ~FrameKeeper() = default;
   // A frame's turn begins, with this film. The observer is told of it until the turn ends.
   virtual RenderObserver& begin_turn(int frame, std::shared_ptr<Film> film) = 0;
-  // It has ended: the frame's picture and statistics so far, the last ones where it is done. Its
-  // table is null.
+  // It has ended, and the frame is done: its picture and statistics. Its table is null.
   virtual Status end_turn(int frame, const FrameProgress& progress, const Film& film,
                           const JobResult& result) = 0;
   // The state of a frame after one of its turns, beside that of the turn before.

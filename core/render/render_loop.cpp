@@ -3,13 +3,11 @@
 namespace qray {
 
 Status step_render(Renderer& renderer, const Guide* guide, RenderObserver& observer,
-                   const std::stop_token& stop, Checkpointer* keeper, const WriteState& write,
-                   uint64_t until_samples) {
+                   const std::stop_token& stop, Checkpointer* keeper, const WriteState& write) {
   const Error canceled{ErrorCode::kCanceled, "canceled", ""};
   const auto due = [&] { return keeper && keeper->due(); };
   const auto pause = [&] { return due() || renderer.out_of_time(); };
-  while (renderer.in_pass() ||
-         (renderer.progress().samples_per_pixel < until_samples && renderer.start_pass())) {
+  while (renderer.in_pass() || renderer.start_pass()) {
     while (renderer.units_left() > 0 && !renderer.out_of_time()) {
       renderer.sample(renderer.units_left(), pause, stop, observer);
       if (stop.stop_requested()) return canceled;
@@ -39,8 +37,7 @@ Result<RenderStats> render(const PreparedScene& scene, const RenderSettings& set
     renderer.save_state(out);
     if (guide) guide->save_state(out);
   };
-  const Status stepped =
-      step_render(renderer, guide, observer, stop, checkpoints.keeper, write, UINT64_MAX);
+  const Status stepped = step_render(renderer, guide, observer, stop, checkpoints.keeper, write);
   if (!stepped.ok()) return stepped.error();
   if (checkpoints.keeper) (void)checkpoints.keeper->save(write);  // more may be added some day
   return renderer.stats();

@@ -24,11 +24,10 @@ Result<RenderStats> render(const PreparedScene& scene, const RenderSettings& set
                            std::stop_token stop, const Clock& clock,
                            const Checkpoints& checkpoints = {});
 
-// Steps a renderer, pass by pass, until its plan is over or there are so many samples a pixel in
-// complete passes. `keeper` may be null; `write` writes what it keeps. kCanceled as above.
+// Steps a renderer, pass by pass, until its plan is over. `keeper` may be null; `write` writes what
+// it keeps. kCanceled as above.
 using WriteState = std::function<void(SnapshotWriter&)>;
 Status step_render(Renderer& renderer, const Guide* guide, RenderObserver& observer,
-                   const std::stop_token& stop, Checkpointer* keeper, const WriteState& write,
-                   uint64_t until_samples);
+                   const std::stop_token& stop, Checkpointer* keeper, const WriteState& write);
 
 }  // namespace qray

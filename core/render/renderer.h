@@ -47,7 +47,6 @@ class Renderer {
   // whatever the plan says.
   bool start_pass(bool may_learn = true);
   bool in_pass() const { return pass_.running; }
-  bool over() const { return !pass_.running && plan_.over(age()); }  // no pass is left
   // Samples units of the pass, a tile's round each, in their order: at most `most`, until
   // `enough()` (asked before each by the workers, one at a time). Returns how many were sampled.
   // Stopped, it has lost some: then this is only good for what the film holds.

@@ -34,8 +34,11 @@ void JobFrames::take_up() {
   infos_ = std::move(before);
   const bool more_is_asked =
       std::all_of(infos_.begin(), infos_.end(), [](const auto& one) { return one.state == kDone; });
-  for (proto::FrameInfo& one : infos_)
-    if (more_is_asked || one.state != kDone) one.state = kWaiting;
+  for (proto::FrameInfo& one : infos_) {
+    if (!more_is_asked && one.state == kDone) continue;
+    one.state = kWaiting;
+    one.fraction = 0;
+  }
 }
 
 RenderObserver& JobFrames::begin_turn(int frame, std::shared_ptr<Film> film) {
@@ -62,8 +65,8 @@ Status JobFrames::end_turn(int frame, const FrameProgress& progress, const Film&
       return s;
   if (Status s = uses_.results.save(key, film, result.metadata); !s.ok()) return s;
   proto::FrameInfo& now = info(frame);
-  now.state = progress.done ? kDone : kWaiting;
-  now.fraction = progress.fraction;
+  now.state = kDone;
+  now.fraction = 1;
   now.samples = progress.samples;
   now.seconds = progress.seconds;
   now.noise = progress.noise;

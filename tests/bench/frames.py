@@ -1,16 +1,17 @@
 #!/usr/bin/env python3
 """What one table for all frames is worth to a job of many, how much frames flicker, and whether kills change bits.
 
-python3 tests/bench/frames.py noise BIN WORK SCENE [--count 36] [--size 256x256] [--noise .1] [--arc 360] [-- OPTIONS]
+python3 tests/bench/frames.py worth BIN WORK SCENE [--count 36] [--size 256x256] [--spp 64] [--arc 360] [-- OPTIONS]
 python3 tests/bench/frames.py flicker BIN WORK SCENE [--seconds 2] [--repeats 6] [-- OPTIONS]
 python3 tests/bench/frames.py kill BIN WORK SCENE [--count 6] [--size 128x128] [--spp 64] [--kills 50] [-- OPTIONS]
 
 BIN: the folder of `qray` and `qrayd`. WORK: a scratch folder. OPTIONS: what `qray render` is given beside, such as
 `--camera-position 3.6,1.4,3.2`; of `kill`, nothing.
 
-noise: a turntable whose frames each stop at --noise, rendered as one job, as so many jobs each cold, and as jobs in a
-chain of which each takes over the table of the one before. Prints processor seconds, for all frames together, without
-those that loading the scene takes each time: they hardly depend on what else the machine does.
+worth: a turntable, rendered as one job, as so many jobs each cold, as jobs in a chain of which each takes over the
+table of the one before, and without learning. Each twice: half of how much the two differ is the relMSE (trimmed: without the
+worst .1 % of pixels). Time is that of the processor, without loading the scene: it hardly depends on what else the
+machine does.
 flicker: the same still camera again and again for --seconds each, by `none` and by `adaptive` as one job of frames:
 how much neighbours differ, as the root of half of their relMSE, and how much so with one pattern of noise.
 kill: a job of frames on a server that is killed (SIGKILL) at random, once it has written a state; its pictures against
@@ -61,33 +62,37 @@ def camera_of(o):
             for name, fallback in (("--camera-position", at), ("--camera-target", target))]
 
 
-def noise(o):
+def worth(o):
     position, target = camera_of(o)
     step = o.arc / o.count if abs(o.arc) >= 360 else o.arc / (o.count - 1)
     stats = o.work / "stats.json"
-    until = ["--size", o.size, "--noise", o.noise, "--json", stats]
     plain = argparse.Namespace(**{**vars(o), "options": strip(o.options)})
     load = min(render(o, "--method", "none", "--spp", 1, "--size", "16x16", "--json", stats, "-o", o.work / "x.exr")[1]
                for _ in range(3))
-    together, one_job = render(o, *until, "--turntable", o.count, "--turntable-degrees", o.arc, "-o", o.work / "frames")
-    seconds = {"one job": one_job - load, "cold jobs": 0, "chain": 0}
-    samples = {"one job": [f["samples"] for f in together["frames"]], "cold jobs": [], "chain": []}
-    table = o.work / "chain.qrt"
-    table.unlink(missing_ok=True)
-    for i in range(o.count):
-        at = ["--camera-position", ",".join(map(str, turned(target, position, i * step))), "--camera-target",
-              ",".join(map(str, target))]
-        handed = ["--table-in", table] if table.exists() else []
-        for name, more in (("cold jobs", []), ("chain", [*handed, "--table-out", table])):
-            said, took = render(plain, *until, *at, *more, "-o", o.work / "x.exr")
-            seconds[name] += took - load
-            samples[name].append(said["samples"])
-        print(f"frame {i}: " + ", ".join(f"{k} {v[i]} samples" for k, v in samples.items())
-              + "; processor seconds so far: " + ", ".join(f"{k} {v:.1f}" for k, v in seconds.items()), flush=True)
-    print(f"{o.scene}, {o.count} frames of {o.size} to noise {o.noise}, processor seconds: "
-          + ", ".join(f"{k} {v:.1f}" for k, v in seconds.items()))
-    print(f"cold / one job {seconds['cold jobs'] / seconds['one job']:.2f}, "
-          f"chain / one job {seconds['chain'] / seconds['one job']:.2f}")
+    seconds = {"none": 0, "one job": 0, "cold jobs": 0, "chain": 0}
+    for seed in (11, 12):
+        asked = ["--size", o.size, "--spp", o.spp, "--seed", seed, "--json", stats]
+        frames = ["--turntable", o.count, "--turntable-degrees", o.arc, "--frame-format", "exr"]
+        for name, more in (("one job", []), ("none", ["--method", "none"])):
+            seconds[name] += render(o, *asked, *frames, *more, "-o", o.work / f"{name}-{seed}")[1] - load
+        table = o.work / "chain.qrt"
+        table.unlink(missing_ok=True)
+        for i in range(o.count):
+            at = ["--camera-position", ",".join(map(str, turned(target, position, i * step))), "--camera-target",
+                  ",".join(map(str, target))]
+            handed = ["--table-in", table] if table.exists() else []
+            for name, more in (("cold jobs", []), ("chain", [*handed, "--table-out", table])):
+                folder = o.work / f"{name}-{seed}"
+                folder.mkdir(exist_ok=True)
+                seconds[name] += render(plain, *asked, *at, *more, "-o", folder / f"frame-{i:04d}.exr")[1] - load
+    variance = {name: [differ(o, *(o.work / f"{name}-{seed}" / f"frame-{i:04d}.exr" for seed in (11, 12))) ** 2
+                       for i in range(o.count)] for name in seconds}
+    print(f"{o.scene}, {o.count} frames of {o.size}, {o.spp} samples a pixel")
+    for name, values in variance.items():
+        times = [a * seconds[name] / (b * seconds["one job"]) for a, b in zip(values, variance["one job"])]
+        print(f"{name}: {seconds[name] / 2:.1f} processor seconds, relMSE {statistics.median(values):.4f} (median of "
+              f"the frames); time to equal error over that of one job: {statistics.median(times):.2f} (median), "
+              f"{statistics.geometric_mean(times):.2f} (geometric mean)", flush=True)
 
 
 def strip(options):
@@ -196,13 +201,12 @@ def kill(o):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("what", choices=["noise", "flicker", "kill"])
+    parser.add_argument("what", choices=["worth", "flicker", "kill"])
     parser.add_argument("bin", type=pathlib.Path)
     parser.add_argument("work", type=pathlib.Path)
     parser.add_argument("scene")
     parser.add_argument("--count", type=int, default=36)
     parser.add_argument("--size", default="256x256")
-    parser.add_argument("--noise", type=float, default=.1)
     parser.add_argument("--arc", type=float, default=360)
     parser.add_argument("--seconds", type=float, default=2)
     parser.add_argument("--repeats", type=int, default=6)
@@ -213,7 +217,7 @@ def main():
     o = parser.parse_args(sys.argv[1:at])
     o.options = sys.argv[at + 1:]
     o.work.mkdir(parents=True, exist_ok=True)
-    {"noise": noise, "flicker": flicker, "kill": kill}[o.what](o)
+    {"worth": worth, "flicker": flicker, "kill": kill}[o.what](o)
 
 
 if __name__ == "__main__":

@@ -85,15 +85,19 @@ test('all frames are fetched as an archive and as a film', async () => {
 });
 
 test('a frame without a picture is empty, and fills while the job goes on', async () => {
-  const slow = await all.server.post({ ...kJob, samples: 100000 });
+  const slow = await all.server.post({ ...kJob, samples: 1000 });
   await all.server.wait_until(slow, ({ state }) => state !== 'queued');
-  await page.goto(`${all.server.url}/#job=${slow}&frame=7`);
+  await page.goto(`${all.server.url}/#job=${slow}&frame=4`); // the second in their order
   await page.waitForFunction(async (id) => {
     const { viewer } = await import('/app.js');
     const [picture] = viewer.pictures;
-    return picture.job_id === id && picture.frame === 7 && picture.cursor > 0n;
+    return picture.job_id === id && picture.frame === 4 && !picture.has_picture;
   }, slow);
-  await page.locator('.frames-strip canvas.drawn').nth(7).waitFor();
+  await page.waitForFunction(async () => {
+    const { viewer } = await import('/app.js');
+    return viewer.pictures[0].cursor > 0n;
+  });
+  await page.locator('.frames-strip canvas.drawn').first().waitFor();
   await screenshot(page, 'frames-forming-1280');
   await fetch(`${all.server.url}/v1/jobs/${slow}/cancel`, { method: 'POST' });
 });
