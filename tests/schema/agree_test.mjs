@@ -74,7 +74,8 @@ const beyondSchema = [
   /quads\/\d+\/\d+: expected an integer/, /expected more than "min"/, /that keeps volume/,
   /expected the name of one mesh/, /transform: expected a place within/,
   /inner_deg: expected 0 to the outer angle/,
-  /camera(s\/[^/]*)?\/(target|up): expected a (point away|direction other)/, /expected at most \d+ pixels/,
+  /camera(s\/[^/]*)?\/(target|up): expected a (point away|direction other)/,
+  /expected at most \d+ pixels/,
 ];
 
 const replacements = [null, true, 0, -1, 0.5, 3, 300, 1e7, 1e300, '', 'x', [], [0], [0, 0, 0],
