@@ -341,6 +341,8 @@ void JobRun::end(const Error& error) {
   } else if (context_.stopping.stop_requested() &&
              (error.code == ErrorCode::kCanceled || error.code == ErrorCode::kIo)) {
     to = JobState::kQueued;  // kIo: a disk that did not take its end may do so at the next start
+  } else if (context_.stores.shared && error.code == ErrorCode::kCanceled) {
+    to = JobState::kQueued;  // the lease was over, as the database was away, and nobody took it up
   }
   if (to != JobState::kQueued && context_.lease.holds()) keep_partial_picture();
   context_.show(nullptr);
