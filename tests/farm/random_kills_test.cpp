@@ -86,26 +86,39 @@ TEST_F(FarmKillsTest, WhatWasAcknowledgedIsRenderedOnceToTheSameBits) {
     std::this_thread::sleep_for(std::chrono::milliseconds(random() % 800));
     end_something(random);
   }
+  std::set<std::string> blamed;
   for (const auto& [id, kind] : acknowledged) {
     std::string state;
     for (int i = 0; i < 3000 && state != "succeeded" && state != "failed"; ++i) {
       state = state_of(id);
       if (state != "succeeded") std::this_thread::sleep_for(std::chrono::milliseconds(50));
     }
-    EXPECT_EQ(state, "succeeded") << id << " " << front_->get("/v1/jobs/" + id)["error"].dump();
+    // One that happens to be under way at three kills is given up as their cause, in words.
+    const std::string error = front_->get("/v1/jobs/" + id)["error"].dump();
+    if (state == "failed" && error.find("the server ended 3 times") != std::string::npos) {
+      blamed.insert(id);
+    } else {
+      EXPECT_EQ(state, "succeeded") << id << " " << error;
+    }
   }
+  EXPECT_LE(blamed.size(), 1 + acknowledged.size() / 10);
   std::vector<std::string> alone;
   for (const Json& kind : kinds) alone.push_back(picture_alone(kind));
-  for (const auto& [id, kind] : acknowledged) EXPECT_EQ(picture(id), alone[kind]) << id;
+  for (const auto& [id, kind] : acknowledged) {
+    if (!blamed.contains(id)) {
+      EXPECT_EQ(picture(id), alone[kind]) << id;
+    }
+  }
   const std::set<std::pair<std::string, size_t>> different(acknowledged.begin(),
                                                            acknowledged.end());
   EXPECT_EQ(different.size(), acknowledged.size());
   uint64_t listed = 0;
   for (const auto& entry : std::filesystem::directory_iterator(config_.data / "results"))
     listed += entry.is_directory();
-  EXPECT_EQ(listed, acknowledged.size());
+  EXPECT_GE(listed, acknowledged.size() - blamed.size());
+  EXPECT_LE(listed, acknowledged.size());
   for (const auto& [what, count] : ends_) std::printf("%s: %d\n", what.c_str(), count);
-  std::printf("jobs: %zu\n", acknowledged.size());
+  std::printf("jobs: %zu, given up: %zu\n", acknowledged.size(), blamed.size());
 }
 
 }  // namespace
