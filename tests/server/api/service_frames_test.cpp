@@ -126,7 +126,8 @@ TEST(ServiceFrames, MoreIsGivenToAll) {
   EXPECT_TRUE(s.wait_end(id)["extendable"]);
   s.post("/v1/jobs/" + id + "/extend", R"({"samples":12})", 202);
   EXPECT_EQ(s.wait_end(id)["state"], "succeeded");
-  for (const Json& frame : s.get("/v1/jobs/" + id + "/frames")["frames"]) {
+  const Json frames = s.get("/v1/jobs/" + id + "/frames");
+  for (const Json& frame : frames["frames"]) {
     EXPECT_EQ(frame["samples"], 16);
     EXPECT_EQ(frame["state"], "done");
   }
