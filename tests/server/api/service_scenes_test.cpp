@@ -6,8 +6,8 @@
 #include "core/image/image_io.h"
 #include "tests/server/make_zip.h"
 #include "tests/server/test_service.h"
-#include "tests/support/sanitized.h"
 #include "tests/support/places.h"
+#include "tests/support/sanitized.h"
 
 namespace qray::server {
 namespace {
