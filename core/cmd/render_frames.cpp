@@ -1,19 +1,23 @@
 #include "core/cmd/render_frames.h"
 
-#include <cstdio>
-#include <cstdlib>
 #include <fstream>
 #include <numeric>
 
 #include "core/base/file.h"
 #include "core/cmd/files.h"
 #include "core/image/animation.h"
+#include "core/settings/frames.h"
 
 namespace qray::cmd {
 namespace fs = std::filesystem;
 namespace {
 
 constexpr uint64_t kMaxStateBytes = uint64_t{1} << 36;
+
+fs::path system_folder() {
+  std::error_code ec;
+  return fs::temp_directory_path(ec);
+}
 
 Error io_error(const fs::path& path) {
   return {ErrorCode::kIo, "cannot keep what a frame is so far", path.string()};
@@ -22,18 +26,10 @@ Error io_error(const fs::path& path) {
 }  // namespace
 
 FrameFiles::FrameFiles(int count, ProgressLine& line, WritePicture write)
-    : progress_(line, static_cast<size_t>(count)),
+    : folder_(system_folder(), "qray-frames-"),
+      progress_(line, static_cast<size_t>(count)),
       write_(std::move(write)),
-      stats_(static_cast<size_t>(count)) {
-  std::error_code ec;
-  std::string name = (fs::temp_directory_path(ec) / "qray-frames-XXXXXX").string();
-  if (::mkdtemp(name.data())) folder_ = name;
-}
-
-FrameFiles::~FrameFiles() {
-  std::error_code ec;
-  if (!folder_.empty()) fs::remove_all(folder_, ec);
-}
+      stats_(static_cast<size_t>(count)) {}
 
 fs::path FrameFiles::file(int frame, int turn) const {
   return folder_ / (std::to_string(frame) + (turn % 2 == 0 ? "-even" : "-odd"));
@@ -54,6 +50,7 @@ Status FrameFiles::end_turn(int frame, const FrameProgress&, const Film& film,
 
 Status FrameFiles::save(int frame, int turn, const WriteState& write) {
   const fs::path path = file(frame, turn);
+  if (!folder_.ok()) return io_error(path);
   std::ofstream out(path, std::ios::binary);
   SnapshotWriter writer([&out](std::span<const uint8_t> bytes) {
     out.write(reinterpret_cast<const char*>(bytes.data()),
@@ -80,11 +77,7 @@ void FrameFiles::Progress::on_tile(const RenderProgress& progress) {
 
 bool FramesOut::plays() const { return is_animation_name(path); }
 
-fs::path FramesOut::picture(int frame) const {
-  char name[32];
-  std::snprintf(name, sizeof name, "frame-%04d.", frame);
-  return path / (name + format);
-}
+fs::path FramesOut::picture(int frame) const { return path / frame_file_name(frame, format); }
 
 Status prepare_output(const FramesOut& out) {
   if (out.plays()) {

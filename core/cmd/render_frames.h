@@ -3,6 +3,7 @@
 
 #include <filesystem>
 
+#include "core/base/temporary_folder.h"
 #include "core/cmd/progress_line.h"
 #include "core/image/image.h"
 #include "core/job/run_frames.h"
@@ -15,7 +16,6 @@ class FrameFiles final : public FrameKeeper {
  public:
   using WritePicture = std::function<Status(int frame, Image image, const ImageMetadata& metadata)>;
   FrameFiles(int count, ProgressLine& line, WritePicture write);
-  ~FrameFiles() override;
 
   RenderObserver& begin_turn(int frame, std::shared_ptr<Film> film) override;
   Status end_turn(int frame, const FrameProgress& progress, const Film& film,
@@ -45,7 +45,7 @@ class FrameFiles final : public FrameKeeper {
   };
   std::filesystem::path file(int frame, int turn) const;
 
-  std::filesystem::path folder_;
+  TemporaryFolder folder_;
   Progress progress_;
   const WritePicture write_;
   std::vector<RenderStats> stats_;

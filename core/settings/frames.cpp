@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <cstdio>
 #include <numbers>
 
 #include "core/math/hash.h"
@@ -139,6 +140,12 @@ Result<std::vector<NamedCamera>> frames_of(const JobRequest& asked, const Scene&
                      std::to_string(frames.size()),
                  "/frames/cameras"};
   return frames;
+}
+
+std::string frame_file_name(int frame, const std::string& format) {
+  char name[32];
+  std::snprintf(name, sizeof name, "frame-%04d.", frame);
+  return name + format;
 }
 
 std::vector<int> spread_order(int count) {

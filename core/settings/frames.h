@@ -26,6 +26,9 @@ Result<std::vector<NamedCamera>> frames_of(const JobRequest& request, const Scen
 // Puts the names of the scene's cameras for "*".
 void name_cameras(JobRequest& request, const Scene& scene);
 
+// "frame-0003.png": of the picture of a frame, where each is a file.
+std::string frame_file_name(int frame, const std::string& format);
+
 // In which frames are rendered: each next one far from those before, so that a table soon knows
 // what all of them see. The numbers with their bits reversed, in rising order of these.
 std::vector<int> spread_order(int count);

@@ -1,9 +1,7 @@
 #include "server/api/handlers_frames.h"
 
-#include <cstdio>
-#include <cstdlib>
-
 #include "core/base/file.h"
+#include "core/base/temporary_folder.h"
 #include "core/base/turn.h"
 #include "core/image/animation.h"
 #include "core/image/exposure.h"
@@ -16,46 +14,17 @@ namespace qray::server {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr size_t kSentBytes = 256u << 10;
 constexpr uint64_t kMaxAnswerBytes = uint64_t{1} << 36;
 constexpr double kUsualPerSecond = 12;
 
-// A folder for files that are made for one answer; it goes with what is in it.
-class Scratch {
- public:
-  explicit Scratch(const fs::path& data) {
-    std::error_code ec;
-    fs::create_directories(data, ec);
-    std::string name = (data / "answer-XXXXXX").string();
-    if (::mkdtemp(name.data())) folder_ = name;
-  }
-  ~Scratch() {
-    std::error_code ec;
-    if (!folder_.empty()) fs::remove_all(folder_, ec);
-  }
-  Scratch(const Scratch&) = delete;
-  Scratch& operator=(const Scratch&) = delete;
-  bool ok() const { return !folder_.empty(); }
-  fs::path operator/(const std::string& name) const { return folder_ / name; }
-
- private:
-  fs::path folder_;
-};
-
 Error no_room() { return {ErrorCode::kIo, "no room to make this file", ""}; }
 
-// The file as the answer; it may be removed as soon as this returns.
-void reply_file(httplib::Response& res, const fs::path& path, const std::string& name,
+// A file that was made for this answer; it may be removed as soon as this returns.
+void reply_made(httplib::Response& res, const fs::path& path, const std::string& name,
                 const char* type) {
   Result<MappedFile> file = MappedFile::open(path, kMaxAnswerBytes);
   if (!file.ok()) return reply_error(res, file.error());
-  const auto shared = std::make_shared<const MappedFile>(std::move(file).value());
-  res.set_header("Content-Disposition", "attachment; filename=\"" + name + "\"");
-  res.set_content_provider(
-      shared->bytes().size(), type, [shared](size_t offset, size_t size, httplib::DataSink& sink) {
-        const auto* bytes = reinterpret_cast<const char*>(shared->bytes().data());
-        return sink.write(bytes + offset, std::min(size, kSentBytes));
-      });
+  reply_file(res, std::move(file).value(), name, type);
 }
 
 Result<float> exposure_of(const httplib::Request& req) {
@@ -130,16 +99,14 @@ void FrameHandlers::archive(const Request& req, Response& res, const std::string
   if (!exposure.ok()) return reply_error(res, exposure.error());
   const Turn turn(encoders_);
   if (!turn.mine()) return reply_problem(res, kTooManyPictures);
-  const Scratch scratch(data_);
+  const TemporaryFolder scratch(data_, "answer-");
   if (!scratch.ok()) return reply_error(res, no_room());
   std::vector<fs::path> files;
   for (const proto::FrameInfo& frame : frames_of_job(job.value())) {
     const Result<Image> image =
         picture(job.value(), frame.frame, format == "exr" ? 0 : exposure.value());
     if (!image.ok()) continue;
-    char name[32];
-    std::snprintf(name, sizeof name, "frame-%04d.", frame.frame);
-    files.push_back(scratch / (name + format));
+    files.push_back(scratch / frame_file_name(frame.frame, format));
     if (Status s = write_image(files.back(), image.value()); !s.ok())
       return reply_error(res, s.error());
   }
@@ -147,7 +114,7 @@ void FrameHandlers::archive(const Request& req, Response& res, const std::string
     return reply_error(res, {ErrorCode::kConflict, "none of this job's frames has a picture", ""});
   const std::string name = job.value().id.text() + "-frames.zip";
   if (Status s = zip_files(scratch / name, files); !s.ok()) return reply_error(res, s.error());
-  reply_file(res, scratch / name, name, "application/zip");
+  reply_made(res, scratch / name, name, "application/zip");
 }
 
 void FrameHandlers::animation(const Request& req, Response& res, const std::string& id,
@@ -163,7 +130,7 @@ void FrameHandlers::animation(const Request& req, Response& res, const std::stri
   if (!turn.mine()) return reply_problem(res, kTooManyPictures);
   const Frames frames = frames_of_job(job.value());
   if (frames.empty()) return reply_error(res, {ErrorCode::kNotFound, "this job has no frames", ""});
-  const Scratch scratch(data_);
+  const TemporaryFolder scratch(data_, "answer-");
   if (!scratch.ok()) return reply_error(res, no_room());
   const std::string name = job.value().id.text() + extension;
   const Animation all{static_cast<int>(frames.size()), per_second.value(),
@@ -173,7 +140,7 @@ void FrameHandlers::animation(const Request& req, Response& res, const std::stri
     error.where.clear();
     return reply_error(res, error);
   }
-  reply_file(res, scratch / name, name, type);
+  reply_made(res, scratch / name, name, type);
 }
 
 }  // namespace qray::server

@@ -10,7 +10,6 @@ namespace qray::server {
 namespace {
 
 constexpr int kMostListed = 1000;
-constexpr size_t kAtOnceBytes = 1 << 18;  // of a file, that is sent
 
 }  // namespace
 
@@ -53,14 +52,7 @@ void TableHandlers::list(const httplib::Request& req, httplib::Response& res) co
 void TableHandlers::file(httplib::Response& res, const std::string& id) const {
   Result<MappedFile> file = tables_.open_file(id);
   if (!file.ok()) return reply_error(res, file.error());
-  const auto shared = std::make_shared<const MappedFile>(std::move(file).value());
-  res.set_header("Content-Disposition", "attachment; filename=\"" + id + ".qrt\"");
-  res.set_content_provider(shared->bytes().size(), kBytesType,
-                           [shared](size_t offset, size_t size, httplib::DataSink& sink) {
-                             const auto* bytes =
-                                 reinterpret_cast<const char*>(shared->bytes().data());
-                             return sink.write(bytes + offset, std::min(size, kAtOnceBytes));
-                           });
+  reply_file(res, std::move(file).value(), id + ".qrt", kBytesType);
 }
 
 void TableHandlers::upload(const httplib::Request& req, httplib::Response& res,

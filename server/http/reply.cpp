@@ -105,6 +105,19 @@ void reply_tagged(const httplib::Request& req, httplib::Response& res, const Byt
                   content_type);
 }
 
+void reply_file(httplib::Response& res, MappedFile file, const std::string& name,
+                const char* content_type) {
+  static constexpr size_t kAtOnceBytes = 1 << 18;
+  const auto shared = std::make_shared<const MappedFile>(std::move(file));
+  res.set_header("Content-Disposition", "attachment; filename=\"" + name + "\"");
+  res.set_content_provider(shared->bytes().size(), content_type,
+                           [shared](size_t offset, size_t size, httplib::DataSink& sink) {
+                             const auto* bytes =
+                                 reinterpret_cast<const char*>(shared->bytes().data());
+                             return sink.write(bytes + offset, std::min(size, kAtOnceBytes));
+                           });
+}
+
 void reply_problem(httplib::Response& res, const proto::Problem& problem) {
   res.status = problem.status;
   res.set_header("Cache-Control", "no-store");

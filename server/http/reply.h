@@ -4,6 +4,7 @@
 #include <httplib.h>
 
 #include "core/base/byte_io.h"
+#include "core/base/file.h"
 #include "core/base/result.h"
 #include "proto/messages.h"
 
@@ -19,6 +20,9 @@ void reply_tagged(const httplib::Request& req, httplib::Response& res, std::stri
 // Of bytes, the part that the client's Range names (206), where If-Range names no other content.
 void reply_tagged(const httplib::Request& req, httplib::Response& res, const Bytes& bytes,
                   const char* content_type);
+// A file to be kept under that name, as it is read; it may be removed as soon as this returns.
+void reply_file(httplib::Response& res, MappedFile file, const std::string& name,
+                const char* content_type);
 // Whether an If-None-Match header names this content.
 bool is_tag_of(const std::string& if_none_match, std::string_view content);
 void reply_problem(httplib::Response& res, const proto::Problem& problem);
