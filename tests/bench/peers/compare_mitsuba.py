@@ -10,7 +10,8 @@ import xml.etree.ElementTree as xml
 import mitsuba
 import numpy
 
-from pictures import read, regions
+from pictures import read
+from regions import difference
 
 
 def prepared(path, folder, size, spp):
@@ -82,15 +83,9 @@ def compare(qray, folder, size, spp, runs, path):
         [qray, "diff", os.path.join(folder, f"{name}-qray.exr"),
          os.path.join(folder, f"{name}-mitsuba.exr"), "--json"],
         check=True, capture_output=True).stdout)["flip"]
-    a, b = (numpy.array([regions(p) for p in pictures]) for pictures in (ours, theirs))
-    error = numpy.sqrt((a.var(axis=0, ddof=1) + b.var(axis=0, ddof=1)) / runs)
-    z = (a.mean(axis=0) - b.mean(axis=0)) / numpy.maximum(error, 1e-12)
-    off = a.mean(axis=0).sum(axis=1) / b.mean(axis=0).sum(axis=1) - 1
-    ratio = mean["qray"].mean(axis=(0, 1)) / mean["mitsuba"].mean(axis=(0, 1))
+    ratio, z, off = difference(ours, theirs)
     samples = wide * high * spp * runs / 1e6
-    print(f"| {name} | {ratio[0]:.4f} {ratio[1]:.4f} {ratio[2]:.4f} | {flip:.4f} "
-          f"| {numpy.median(abs(z)):.1f}, {abs(z).max():.1f} | {100 * off.min():+.1f} to "
-          f"{100 * off.max():+.1f} % | {samples / seconds['qray']:.2f} "
+    print(f"| {name} | {ratio} | {flip:.4f} | {z} | {off} | {samples / seconds['qray']:.2f} "
           f"| {samples / seconds['mitsuba']:.2f} |", flush=True)
 
 

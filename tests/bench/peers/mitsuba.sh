@@ -10,6 +10,7 @@ set -euo pipefail
 here="$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)"
 build=${1:?usage: mitsuba.sh BUILD_DIR SCENE.xml...}
 shift
-. "$here/with_mitsuba.sh"
+peer="mitsuba numpy"
+. "$here/with_peer.sh"
 "$venv/bin/python" "$here/compare_mitsuba.py" "$build/bin/qray" "${KEEP:-$scratch/kept}" \
   "${SIZE:-256}" "${SPP:-256}" "${RUNS:-4}" "$@"

@@ -8,7 +8,8 @@ import sys
 import mitsuba
 import numpy
 
-from pictures import read, regions
+from pictures import read
+from regions import regions
 
 WIDE, HIGH, SPP = 64, 48, 64
 

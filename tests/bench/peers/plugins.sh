@@ -9,6 +9,7 @@ set -euo pipefail
 here="$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)"
 build=${1:?usage: plugins.sh BUILD_DIR [NAME...]}
 shift
-. "$here/with_mitsuba.sh"
+peer="mitsuba numpy"
+. "$here/with_peer.sh"
 mkdir "$scratch/scenes"
 "$venv/bin/python" "$here/plugins.py" "$build/bin/qray" "$scratch/scenes" "${RUNS:-4}" "$@"
