@@ -18,6 +18,14 @@ void take(const Field& field, JobRequest& out, Read read) {
 
 void read_whole(ObjectReader& in, const Field& field, const RequestLimits& limits,
                 JobRequest& out) {
+  if (const Json* value = in.find(field.name());
+      value && value->is_string() && !field.zero.empty()) {
+    if (value->get<std::string>() == field.zero)
+      out.set(field.path, FieldValue(int64_t{0}));
+    else
+      in.wrong(field.name(), "expected " + expected(field, kJob) + ", got " + shown(*value));
+    return;
+  }
   take<int64_t>(field, out, [&](std::optional<int64_t>& value) {
     in.integer(field.name(), static_cast<int64_t>(field.least),
                static_cast<int64_t>(most_of(field, limits)), value);

@@ -38,7 +38,8 @@ OrderedJson request_json(const JobRequest& request, const FieldTable& fields) {
     const FieldValue* value = request.find(field.path);
     if (!value) continue;
     OrderedJson& object = field.group().empty() ? out : out[std::string(field.group())];
-    object[std::string(field.name())] = value_json(*value);
+    const bool word = !field.zero.empty() && std::get<int64_t>(*value) == 0;
+    object[std::string(field.name())] = word ? OrderedJson(field.zero) : value_json(*value);
   }
   return out;
 }

@@ -36,8 +36,12 @@ int render_threads(const Config& config) {
 }
 
 JobRunner::Limits runner_limits(const Config& config, const char* kind) {
-  return {render_threads(config), config.jobs_at_once, config.max_queued, config.jobs_mib << 20,
-          kind};
+  return {render_threads(config),
+          config.jobs_at_once,
+          config.max_queued,
+          config.jobs_mib << 20,
+          kind,
+          config.shared_pass_seconds};
 }
 
 Result<FolderLock> FolderLock::take(const std::filesystem::path& folder, bool shared) {
@@ -121,8 +125,8 @@ Result<std::vector<JobRecord>> DataFolder::recover() {
 }
 
 Stores DataFolder::stores() {
-  return {records->jobs(), *tables, *weights, results,          scenes,
-          checkpoints,     moments, &metrics, records->shared()};
+  return {records->jobs(), *tables, *weights, results,           scenes,
+          checkpoints,     moments, &metrics, records->shared(), records->passes()};
 }
 
 }  // namespace qray::server

@@ -14,9 +14,11 @@ const is_silent = (worker) => worker.silent_seconds > kSilentSeconds;
 
 function what_it_does(worker) {
   if (is_silent(worker)) return 'silent: its jobs go to others';
+  if (worker.aside) return `put aside: ${worker.aside}`;
   if (worker.draining) return worker.jobs.length ? 'draining: finishes its jobs' : 'drained';
   if (worker.threads === 0) return 'answers requests';
-  const renders = worker.jobs.length ? 'renders' : 'waits for jobs';
+  const renders = worker.jobs.length ? 'renders' : worker.helps ? 'samples for another worker'
+    : 'waits for jobs';
   return worker.kind === 'front' ? `answers requests, ${renders}` : renders;
 }
 
@@ -53,7 +55,7 @@ function fill(row, worker) {
   part('host').textContent = worker.host;
   part('host').title = worker.id;
   part('state').textContent = what_it_does(worker);
-  part('jobs').replaceChildren(...worker.jobs.flatMap((id) => {
+  part('jobs').replaceChildren(...[...worker.jobs, ...(worker.helps ? [worker.helps] : [])].flatMap((id) => {
     const link = document.createElement('a');
     link.href = `/#job=${encodeURIComponent(id)}`;
     link.textContent = id;
@@ -63,6 +65,7 @@ function fill(row, worker) {
   part('age').textContent = duration(worker.age_seconds);
   part('silent').textContent = `${duration(worker.silent_seconds)} ago`;
   part('build').textContent = worker.build;
+  part('build').title = worker.bits;
   part('drain').hidden = worker.draining || worker.threads === 0 || is_silent(worker);
 }
 
@@ -83,10 +86,10 @@ function show({ workers }) {
   });
   const render = workers.filter((worker) => worker.threads > 0 && !is_silent(worker));
   const all = render.reduce((sum, worker) => sum + worker.samples_per_second, 0);
-  const builds = new Set(render.map(({ build }) => build));
+  const bits = new Set(render.map((worker) => worker.bits));
   by_id('summary').textContent = `${render.length} render` + (all ? `, ${speed(all)}` : '');
-  say(builds.size > 1 ? 'Workers of several builds of qray: the bits of their pictures may differ.'
-    : '');
+  say(bits.size > 1 ? 'Workers of several builds of qray, or on several kinds of processors: the '
+    + 'bits of their pictures may differ, so they do not sample one picture together.' : '');
 }
 
 function say(text) {

@@ -1,7 +1,8 @@
 // The table that grows where its data supports it (docs/guiding.md): places by a SpatialTree,
 // directions by DirectionTrees, integer sums of what each direction was paid, and of what arrives
 // in all, which Russian roulette reads (path.cpp). How it grows between passes is in
-// adaptive_growth.cpp; saving, loading and merging its tables in adaptive_table.cpp.
+// adaptive_growth.cpp; saving, loading and merging its tables in adaptive_table.cpp; copies of it
+// for other processes in adaptive_share.cpp.
 //
 // Sums are added to while a pass runs, each state's behind its lock: neither threads nor order
 // change a bit. Radiance counts in units of the scene's brightest light.
@@ -20,7 +21,7 @@ namespace qray {
 
 struct AdaptiveRecord;
 
-class AdaptiveGuide final : public Guide {
+class AdaptiveGuide final : public Guide, private GuideShare {
  public:
   explicit AdaptiveGuide(const GuideSetup& setup);
 
@@ -45,6 +46,7 @@ class AdaptiveGuide final : public Guide {
   void update(GuideDelta& delta) override;
   void end_pass() override;
   void stop_growing() override { grows_ = false; }
+  GuideShare* share() override { return this; }
 
   GuideStats stats() const override;
   GuideWorth worth() const override { return worth_; }
@@ -98,6 +100,11 @@ class AdaptiveGuide final : public Guide {
     std::vector<Part> parts;  // each state's
     size_t room = 0;          // bytes
   };
+  void save_copy(SnapshotWriter& out) const override;
+  void load_copy(SnapshotReader& in) override;
+  Bytes take_learned() override;
+  bool add_learned(std::span<const uint8_t> learned) override;
+
   template <class Self, class Archive>
   static void exchange_state(Self& self, Archive& archive);
   int64_t kept(size_t state) const;  // of kShareOne: of its sums, at the end of a pass

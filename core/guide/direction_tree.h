@@ -16,6 +16,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "core/base/byte_io.h"
 #include "core/guide/adaptive_params.h"
 #include "core/math/vec.h"
 
@@ -77,6 +78,24 @@ class DirectionTrees {
   static void exchange(Self& self, Archive& archive) {
     archive(self.nodes_, self.sums_);
   }
+
+  // Of a copy that samples and is added to (guide_share.h): the trees without their sums, which are
+  // zero after empty_sums().
+  template <class Self, class Archive>
+  static void exchange_trees(Self& self, Archive& archive) {
+    archive(self.nodes_);
+  }
+  void empty_sums() { sums_.assign(nodes_.size(), {}); }
+  void take_sums(ByteWriter& out);  // what was added since; they are zero again
+  // One whose trees are these: what was taken of it.
+  struct Added {
+    size_t node = 0;
+    int quadrant = 0;
+    Sums sums;
+  };
+  // False: it is not of such trees.
+  bool read_sums(ByteReader& in, std::vector<Added>& added) const;
+  void add_sums(const std::vector<Added>& added);
 
   // What put() would take.
   static size_t bytes_of(const Cells& cells) {

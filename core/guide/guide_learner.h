@@ -6,6 +6,7 @@
 #include <span>
 
 #include "core/guide/guide_point.h"
+#include "core/guide/guide_share.h"
 
 namespace qray {
 
@@ -66,6 +67,9 @@ class GuideLearner {
   // The picture gains little by a larger table: from here on, where the method can, it learns
   // about the states that it has.
   virtual void stop_growing() {}
+  // Null: what this method learns depends on the order in which it learns it, so that one process
+  // samples all of a pass.
+  virtual GuideShare* share() { return nullptr; }
 };
 
 }  // namespace qray

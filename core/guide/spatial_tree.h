@@ -79,6 +79,12 @@ class SpatialTree {
     archive(self.origin_, self.exponent_, self.inverse_cell_, self.off_surface_, self.links_,
             self.leaves_, self.top_depth_, self.top_);
   }
+  // Without the index, which who reads it makes anew.
+  template <class Self, class Archive>
+  static void exchange_cuts(Self& self, Archive& archive) {
+    archive(self.origin_, self.exponent_, self.inverse_cell_, self.off_surface_, self.links_,
+            self.leaves_);
+  }
 
  private:
   static constexpr uint32_t kLeaf = 1u

@@ -100,13 +100,14 @@ Result<JobResult> run_job(const PreparedScene& scene, RenderSettings settings,
 Result<JobResult> run_guided_job(const PreparedScene& scene, RenderSettings settings,
                                  StartingGuide start, Film& film, TaskPool& pool,
                                  RenderObserver& observer, std::stop_token stop, const Clock& clock,
-                                 const Recovery* recovery, const Checkpoints& checkpoints) {
+                                 const Recovery* recovery, const Checkpoints& checkpoints,
+                                 PassSampler* sampler) {
   Guide* guide = start.guide.get();
   if (recovery)
     if (Status s = check_recovery(*recovery, settings); !s) return s.error();
   settings.estimates_noise |= recovery != nullptr;
   Result<RenderStats> stats =
-      render(scene, settings, guide, film, pool, observer, stop, clock, checkpoints);
+      render(scene, settings, guide, film, pool, observer, stop, clock, checkpoints, sampler);
   if (!stats.ok()) return stats.error();
   JobResult result;
   result.stats = std::move(stats).value();

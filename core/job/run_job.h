@@ -42,11 +42,13 @@ Result<JobResult> run_job(const PreparedScene& scene, RenderSettings settings,
                           const Recovery* recovery = nullptr, const Checkpoints& checkpoints = {});
 
 // The same, of a guide that is loaded already; with `checkpoints.resume_from`, of a fresh one.
+// `sampler`: as of render().
 Result<JobResult> run_guided_job(const PreparedScene& scene, RenderSettings settings,
                                  StartingGuide start, Film& film, TaskPool& pool,
                                  RenderObserver& observer, std::stop_token stop, const Clock& clock,
                                  const Recovery* recovery = nullptr,
-                                 const Checkpoints& checkpoints = {});
+                                 const Checkpoints& checkpoints = {},
+                                 PassSampler* sampler = nullptr);
 
 // Of a picture: what it was made with. `table_out`: null, none.
 ImageMetadata picture_metadata(const RenderStats& stats, const PreparedScene& scene,

@@ -38,7 +38,7 @@ void GuideDecision::start_pass(uint64_t samples, uint64_t paths, bool may_learn)
   part_ = learning_ && gate_.on_part();  // a trial ends with learning
   paths_ = paths;
   seen_ = guide_.stats().samples_seen;
-  few_ = guide_.expects() && !part_ && paths >= kLeastPaths * kFew &&
+  few_ = guide_.expects() && !part_ && paths >= kLeastPaths * GuidedPixels::kFew &&
          static_cast<double>(seen_) >= kKnowsMore * events_a_path_ * static_cast<double>(paths);
   guided_ = !guide_.expects() ||
             (gate_.guides(samples, guide_.stats().samples_seen) && part_ == gate_.on_part());
@@ -67,8 +67,8 @@ void GuideDecision::judge(uint64_t samples, const PassCost& cost, const PassCost
   }
   const GuideStats table = guide_.stats();
   if (learning_ && !part_ && table.samples_seen > seen_)
-    events_a_path_ = static_cast<double>(table.samples_seen - seen_) * (few_ ? kFew : 1) /
-                     static_cast<double>(paths_);
+    events_a_path_ = static_cast<double>(table.samples_seen - seen_) *
+                     (few_ ? GuidedPixels::kFew : 1) / static_cast<double>(paths_);
   record.states = table.states;
   record.direction_nodes = table.direction_nodes;
   record.table_bytes = table.bytes;

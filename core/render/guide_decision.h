@@ -7,6 +7,7 @@
 
 #include "core/guide/guide.h"
 #include "core/render/guide_gate.h"
+#include "core/render/guided_pixels.h"
 #include "core/render/noise_estimate.h"
 #include "core/render/prepared_scene.h"
 #include "core/render/stats.h"
@@ -26,17 +27,9 @@ class GuideDecision {
   void start_pass(uint64_t samples, uint64_t paths, bool may_learn);
   bool guided() const { return guided_; }      // paths of this pass ask the guide
   bool learning() const { return learning_; }  // it learns from this pass
-  // Whether both are so for the paths of this pixel: on a part, for one in GuideGate::kPart, spread
-  // evenly.
-  bool serves(int x, int y) const {
-    return !part_ || static_cast<uint64_t>(x + kLatticeShift * y) % GuideGate::kPart == 0;
-  }
-  // Whether it learns from them: where it knows much more than the pass can tell, from one pixel in
-  // kFew of those that it serves, others in each pass.
-  bool learns(int x, int y) const {
-    return learning_ && serves(x, y) &&
-           (!few_ || (static_cast<uint64_t>(x + kLatticeShift * y) + passes_.size()) % kFew == 0);
-  }
+  // For which pixels: on a part where it is on trial; from few where it knows much more than the
+  // pass can tell.
+  GuidedPixels pixels() const { return {guided_, learning_, part_, few_, passes_.size()}; }
   // Since noise was last measured, passes were guided by what changed: they weigh by their noise.
   bool noise_changed() const { return guide_.expects() && changing_; }
 
@@ -57,9 +50,6 @@ class GuideDecision {
   }
 
  private:
-  static constexpr uint64_t kFew = 8;
-  static constexpr int kLatticeShift = 6;  // a row's pixels lie between those of its neighbours
-
   Guide& guide_;
   const bool view_lasts_;
   GuideGate gate_;

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "core/guide/guide_table.h"
+#include "core/render/guided_pixels.h"
 
 namespace qray {
 
@@ -33,7 +34,7 @@ struct PassCost {
 
 class GuideGate {
  public:
-  static constexpr uint64_t kPart = 16;
+  static constexpr uint64_t kPart = GuidedPixels::kPart;
   static constexpr int kMostPilotSamples = 16;  // a pixel
   // Samples before a guide is tried that has little to gain: a picture with little noise or a table
   // that lost before; both of them.

@@ -10,6 +10,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "core/render/tile_samples.h"
@@ -33,6 +34,7 @@ class NoiseEstimate {
   float deviation(int x, int y) const {
     return deviation_.empty() ? 0.0f : deviation_[index(x, y)];
   }
+  std::span<const float> deviations() const { return deviation_; }  // of all; empty: not known
   float samples(int x, int y) const {
     return all_count_[0][index(x, y)] + all_count_[1][index(x, y)];
   }

@@ -24,6 +24,7 @@ struct PathCounters {
   uint64_t timed_total = 0, timed_tracing = 0, timed_guiding = 0;
 
   PathCounters& operator+=(const PathCounters& o);
+  PathCounters& operator-=(const PathCounters& o);
   template <class Self, class Archive>
   static void exchange(Self& self, Archive& archive) {
     archive(self.paths, self.rays, self.dropped_samples, self.guided_paths, self.guided_rays,

@@ -42,16 +42,20 @@ class PixelPlan {
   uint32_t count(int x, int y) const { return counts_.empty() ? samples_ : counts_[index(x, y)]; }
   uint32_t first(int x, int y) const { return counts_.empty() ? done_ : done_each_[index(x, y)]; }
   void end_pass();
+  size_t index(int x, int y) const {  // row by row
+    return static_cast<size_t>(y) * static_cast<size_t>(width_) + static_cast<size_t>(x);
+  }
 
   template <class Self, class Archive>
   static void exchange(Self& self, Archive& archive) {
     archive(self.samples_, self.done_, self.counts_, self.done_each_);
   }
+  // Whether what was read is of this grid.
+  bool fits() const {
+    return counts_.size() == done_each_.size() && (counts_.empty() || counts_.size() == pixels());
+  }
 
  private:
-  size_t index(int x, int y) const {
-    return static_cast<size_t>(y) * static_cast<size_t>(width_) + static_cast<size_t>(x);
-  }
   void share_out(int samples, const NoiseEstimate& noise);
 
   static constexpr int kRoundX[] = {0, 1, 1, 0}, kRoundY[] = {0, 1, 0, 1};

@@ -1,8 +1,8 @@
 #include "core/render/renderer.h"
 
 #include "core/base/check.h"
-#include "core/render/pixel_sampler.h"
 #include "core/render/render_report.h"
+#include "core/render/unit_renderer.h"
 
 namespace qray {
 namespace {
@@ -82,7 +82,7 @@ size_t Renderer::sample(size_t most, const std::function<bool()>& enough,
   const size_t done = pool_.run_until(
       std::min(most, units_left()),
       [&](size_t i, int worker) {
-        if (!sample_unit(pass_.next_unit + i, workers_[worker], stop)) return;
+        if (!sample_one(pass_.next_unit + i, workers_[worker], stop)) return;
         std::lock_guard lock(observer_mutex_);
         observer.on_tile(progress(samples_a_unit * static_cast<double>(++sampled)));
       },
@@ -91,46 +91,69 @@ size_t Renderer::sample(size_t most, const std::function<bool()>& enough,
   return done;
 }
 
+PassView Renderer::pass_view() const {
+  return {camera_, settings_.seed, pixels_,
+          noise_ ? noise_->deviations() : std::span<const float>(),
+          decision_ ? decision_->pixels() : GuidedPixels()};
+}
+
 // False when stopped; the unit is then left out of everything.
-bool Renderer::sample_unit(size_t unit, RenderWorker& worker, const std::stop_token& stop) {
+bool Renderer::sample_one(size_t unit, RenderWorker& worker, const std::stop_token& stop) {
   const auto tiles = static_cast<size_t>(film_.tile_count());
-  const int tile = static_cast<int>(unit % tiles), round = static_cast<int>(unit / tiles);
   TileSamples& samples = worker.samples;
-  samples.start(film_.tile(tile));
+  samples.start(film_.tile(static_cast<int>(unit % tiles)));
   std::unique_ptr<GuideDelta> learned;
   if (learning()) learned = updates_.empty_delta();
-  if (!sample_pixels(round, worker, learned.get(), stop)) {
+  if (!sample_unit(pass_view(), static_cast<int>(unit / tiles), worker.tracer, samples,
+                   learned.get(), stop)) {
     worker.tracer.discard();
     return false;
   }
-  worker.tracer.flush();
+  add_samples(unit, samples);
+  if (learned) updates_.finish(unit, std::move(learned));
+  return true;
+}
+
+void Renderer::add_samples(size_t unit, TileSamples& samples) {
+  const auto tiles = static_cast<size_t>(film_.tile_count());
+  const int tile = static_cast<int>(unit % tiles), round = static_cast<int>(unit / tiles);
   if (measures_) add_noise(round, samples);
   // A tile counts the samples of a pass once.
   film_.add(tile, samples.sums(), static_cast<uint32_t>(round == 0 ? pass_.samples : 0),
             samples.counts(), samples.seen());
   if (mode_.on_samples) mode_.on_samples(samples);
-  if (learned) updates_.finish(unit, std::move(learned));
-  return true;
 }
 
-bool Renderer::sample_pixels(int round, RenderWorker& worker, GuideDelta* learn,
-                             const std::stop_token& stop) {
-  PixelSampler sampler(camera_, settings_.seed, worker.tracer);
-  TileSamples& samples = worker.samples;
-  return pixels_.for_each_in_round(round, samples.rect(), [&](int x, int y) {
-    if (stop.stop_requested()) return false;
-    const int column = x / pixels_.step(), row = y / pixels_.step();
-    const uint32_t first = pixels_.first(column, row), count = pixels_.count(column, row);
-    const float deviation = noise_ ? noise_->deviation(column, row) : 0.0f;
-    samples.set_count(x, y, count);
-    const bool served = decision_ && decision_->serves(column, row);
-    const bool learned = learn && decision_->learns(column, row);
-    worker.tracer.set_guiding(served && guided(), learned);
-    for (uint32_t number = first; number < first + count; ++number)
-      sampler.sample(x, y, number, learned ? learn : nullptr, deviation,
-                     samples.target(x, y, first, count, number));
-    return true;
-  });
+void Renderer::save_pass(SnapshotWriter& out) const {
+  QRAY_CHECK(pass_.running && !mode_.in_rounds && (!guide_ || guide_->share()));
+  const PassView pass = pass_view();
+  out(PassOf::of(scene_, settings_), pixels_,
+      std::vector<float>(pass.deviations.begin(), pass.deviations.end()), pass.guide);
+}
+
+void Renderer::save_guide(SnapshotWriter& out) const { guide_->share()->save_copy(out); }
+
+bool Renderer::add_units(std::span<const uint8_t> sampled, RenderObserver& observer) {
+  ByteReader times(sampled);
+  PathCounters counters, cycles;
+  for (uint64_t* of : {&cycles.timed_total, &cycles.timed_tracing, &cycles.timed_guiding})
+    *of = times.u64();
+  SnapshotReader in(sampled.subspan(times.offset()));
+  uint64_t first = 0, count = 0;
+  Bytes learned;
+  in(first, count, counters, learned);
+  if (!in.ok() || first != pass_.next_unit || count > units_left()) return false;
+  std::vector<TileSamples> samples(count);
+  for (size_t i = 0; i < count; ++i) samples[i].load(film_.tile(static_cast<int>(first + i)), in);
+  if (!in.whole() || (learning() && !guide_->share()->add_learned(learned))) return false;
+  counters += cycles;
+  counters_before_ += counters;
+  const double samples_a_unit = pass_.samples / static_cast<double>(units());
+  for (TileSamples& tile : samples) {
+    add_samples(pass_.next_unit++, tile);
+    observer.on_tile(progress(samples_a_unit * static_cast<double>(pass_.next_unit)));
+  }
+  return true;
 }
 
 void Renderer::add_noise(int round, const TileSamples& samples) {
@@ -139,8 +162,9 @@ void Renderer::add_noise(int round, const TileSamples& samples) {
     const SampleHalves<Rgb> of = samples.halves(x, y);
     noise_->add(column, row, pixels_.first(column, row), samples.count(x, y),
                 {luminance(of.even), luminance(of.odd), luminance(of.earlier), luminance(of.later)},
-                decision_ && decision_->learns(column, row) ? std::optional(samples.saved(x, y))
-                                                            : std::nullopt);
+                decision_ && decision_->pixels().learns(column, row)
+                    ? std::optional(samples.saved(x, y))
+                    : std::nullopt);
     return true;
   });
 }

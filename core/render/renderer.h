@@ -21,6 +21,7 @@
 #include "core/render/pixel_plan.h"
 #include "core/render/render_observer.h"
 #include "core/render/render_workers.h"
+#include "core/render/sample_unit.h"
 
 namespace qray {
 
@@ -58,6 +59,22 @@ class Renderer {
   // and a render that goes on from this one's state samples the rest.
   bool out_of_time() const { return !learning() && plan_.out_of_time(age()); }
   bool pass_whole() const { return pass_.next_unit == units(); }
+
+  // Where units of the pass are sampled by other processes (unit_renderer.h): what they need of it
+  // beside scene and settings, and of the guide where needs_guide() says so. Not in rounds, and of
+  // a guide that has copies. The guide stays the same through a pass, and while it learns nothing.
+  bool needs_guide() const { return guided() || learning(); }
+  void save_pass(SnapshotWriter& out) const;
+  void save_guide(SnapshotWriter& out) const;
+  int pass() const { return static_cast<int>(plan_.passes().size()); }  // its number, from 1 on
+  size_t next_unit() const { return pass_.next_unit; }  // of the pass, the first not sampled
+  double samples_a_unit() const {                       // paths, on average
+    return static_cast<double>(pixels_.pixels()) * pass_.samples / static_cast<double>(units());
+  }
+  // The next units, as UnitRenderer::sample() gave them. False: these are not they, and nothing was
+  // added.
+  bool add_units(std::span<const uint8_t> sampled, RenderObserver& observer);
+
   // Once it is whole.
   void end_pass();
 
@@ -89,9 +106,9 @@ class Renderer {
   bool learning() const { return decision_ && decision_->learning(); }
   double elapsed() const { return clock_.seconds() - start_; }
   RenderAge age() const { return {samples_, elapsed(), noise_level_}; }
-  bool sample_unit(size_t unit, RenderWorker& worker, const std::stop_token& stop);
-  bool sample_pixels(int round, RenderWorker& worker, GuideDelta* learn,
-                     const std::stop_token& stop);
+  PassView pass_view() const;
+  bool sample_one(size_t unit, RenderWorker& worker, const std::stop_token& stop);
+  void add_samples(size_t unit, TileSamples& samples);
   void add_noise(int round, const TileSamples& samples);
   void measure_pass();
   Image noise_picture() const;

@@ -2,10 +2,12 @@
 // distances tell the noise. One thread's, used for tile after tile.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <span>
 #include <vector>
 
+#include "core/base/snapshot.h"
 #include "core/film/film.h"
 #include "core/render/path_state.h"
 
@@ -58,9 +60,54 @@ class TileSamples {
   std::span<const uint32_t> counts() const { return counts_; }
   std::span<const Rgb> seen() const { return seen_; }  // of each pixel's sum, PixelTarget::seen
 
+  // All of it, for another process. What is zero everywhere is left out: in early passes that is
+  // most.
+  void save(SnapshotWriter& out) const {
+    out(rect_.width, rect_.height);
+    std::vector<Rgb> quarter(quarters_.size());
+    for (size_t k = 0; k < kQuarters; ++k) {
+      for (size_t i = 0; i < quarter.size(); ++i) quarter[i] = quarters_[i][k];
+      save_unless_zero(quarter, out);
+    }
+    save_unless_zero(counts_, out);
+    save_unless_zero(saved_, out);
+    save_unless_zero(seen_, out);
+  }
+  // Of a tile that lies there. What does not fit turns `in` not ok.
+  void load(const TileRect& rect, SnapshotReader& in) {
+    int width = 0, height = 0;
+    in(width, height);
+    if (width != rect.width || height != rect.height) return in.fail();
+    start(rect);
+    std::vector<Rgb> quarter(quarters_.size());
+    for (size_t k = 0; k < kQuarters; ++k) {
+      load_unless_zero(quarter, in);
+      for (size_t i = 0; i < quarter.size(); ++i) quarters_[i][k] = quarter[i];
+    }
+    load_unless_zero(counts_, in);
+    load_unless_zero(saved_, in);
+    load_unless_zero(seen_, in);
+  }
+
  private:
-  using Quarters = std::array<Rgb, 4>;  // earlier even, earlier odd, later even, later odd
+  static constexpr size_t kQuarters = 4;
+  using Quarters = std::array<Rgb, kQuarters>;  // earlier even, earlier odd, later even, later odd
   static Rgb sum(const Quarters& q) { return (q[0] + q[1]) + (q[2] + q[3]); }
+  template <class T>
+  static void save_unless_zero(const std::vector<T>& values, SnapshotWriter& out) {
+    const bool any = std::any_of(values.begin(), values.end(), [](const T& v) { return v != T{}; });
+    out(any);
+    if (any) out(values);
+  }
+  template <class T>
+  static void load_unless_zero(std::vector<T>& values, SnapshotReader& in) {
+    const size_t size = values.size();
+    bool any = false;
+    in(any);
+    if (any) in(values);
+    if (!any) values.assign(size, T{});
+    if (values.size() != size) in.fail(), values.assign(size, T{});
+  }
   size_t index(int x, int y) const {
     return static_cast<size_t>(y - rect_.y) * static_cast<size_t>(rect_.width) +
            static_cast<size_t>(x - rect_.x);

@@ -62,6 +62,7 @@ bool read_text(const Field& field, std::string_view text, unsigned caller, Field
       out = text == "on";
       return text == "on" || text == "off";
     case FieldType::kWhole:
+      if (!field.zero.empty() && text == field.zero) return take(std::optional<int64_t>(0));
       return take(number_of<int64_t>(text));
     case FieldType::kWhole64:
       return take(number_of<uint64_t>(text));
@@ -128,7 +129,8 @@ std::string expected(const Field& field, unsigned caller) {
     case FieldType::kSwitch:
       return caller & (kJob | kLive) ? "true or false" : "on or off";
     case FieldType::kWhole:
-      return "a whole number, " + whole_text(field.least) + ".." + whole_text(field.most);
+      return "a whole number, " + whole_text(field.least) + ".." + whole_text(field.most) +
+             (field.zero.empty() ? "" : ", or " + field.zero);
     case FieldType::kWhole64:
       return "a whole number, 0.." + std::to_string(UINT64_MAX);
     case FieldType::kNumber:

@@ -56,6 +56,7 @@ struct Field {
   double least = 0, most = 0;  // of kWhole and kNumber
   bool above_least = false;    // `least` itself is not allowed
   int multiple_of = 1;         // of kWhole
+  std::string zero = {};       // of kWhole: a word that means 0, which is not in its range
   std::vector<Choice> choices = {};
   std::string other = {};  // what a kChoice may be beside: "the id of a table (32 hex digits)"
   std::optional<FieldValue> fallback = {};  // none: the scene's, or left open

@@ -304,6 +304,13 @@ void add_queue(FieldTable& out) {
                  .most = 5,
                  .fallback = FieldValue(int64_t{0}),
                  .callers = kOfServer});
+  out.push_back({.path = "workers",
+                 .help = "The workers of a farm that sample the picture together (auto: as many as "
+                         "there are). It has the bits that one makes. Left out, it is 1.",
+                 .least = 1,
+                 .most = 1000,
+                 .zero = "auto",
+                 .callers = kOfServer});
   out.push_back(
       {.path = "labels",
        .type = FieldType::kLabels,

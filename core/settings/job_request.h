@@ -47,7 +47,7 @@ namespace field {
 inline constexpr FieldName<std::string> kScene{"scene"}, kMethod{"method"}, kTable{"table"},
     kPixels{"pixels"}, kRecover{"recover"};
 inline constexpr FieldName<int> kWidth{"width"}, kHeight{"height"}, kSamples{"samples"},
-    kMaxDepth{"max_depth"}, kPriority{"priority"};
+    kMaxDepth{"max_depth"}, kPriority{"priority"}, kWorkers{"workers"};
 inline constexpr FieldName<double> kSeconds{"seconds"}, kNoise{"noise"}, kFrameMs{"frame_ms"};
 inline constexpr FieldName<uint64_t> kSeed{"seed"};
 inline constexpr FieldName<bool> kNee{"nee"}, kLearning{"learning"}, kRecovery{"recovery"},

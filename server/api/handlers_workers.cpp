@@ -22,13 +22,16 @@ void WorkerHandlers::list(httplib::Response& res) const {
                           w.host,
                           w.kind,
                           w.build,
+                          w.bits,
                           w.threads,
                           w.draining,
                           w.samples,
                           w.samples_a_second,
                           w.age_seconds,
                           w.silent_seconds,
-                          {}});
+                          {},
+                          w.helps ? w.helps->text() : std::string(),
+                          w.aside});
       for (const JobId id : w.jobs) messages.back().jobs.push_back(id.text());
     }
   }

@@ -87,8 +87,12 @@ Status JobRun::prepare() {
   if (!frames.ok()) return frames.error();
   frames_ = std::move(frames).value();
   of_frames_ = asks_for_frames(job_.request);
-  memory_ = context_.memory.take(job_memory(settings_, job_.request.get(field::kRecover) != "none"),
-                                 context_.stop);
+  // Where others sample passes with it, it has a copy of the table beside it.
+  const bool shares = job_.request.given(field::kWorkers).value_or(1) != 1;
+  memory_ =
+      context_.memory.take(job_memory(settings_, job_.request.get(field::kRecover) != "none") +
+                               (shares ? table_memory(settings_) : 0),
+                           context_.stop);
   if (context_.stop.stop_requested()) return Error{ErrorCode::kCanceled, "canceled", ""};
 
   show_film();
@@ -218,16 +222,36 @@ Result<JobResult> JobRun::render_picture(StartingGuide start, const Parent& pare
         last_pass_ = stats;
         if (context_.lease.holds()) moments.add(progress, stats, guide);
       });
+  const std::unique_ptr<SharedPassSampler> shared = shared_sampler();
   Result<JobResult> result =
       context_.render(*scene_, settings_, std::move(start), *film, context_.pool, *running_,
-                      context_.stop, context_.clock, recovery, checkpoints);
+                      context_.stop, context_.clock, recovery, checkpoints, shared.get());
+  if (shared) log(shared->totals().text());
   running_->on_pass(nullptr);
   if (!moments.failure().empty()) warn(moments.failure());
   return result;
 }
 
+std::unique_ptr<SharedPassSampler> JobRun::shared_sampler() {
+  const int workers = job_.request.given(field::kWorkers).value_or(1);
+  if (workers == 1) return nullptr;
+  if (!context_.stores.passes) {
+    warn("workers: this server is alone and samples the whole picture");
+    return nullptr;
+  }
+  Result<std::unique_ptr<SharedPassSampler>> made =
+      SharedPassSampler::make({*context_.stores.passes, *scene_, settings_, context_.pool,
+                               context_.clock, [this](const std::string& text) { warn(text); }},
+                              {id_, job_.claim, workers, context_.shared_pass_seconds});
+  if (made.ok()) return std::move(made).value();
+  warn("workers: " + made.error().message);
+  return nullptr;
+}
+
 Result<JobResult> JobRun::render_frames(StartingGuide start, const Recovery* recovery,
                                         const Checkpoints& checkpoints) {
+  if (job_.request.given(field::kWorkers).value_or(1) != 1)
+    warn("workers: a job of many frames is rendered by one worker");
   JobFrames frames({context_.stores.checkpoints, context_.stores.results, context_.stores.jobs,
                     *running_, context_.lease},
                    id_, frames_, /*goes_on=*/checkpoints.resume_from != nullptr, context_.stop);

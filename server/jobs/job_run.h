@@ -2,6 +2,7 @@
 #pragma once
 
 #include "server/jobs/job_runner.h"
+#include "server/jobs/shared_pass_sampler.h"
 
 namespace qray::server {
 
@@ -12,6 +13,7 @@ struct RunContext {
   const Clock& clock;
   const std::function<int64_t()>& now_ms;
   const JobRunner::Render& render;
+  double shared_pass_seconds;
   std::function<void(std::shared_ptr<RunningJob>)> show;  // to readers; null: no more
   std::function<void()> got_somewhere;                    // its first state was written
   JobKeeper& keeper;
@@ -53,6 +55,8 @@ class JobRun {
   Result<JobResult> render_frames(StartingGuide start, const Recovery* recovery,
                                   const Checkpoints& checkpoints);
   std::optional<Recovery> recovery(const std::string& wanted);
+  // Who samples its passes, where other workers are to; null: this process alone.
+  std::unique_ptr<SharedPassSampler> shared_sampler();
   void show_film();
   Status finish(Rendered rendered);
   Status may_write() const;  // kCanceled: another process may have the job

@@ -39,6 +39,7 @@ void JobRunner::start(const std::vector<JobRecord>& recovered) {
     workers_.emplace_back([this](std::stop_token stop) { keep_leases(stop); });
     for (int i = 0; i < limits_.at_once; ++i)
       workers_.emplace_back([this](std::stop_token stop) { work_shared(stop); });
+    if (limits_.at_once > 0 && stores_.passes) help_others();
     return;
   }
   for (const JobRecord& job : recovered) queue_.push(job.id, job.request.get(field::kPriority));

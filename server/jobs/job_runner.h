@@ -14,6 +14,7 @@
 #include "server/jobs/job_keeper.h"
 #include "server/jobs/job_queue.h"
 #include "server/jobs/lease.h"
+#include "server/jobs/pass_helper.h"
 #include "server/jobs/running_job.h"
 #include "server/jobs/worker_speed.h"
 #include "server/policy/memory_budget.h"
@@ -22,6 +23,7 @@
 #include "server/store/result_store.h"
 #include "server/store/scene_store.h"
 #include "server/store/shared_jobs.h"
+#include "server/store/shared_passes.h"
 #include "server/store/table_store.h"
 #include "server/store/weights_store.h"
 
@@ -39,8 +41,9 @@ struct Stores {
   SceneStore& scenes;
   CheckpointStore& checkpoints;
   MomentStore& moments;
-  Metrics* metrics = nullptr;    // may be
-  SharedJobs* shared = nullptr;  // where other processes run jobs too
+  Metrics* metrics = nullptr;      // may be
+  SharedJobs* shared = nullptr;    // where other processes run jobs too
+  SharedPasses* passes = nullptr;  // and may sample passes of them together
 };
 
 class JobRunner {
@@ -51,6 +54,7 @@ class JobRunner {
     size_t max_queued = 1000;
     size_t memory_bytes = size_t{8} << 30;  // of all that run at once
     std::string kind = "front";             // WorkerInfo::kind
+    double shared_pass_seconds = 0.25;      // a pass that takes less is not shared
   };
   // `render`: what makes the pictures; tests have one that takes no time.
   using Render = std::function<decltype(run_guided_job)>;
@@ -113,6 +117,7 @@ class JobRunner {
   void carry_out(JobRun& run, JobId id);
   // Where several processes share the jobs (shared_runs.cpp): runs what it claims of them.
   void work_shared(std::stop_token stop);
+  void help_others();
   std::optional<JobRecord> claim_shared(std::stop_token stop);
   void run_shared(const JobRecord& job, std::stop_token stop);
   // Renews the leases of what runs here, passes on what others ask of it, and takes up what others
@@ -153,6 +158,7 @@ class JobRunner {
   bool draining_ = false;
   std::mutex claim_mutex_;  // one thread claims at a time
   WorkerSpeed speed_;       // of the thread that keeps leases
+  std::optional<PassHelper> helper_;
   std::vector<std::jthread> workers_;
 };
 

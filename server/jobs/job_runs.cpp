@@ -29,6 +29,7 @@ RunContext JobRunner::context_of(JobId id, const Running& running, TaskPool& sha
           clock_,
           now_ms_,
           render_,
+          limits_.shared_pass_seconds,
           show,
           let_others_run,
           *running.keeper,

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "core/base/build_identity.h"
+#include "server/jobs/bits_of_machine.h"
 #include "server/jobs/job_run.h"
 #include "server/jobs/wait.h"
 #include "server/operation/metrics.h"
@@ -74,6 +75,16 @@ void JobRunner::run_shared(const JobRecord& record, std::stop_token stop) {
   carry_out(job, id);
 }
 
+void JobRunner::help_others() {
+  const auto is_free = [this] {
+    std::lock_guard lock(mutex_);
+    return running_.empty() && !draining_;
+  };
+  helper_.emplace(PassHelper::Uses{*stores_.passes, stores_.jobs, stores_.scenes, stores_.tables,
+                                   pool_, memory_, clock_, is_free});
+  workers_.emplace_back([this](std::stop_token stop) { helper_->run(stop); });
+}
+
 void JobRunner::keep_leases(std::stop_token stop) {
   const milliseconds lease = stores_.shared->lease();
   const milliseconds between = std::clamp(lease / 5, milliseconds(20), kMostBetweenRenewals);
@@ -110,7 +121,7 @@ bool JobRunner::renew_leases() {
                       static_cast<uint64_t>(film->height());
     }
   }
-  speed_.look(std::move(samples), clock_.seconds());
+  speed_.look(std::move(samples), helper_ ? helper_->samples() : 0, clock_.seconds());
   if (runs.empty()) return true;
   const int64_t before = Lease::now_ms();
   const Result<std::vector<SharedJobs::Held>> held = stores_.shared->renew(runs);
@@ -142,6 +153,8 @@ bool JobRunner::be_present() {
   WorkerInfo me;
   me.kind = limits_.kind;
   me.build = std::string(build_identity()).substr(0, 12);
+  me.bits = bits_of_machine();
+  if (helper_) me.helps = helper_->helps();
   me.threads = limits_.at_once > 0 ? limits_.threads : 0;
   me.samples = speed_.samples();
   me.samples_a_second = speed_.a_second();
@@ -158,7 +171,7 @@ void JobRunner::drain() {
 
 bool JobRunner::is_drained() const {
   std::lock_guard lock(mutex_);
-  return draining_ && running_.empty();
+  return draining_ && running_.empty() && !(helper_ && helper_->helps());
 }
 
 }  // namespace qray::server

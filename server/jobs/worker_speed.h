@@ -12,9 +12,11 @@ namespace qray::server {
 
 class WorkerSpeed {
  public:
-  // All that run now, with the samples that each has so far.
-  void look(std::map<JobId, uint64_t> now, double seconds) {
-    uint64_t added = 0;
+  // All that run now, with the samples that each has so far; and what was sampled for jobs of other
+  // processes, in all.
+  void look(std::map<JobId, uint64_t> now, uint64_t for_others, double seconds) {
+    uint64_t added = for_others - for_others_;
+    for_others_ = for_others;
     for (const auto& [id, samples] : now) {
       const auto before = last_.find(id);
       // What a job had when it was first seen may be another run's.
@@ -37,7 +39,7 @@ class WorkerSpeed {
  private:
   static constexpr double kShortest = 1;
   std::map<JobId, uint64_t> last_;
-  uint64_t samples_ = 0, pending_ = 0;
+  uint64_t samples_ = 0, pending_ = 0, for_others_ = 0;
   double at_ = 0, a_second_ = 0;
 };
 

@@ -35,6 +35,9 @@ void add_options(CLI::App& app, Config& c) {
   add(app, "lease-seconds", c.lease_seconds,
       "that a silent worker of a farm keeps its jobs, before others take them")
       ->check(CLI::Range(1.0, 3600.0));
+  add(app, "shared-pass-seconds", c.shared_pass_seconds,
+      "a pass that would take less is not shared with other workers; 0: all are shared")
+      ->check(CLI::Range(0.0, 3600.0));
   add(app, "scenes", c.scenes, "folder of scenes");
   add(app, "web", c.web, "folder of the page");
   add(app, "threads", c.threads, "of rendering; 0: one a processor")->check(CLI::Range(0, 1024));

@@ -15,6 +15,7 @@ struct Config {
   std::filesystem::path data = "data";
   std::string store;                  // postgresql://...; empty: SQLite in the data folder
   double lease_seconds = 15;          // that a silent worker of a shared store is believed
+  double shared_pass_seconds = 0.25;  // a pass that takes less is not shared with other workers
   std::filesystem::path scenes, web;  // default: the source tree's
   std::filesystem::path web_lib;      // what the page takes from npm; may be absent
   std::filesystem::path openapi;      // the contract: the source tree's

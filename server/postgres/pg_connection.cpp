@@ -101,11 +101,17 @@ bool PgConnection::wait(short events, steady_clock::time_point until) {
   }
 }
 
-Result<PgRows> PgConnection::run(const char* sql, const std::vector<PgValue>& values) {
+Result<PgRows> PgConnection::run(const char* sql, const std::vector<PgValue>& values,
+                                 bool as_bytes) {
   std::vector<const char*> texts;
-  for (const PgValue& value : values) texts.push_back(value.text());
+  std::vector<int> sizes, formats;
+  for (const PgValue& value : values) {
+    texts.push_back(value.text());
+    sizes.push_back(value.size());
+    formats.push_back(value.binary());
+  }
   return answer(pq_.send_query_params(connection_, sql, static_cast<int>(texts.size()), nullptr,
-                                      texts.data(), nullptr, nullptr, /*resultFormat=*/0));
+                                      texts.data(), sizes.data(), formats.data(), as_bytes));
 }
 
 Result<PgRows> PgConnection::run_all(const char* sql) {

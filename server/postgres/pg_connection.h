@@ -27,14 +27,19 @@ class PgValue {
   PgValue(int64_t v) : text_(std::to_string(v)) {}
   PgValue(uint64_t v) : PgValue(static_cast<int64_t>(v)) {}
   PgValue(double v);
+  explicit PgValue(const std::vector<uint8_t>& bytes)  // of bytea
+      : text_(std::string(bytes.begin(), bytes.end())), binary_(true) {}
   template <class T>
   PgValue(const std::optional<T>& v) {
     if (v) *this = PgValue(*v);
   }
   const char* text() const { return text_ ? text_->c_str() : nullptr; }
+  int size() const { return text_ ? static_cast<int>(text_->size()) : 0; }
+  bool binary() const { return binary_; }
 
  private:
   std::optional<std::string> text_;
+  bool binary_ = false;
 };
 
 // The rows of an answer.
@@ -61,8 +66,9 @@ class PgConnection {
   PgConnection(const PgConnection&) = delete;
   PgConnection& operator=(const PgConnection&) = delete;
 
-  // One statement with its values.
-  Result<PgRows> run(const char* sql, const std::vector<PgValue>& values);
+  // One statement with its values. `as_bytes`: all columns are text or bytea, and bytea arrives as
+  // it is.
+  Result<PgRows> run(const char* sql, const std::vector<PgValue>& values, bool as_bytes = false);
   // Several, without values, in one round trip; the last one's rows.
   Result<PgRows> run_all(const char* sql);
   // False: it is of no use any more.

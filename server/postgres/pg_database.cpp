@@ -72,13 +72,18 @@ Status PgDatabase::Session::connected() {
 }
 
 Result<PgRows> PgDatabase::Session::run(const char* sql, const std::vector<PgValue>& values) {
+  return run(sql, values, /*as_bytes=*/false);
+}
+
+Result<PgRows> PgDatabase::Session::run(const char* sql, const std::vector<PgValue>& values,
+                                        bool as_bytes) {
   if (refused_) return *refused_;
-  if (in_transaction_) return connection_->run(sql, values);
+  if (in_transaction_) return connection_->run(sql, values, as_bytes);
   if (Status s = connected(); !s.ok()) return s.error();
-  Result<PgRows> rows = connection_->run(sql, values);
+  Result<PgRows> rows = connection_->run(sql, values, as_bytes);
   if (rows.ok() || connection_->good()) return rows;
   if (Status s = connected(); !s.ok()) return s.error();
-  return connection_->run(sql, values);
+  return connection_->run(sql, values, as_bytes);
 }
 
 // A connection that lay idle may have broken: that shows here, where nothing is lost.

@@ -20,7 +20,8 @@ class PgDatabase {
   const std::string& name() const { return name_; }  // for messages
 
   // One of the connections, waited for. It may be used again where the database went away between
-  // two statements, so each statement must be one that may be run twice: reads.
+  // two statements, so each statement must be one that may be run twice: reads, and changes that
+  // are the same when they are made twice.
   class Session {
    public:
     explicit Session(PgDatabase& db);
@@ -31,8 +32,13 @@ class PgDatabase {
     Result<PgRows> run(const std::string& sql, const std::vector<PgValue>& values = {}) {
       return run(sql.c_str(), values);
     }
+    // All columns are text or bytea, which arrives as it is.
+    Result<PgRows> run_bytes(const char* sql, const std::vector<PgValue>& values) {
+      return run(sql, values, /*as_bytes=*/true);
+    }
 
    private:
+    Result<PgRows> run(const char* sql, const std::vector<PgValue>& values, bool as_bytes);
     friend class Transaction;
     Status connected();
     PgDatabase& db_;

@@ -1,6 +1,7 @@
 #include "server/postgres/pg_records.h"
 
 #include "server/postgres/pg_job_store.h"
+#include "server/postgres/pg_shared_passes.h"
 #include "server/postgres/pg_table_index.h"
 #include "server/postgres/pg_webhook_store.h"
 
@@ -14,17 +15,20 @@ class PgRecords final : public Records {
       : db_(std::move(db)),
         jobs_(*db_, events, now_ms, options),
         tables_(*db_),
-        webhooks_(*db_, now_ms, jobs_.worker()) {}
+        webhooks_(*db_, now_ms, jobs_.worker()),
+        passes_(*db_, jobs_.worker()) {}
   JobStore& jobs() override { return jobs_; }
   TableIndex& tables() override { return tables_; }
   WebhookStore& webhooks() override { return webhooks_; }
   SharedJobs* shared() override { return &jobs_; }
+  SharedPasses* passes() override { return &passes_; }
 
  private:
   const std::unique_ptr<PgDatabase> db_;
   PgJobStore jobs_;
   PgTableIndex tables_;
   PgWebhookStore webhooks_;
+  PgSharedPasses passes_;
 };
 
 }  // namespace

@@ -149,10 +149,11 @@ Result<bool> PgJobStore::present(const WorkerInfo& me) {
   Transaction transaction(db_);
   const Result<PgRows> row = transaction.run(
       "INSERT INTO workers(id, host, kind, build, threads, started, seen, samples, "
-      "samples_a_second) VALUES($1,$2,$3,$4,$5, clock_timestamp(), clock_timestamp(), $6, $7) "
-      "ON CONFLICT(id) DO UPDATE SET seen=clock_timestamp(), samples=$6, samples_a_second=$7 "
-      "RETURNING draining",
-      {worker_, host_, me.kind, me.build, me.threads, me.samples, me.samples_a_second});
+      "samples_a_second, bits, helps) VALUES($1,$2,$3,$4,$5, clock_timestamp(), "
+      "clock_timestamp(), $6, $7, $8, $9) ON CONFLICT(id) DO UPDATE SET seen=clock_timestamp(), "
+      "samples=$6, samples_a_second=$7, helps=$9 RETURNING draining",
+      {worker_, host_, me.kind, me.build, me.threads, me.samples, me.samples_a_second, me.bits,
+       me.helps ? PgValue(me.helps->value) : PgValue(std::nullopt)});
   if (!row.ok()) return row.error();
   if (Status s = transaction.commit_soon(); !s.ok()) return s.error();
   return row.value().text(0, 0) != "t";
@@ -171,23 +172,27 @@ Result<std::vector<WorkerInfo>> PgJobStore::workers() const {
       "SELECT id, host, kind, build, threads, draining, samples, samples_a_second, "
       "extract(epoch FROM clock_timestamp() - started), "
       "extract(epoch FROM clock_timestamp() - seen), "
-      "(SELECT string_agg(job::text, ' ' ORDER BY job) FROM runs WHERE worker=workers.id) "
+      "(SELECT string_agg(job::text, ' ' ORDER BY job) FROM runs WHERE worker=workers.id), "
+      "bits, helps, aside "
       "FROM workers ORDER BY started, id");
   if (!rows.ok()) return rows.error();
   const PgRows& r = rows.value();
   std::vector<WorkerInfo> workers;
   for (int row = 0; row < r.size(); ++row) {
-    WorkerInfo info{r.text(row, 0),
-                    r.text(row, 1),
-                    r.text(row, 2),
-                    r.text(row, 3),
-                    static_cast<int>(r.integer(row, 4)),
-                    r.text(row, 5) == "t",
-                    r.number(row, 6),
-                    r.real(row, 7),
-                    r.real(row, 8),
-                    r.real(row, 9),
-                    {}};
+    WorkerInfo info;
+    info.id = r.text(row, 0);
+    info.host = r.text(row, 1);
+    info.kind = r.text(row, 2);
+    info.build = r.text(row, 3);
+    info.threads = static_cast<int>(r.integer(row, 4));
+    info.draining = r.text(row, 5) == "t";
+    info.samples = r.number(row, 6);
+    info.samples_a_second = r.real(row, 7);
+    info.age_seconds = r.real(row, 8);
+    info.silent_seconds = r.real(row, 9);
+    info.bits = r.text(row, 11);
+    if (!r.is_null(row, 12)) info.helps = JobId{r.number(row, 12)};
+    info.aside = r.text(row, 13);
     std::istringstream jobs(r.text(row, 10));
     for (uint64_t job; jobs >> job;) info.jobs.push_back({job});
     workers.push_back(std::move(info));

@@ -102,6 +102,35 @@ CREATE TABLE workers (
   samples bigint NOT NULL DEFAULT 0, samples_a_second double precision NOT NULL DEFAULT 0)
   WITH (fillfactor=40);
 CREATE TABLE looked (one integer PRIMARY KEY, time_ms bigint NOT NULL) WITH (fillfactor=10);
+)sql",
+                                  R"sql(
+-- Which bits a process makes, whom it helps, and why it was put aside.
+ALTER TABLE workers ADD bits text NOT NULL DEFAULT '', ADD helps bigint,
+  ADD aside text NOT NULL DEFAULT '';
+
+-- Passes that several processes sample together. Nothing here outlives a crash of the database, nor
+-- need it: what is missing is sampled again, to the same bits. So none of it is logged.
+CREATE UNLOGGED TABLE shared_passes (
+  job bigint PRIMARY KEY, claim bigint NOT NULL, pass bigint NOT NULL,
+  bits text NOT NULL, workers integer NOT NULL,
+  first integer NOT NULL, last integer NOT NULL, tiles integer NOT NULL,
+  patience double precision NOT NULL, state bytea NOT NULL,
+  guide_hash text NOT NULL, guide bytea);
+CREATE UNLOGGED TABLE pass_units (
+  job bigint, claim bigint, pass bigint, unit integer, worker text, given timestamptz,
+  PRIMARY KEY (job, claim, pass, unit)) WITH (fillfactor=50);
+CREATE UNLOGGED TABLE pass_results (
+  job bigint, claim bigint, pass bigint, unit integer, worker text NOT NULL, hash text NOT NULL,
+  sampled bytea NOT NULL, PRIMARY KEY (job, claim, pass, unit));
+CREATE UNLOGGED TABLE pass_disputes (
+  job bigint, claim bigint, pass bigint, unit integer, worker text, hash text NOT NULL,
+  PRIMARY KEY (job, claim, pass, unit, worker));
+CREATE UNLOGGED TABLE pass_helpers (
+  job bigint, claim bigint NOT NULL, worker text, seen timestamptz NOT NULL,
+  PRIMARY KEY (job, worker)) WITH (fillfactor=50);
+-- Samples do not get smaller by packing.
+ALTER TABLE shared_passes ALTER state SET STORAGE EXTERNAL, ALTER guide SET STORAGE EXTERNAL;
+ALTER TABLE pass_results ALTER sampled SET STORAGE EXTERNAL;
 )sql"};
 constexpr int kVersion = std::size(kSteps);
 

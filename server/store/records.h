@@ -3,6 +3,7 @@
 
 #include "server/store/job_store.h"
 #include "server/store/shared_jobs.h"
+#include "server/store/shared_passes.h"
 #include "server/store/webhook_store.h"
 
 namespace qray::server {
@@ -14,6 +15,7 @@ class Records {
   virtual TableIndex& tables() = 0;
   virtual WebhookStore& webhooks() = 0;
   virtual SharedJobs* shared() { return nullptr; }  // none: of one process alone
+  virtual SharedPasses* passes() { return nullptr; }
 };
 
 }  // namespace qray::server

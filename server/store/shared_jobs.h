@@ -18,15 +18,17 @@ namespace qray::server {
 // A process that runs jobs.
 struct WorkerInfo {
   std::string id, host;
-  std::string kind;  // "front": it also answers requests; "worker"
-  std::string build;
+  std::string kind;         // "front": it also answers requests; "worker"
+  std::string build, bits;  // bits: bits_of_machine.h
   int threads = 0;
   bool draining = false;  // it takes no more jobs
   uint64_t samples = 0;   // of all its jobs, since it started
   double samples_a_second = 0;
+  std::optional<JobId> helps;  // whose passes it samples with others
   // From here on filled in by the store.
   double age_seconds = 0, silent_seconds = 0;
   std::vector<JobId> jobs;
+  std::string aside;  // why it was put aside; empty: it was not
 };
 
 class SharedJobs {

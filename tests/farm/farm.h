@@ -17,6 +17,7 @@ class FarmTest : public ::testing::Test {
     if (!postgres_) GTEST_SKIP() << qray::test::PostgresServer::why();
     config_.store = postgres_->url(postgres_->new_schema());
     config_.lease_seconds = 2;
+    config_.shared_pass_seconds = 0;
     write_text(scratch_ / "scenes/box/scene.json", kBoxScene);
   }
 
@@ -26,8 +27,8 @@ class FarmTest : public ::testing::Test {
     config.jobs_at_once = 0;
     return std::make_unique<Process>(config, "", false, log("front"));
   }
-  std::unique_ptr<Process> worker(const std::string& name = "worker") {
-    return std::make_unique<Process>(config_, "", true, log(name));
+  std::unique_ptr<Process> worker(const std::string& name = "worker", int threads = 1) {
+    return std::make_unique<Process>(config_, "", true, log(name), threads);
   }
   std::string log(const std::string& name) const { return scratch_ / (name + ".log"); }
   std::string log_text(const std::string& name) const {

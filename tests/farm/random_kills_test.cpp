@@ -76,6 +76,11 @@ TEST_F(FarmKillsTest, WhatWasAcknowledgedIsRenderedOnceToTheSameBits) {
   // A few jobs of different lengths, again and again.
   std::vector<Json> kinds;
   for (int i = 0; i < 4; ++i) kinds.push_back(job(400 << i, 10 + i, i % 2 ? "none" : "adaptive"));
+  // And some that the workers sample together.
+  for (int i = 0; i < 4; ++i) {
+    kinds.push_back(job(100 << i, 20 + i, i % 2 ? "none" : "adaptive"));
+    kinds.back().update({{"workers", "auto"}, {"width", 150}, {"height", 130}});
+  }
   std::vector<std::pair<std::string, size_t>> acknowledged;
   for (int i = 0; i < ends; ++i) {
     for (int j = 0; j < 2; ++j) {

@@ -66,6 +66,17 @@ TEST(JobRequest, EveryField) {
   EXPECT_EQ(r.given(field::kLabels), (Labels{{"project", "lobby"}}));
 }
 
+TEST(JobRequest, WorkersAreANumberOrAuto) {
+  EXPECT_EQ(good(R"({"scene":"a"})").given(field::kWorkers), std::nullopt);
+  EXPECT_EQ(good(R"({"scene":"a","workers":4})").given(field::kWorkers), 4);
+  const JobRequest any = good(R"({"scene":"a","workers":"auto"})");
+  EXPECT_EQ(any.given(field::kWorkers), 0);
+  EXPECT_NE(job_request_to_json(any).find(R"("workers":"auto")"), std::string::npos);
+  EXPECT_EQ(bad(R"({"scene":"a","workers":0})").errors[0].pointer, "/workers");
+  EXPECT_EQ(bad(R"({"scene":"a","workers":"all"})").errors[0].detail,
+            "expected a whole number, 1..1000, or auto, got \"all\"");
+}
+
 TEST(JobRequest, SettingsOfAnotherMethodAreRefusedByName) {
   const Problem problem =
       bad(R"({"scene":"a","method":"ppg","guide":{"alpha":0.1,"split":100,"speed":1}})");

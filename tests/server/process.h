@@ -20,7 +20,7 @@ class Process {
  public:
   // `limit`: of the system on it, as `ulimit` takes it. `log`: where its log goes; empty: nowhere.
   explicit Process(const Config& config, const std::string& limit = "", bool is_worker = false,
-                   const std::string& log = "") {
+                   const std::string& log = "", int threads = 1) {
     int out[2];
     EXPECT_EQ(::pipe(out), 0);
     posix_spawn_file_actions_t actions;
@@ -35,11 +35,12 @@ class Process {
     std::vector<std::string> args = {program};
     if (is_worker) args.push_back("worker");
     args.insert(args.end(), {"--port", "0", "--data", config.data, "--scenes", config.scenes,
-                             "--web", config.web, "--threads", "1", "--jobs-at-once",
-                             std::to_string(config.jobs_at_once)});
+                             "--web", config.web, "--threads", std::to_string(threads),
+                             "--jobs-at-once", std::to_string(config.jobs_at_once)});
     if (!config.store.empty())
-      args.insert(args.end(), {"--store", config.store, "--lease-seconds",
-                               std::to_string(config.lease_seconds)});
+      args.insert(args.end(),
+                  {"--store", config.store, "--lease-seconds", std::to_string(config.lease_seconds),
+                   "--shared-pass-seconds", std::to_string(config.shared_pass_seconds)});
     if (!config.tokens.empty()) args.insert(args.end(), {"--tokens", config.tokens});
     std::vector<char*> argv;
     std::string shell[] = {"/bin/sh", "-c", "ulimit " + limit + " && exec \"$0\" \"$@\""};

@@ -105,7 +105,7 @@ TEST(GuideDecision, AGuideThatKnowsMuchLearnsFromFewPixels) {
     EXPECT_TRUE(decision.learning());
     int pixels = 0;
     for (int y = 0; y < 16; ++y)
-      for (int x = 0; x < 16; ++x) pixels += decision.learns(x, y);
+      for (int x = 0; x < 16; ++x) pixels += decision.pixels().learns(x, y);
     return pixels;
   };
   const uint64_t seen = guide->stats().samples_seen;
