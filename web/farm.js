@@ -55,7 +55,8 @@ function fill(row, worker) {
   part('host').textContent = worker.host;
   part('host').title = worker.id;
   part('state').textContent = what_it_does(worker);
-  part('jobs').replaceChildren(...[...worker.jobs, ...(worker.helps ? [worker.helps] : [])].flatMap((id) => {
+  const jobs = worker.helps ? [...worker.jobs, worker.helps] : worker.jobs;
+  part('jobs').replaceChildren(...jobs.flatMap((id) => {
     const link = document.createElement('a');
     link.href = `/#job=${encodeURIComponent(id)}`;
     link.textContent = id;
