@@ -70,7 +70,9 @@ double most_allowed(const Field& field) {
 
 void expect_range(const Json& whole, const Field& field) {
   const Json& schema = field.zero.empty() ? whole : whole["anyOf"][0];
-  if (!field.zero.empty()) EXPECT_EQ(whole["anyOf"][1]["enum"], Json({field.zero})) << field.path;
+  if (!field.zero.empty()) {
+    EXPECT_EQ(whole["anyOf"][1]["enum"], Json::array({field.zero})) << field.path;
+  }
   EXPECT_EQ(schema["type"], field.type == FieldType::kWhole ? "integer" : "number") << field.path;
   EXPECT_EQ(schema[field.above_least ? "exclusiveMinimum" : "minimum"], field.least) << field.path;
   EXPECT_EQ(schema["maximum"], most_allowed(field)) << field.path;
