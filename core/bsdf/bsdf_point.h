@@ -19,6 +19,10 @@ struct ShadingPoint {
   Rgb sheen{};
   float sheen_roughness = 0;
   float metallic = 0, transmission = 0, clearcoat = 0, clearcoat_roughness = 0, specular_weight = 1;
+  float diffuse_transmission = 0;
+  Rgb diffuse_transmission_color{1.0f};
+  float iridescence = 0, film_nm = 0;
+  Vec3 coat_normal{0, 0, 1};  // local, above the surface
 };
 
 class BsdfPoint {
@@ -44,7 +48,7 @@ class BsdfPoint {
   }
 
  private:
-  static constexpr size_t kRoomBytes = 128;
+  static constexpr size_t kRoomBytes = 160;
   template <class T>
   static constexpr void check_fits() {
     static_assert(std::is_trivially_copyable_v<T> && sizeof(T) <= kRoomBytes &&

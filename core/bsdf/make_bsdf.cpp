@@ -17,6 +17,10 @@ ShadingPoint constant_point(const Material& m) {
   sp.clearcoat = m.clearcoat.value;
   sp.clearcoat_roughness = m.clearcoat_roughness.value;
   sp.specular_weight = m.specular_weight.value;
+  sp.diffuse_transmission = m.diffuse_transmission.value;
+  sp.diffuse_transmission_color = m.diffuse_transmission_color.value;
+  sp.iridescence = m.iridescence.value;
+  sp.film_nm = m.film_nm.value;
   return sp;
 }
 

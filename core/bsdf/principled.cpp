@@ -1,9 +1,10 @@
 // glTF 2.0's material (specification, appendix B.3) with KHR_materials_ior, specular, transmission,
-// volume (`thin` false), clearcoat and sheen. From the top:
+// volume (`thin` false), diffuse_transmission, clearcoat, sheen and iridescence. From the top:
 //   a clear coat of index 1.5, GGX, by its share c;
 //   the sheen of cloth, by its colour s;
 //   GGX microfacets of Schlick's Fresnel, metal by its share m and dielectric by the rest;
-//   under the dielectric what passes them, by its share t, and Lambert by the rest.
+//   under the dielectric what passes them, by its share t, and Lambert by the rest, of which a
+//   share leaves on the other side.
 // The specification mixes layers by the Fresnel term at the half vector, which makes light at
 // grazing angles (up to 1.8 times what arrives). Here the layers below get what the directional
 // albedos leave: Lambert as in plastic.cpp, (1 - E(wo)) (1 - E(wi)) / (1 - mean E), with E the
@@ -14,6 +15,8 @@
 #include "core/bsdf/ggx_albedo.h"
 #include "core/bsdf/kinds.h"
 #include "core/bsdf/sheen.h"
+#include "core/bsdf/thin_film.h"
+#include "core/math/frame.h"
 #include "core/math/warp.h"
 
 namespace qray {
@@ -31,6 +34,8 @@ class Principled final : public Bsdf {
       : table_(GgxAlbedo::table()),
         sheen_(absent(m.sheen) ? nullptr : &Sheen::table()),
         ior_(m.ior),
+        film_ior_(m.film_ior),
+        film_(!absent(m.iridescence)),
         thin_(m.thin || m.ior - 1 < kLeastIndexStep),
         smooth_(is_smooth(m)),
         smooth_coat_(absent(m.clearcoat_roughness)),
@@ -50,12 +55,18 @@ class Principled final : public Bsdf {
     if (wo.z == 0) return std::nullopt;
     Vec3 wi;
     if (u_lobe < l.coat_chance) {
+      const Frame coat(coat_normal(sp, wo));
+      const Vec3 o = coat.to_local(front(wo));
+      const Vec3 h =
+          smooth_coat_ ? Vec3{0, 0, 1} : Ggx(sp.clearcoat_roughness).sample_visible(o, u_dir);
+      const Vec3 i = reflect(o, h);
+      wi = coat.to_world(i);
+      if (!(i.z > 0 && wi.z > 0)) return std::nullopt;
+      wi.z = std::copysign(wi.z, wo.z);
       if (smooth_coat_) {
-        const Rgb f = schlick(kCoatF0, kCoatF90, std::abs(wo.z));
-        return BsdfSample{mirrored(wo), f * (sp.clearcoat / l.coat_chance), 0, true};
+        const Rgb f = schlick(kCoatF0, kCoatF90, o.z);
+        return BsdfSample{normalize(wi), f * (sp.clearcoat / l.coat_chance), 0, true};
       }
-      wi = reflected(wo, Ggx(sp.clearcoat_roughness).sample_visible(front(wo), u_dir));
-      if (!(wi.z * wo.z > 0)) return std::nullopt;
     } else if (u_lobe < l.coat_chance + l.sheen_chance) {
       wi = square_to_uniform_hemisphere(u_dir);
       wi.z = std::copysign(wi.z, wo.z);
@@ -75,6 +86,9 @@ class Principled final : public Bsdf {
         return BsdfSample{normalize(wi), share / chance, 0, true};
       }
       if (reflects != (wi.z * wo.z > 0)) return std::nullopt;
+    } else if (u_lobe < 1 - l.diffuse_chance && l.through_chance > 0) {
+      wi = square_to_cosine_hemisphere(u_dir);
+      wi.z = std::copysign(wi.z, -wo.z);
     } else {
       if (l.diffuse_chance == 0) return std::nullopt;
       wi = square_to_cosine_hemisphere(u_dir);
@@ -91,33 +105,41 @@ class Principled final : public Bsdf {
     const Layers& l = at.kept<Layers>();
     const float below = (1 - l.coat) * (1 - l.sheen);
     return {l.diffuse_chance, l.diffuse_albedo * below,
-            Rgb{l.coat} + sheen_albedo(at.sp, at.wo.z) * (1 - l.coat) + l.facets * below};
+            Rgb{l.coat} + sheen_albedo(at.sp, at.wo.z) * (1 - l.coat) +
+                (l.facets + l.through_albedo) * below};
   }
 
  private:
   // What a shading point makes of the layers, seen from wo.
   struct Layers {
-    Rgb f0, f90;  // of metal and dielectric together
-    Rgb dielectric_f0, dielectric_f90;
+    // Of metal and dielectric together, and of the dielectric; with a film about.
+    Rgb f0, f90, dielectric_f0, dielectric_f90;
     float coat;   // its albedo times its share
     float sheen;  // its albedo's greatest channel
     Rgb passes;   // share of what enters the dielectric that passes it
     Rgb facets;   // albedo of the microfacets, reflected and passed
     Rgb diffuse;  // f * pi / ((1 - E(wo)) (1 - E(wi)))
     Rgb diffuse_albedo;
+    Rgb through;  // as `diffuse`, of what leaves on the other side
+    Rgb through_albedo;
     float open;  // 1 - E(wo)
-    float coat_chance, sheen_chance, facet_chance, diffuse_chance;
+    float coat_chance, sheen_chance, facet_chance, through_chance, diffuse_chance;
   };
   void prepare(BsdfPoint& at) const override { at.keep(layers(at.sp, at.wo)); }
   Layers layers(const ShadingPoint& sp, Vec3 wo) const {
     Layers l;
-    const float from_index = sqr((ior_ - 1) / (ior_ + 1));
-    for (int i = 0; i < 3; ++i)
-      l.dielectric_f0[i] = std::min(from_index * sp.specular[i], 1.0f) * sp.specular_weight;
+    l.dielectric_f0 = dielectric_f0(sp) * sp.specular_weight;
     l.dielectric_f90 = Rgb{sp.specular_weight};
-    l.f0 = lerp(sp.metallic, l.dielectric_f0, sp.reflectance);
+    Rgb metal_f0 = sp.reflectance;
+    if (film_ && sp.iridescence > 0) {
+      const ThinFilm film(film_ior_, sp.film_nm);
+      l.dielectric_f0 = lerp(sp.iridescence, l.dielectric_f0,
+                             film.mean_f0(dielectric_f0(sp)) * sp.specular_weight);
+      if (sp.metallic > 0) metal_f0 = lerp(sp.iridescence, metal_f0, film.mean_f0(metal_f0));
+    }
+    l.f0 = lerp(sp.metallic, l.dielectric_f0, metal_f0);
     l.f90 = lerp(sp.metallic, l.dielectric_f90, Rgb{1.0f});
-    l.coat = coat_albedo(sp, wo.z);
+    l.coat = coat_albedo(sp, dot(front(wo), coat_normal(sp, wo)));
     const Rgb sheen_color = sheen_albedo(sp, wo.z);
     l.sheen = max_component(sheen_color);
 
@@ -128,18 +150,22 @@ class Principled final : public Bsdf {
     l.facets = at.of(l.f0, l.f90) + l.passes * l.open;
     const float mean_open =
         1 - max_component(table_.mean(mean_roughness(sp)).of(l.dielectric_f0, l.dielectric_f90));
-    l.diffuse =
-        mean_open > 1e-4f ? sp.reflectance * (below * (1 - sp.transmission) / mean_open) : Rgb{};
+    const float lambert = mean_open > 1e-4f ? below * (1 - sp.transmission) / mean_open : 0;
+    l.diffuse = sp.reflectance * (lambert * (1 - sp.diffuse_transmission));
     l.diffuse_albedo = l.diffuse * (l.open * mean_open);
+    l.through = sp.diffuse_transmission_color * (lambert * sp.diffuse_transmission);
+    l.through_albedo = l.through * (l.open * mean_open);
 
     const float coat = l.coat, sheen = (1 - coat) * luminance(sheen_color),
                 left = (1 - coat) * (1 - l.sheen), facets = left * luminance(l.facets),
+                through = left * luminance(l.through_albedo),
                 diffuse = left * luminance(l.diffuse_albedo);
-    const float sum = coat + sheen + facets + diffuse;
+    const float sum = coat + sheen + facets + through + diffuse;
     const float inverse = sum > 0 ? 1 / sum : 0;
     l.coat_chance = coat * inverse;
     l.sheen_chance = sheen * inverse;
     l.facet_chance = facets * inverse;
+    l.through_chance = through * inverse;
     l.diffuse_chance = diffuse * inverse;
     return l;
   }
@@ -157,10 +183,21 @@ class Principled final : public Bsdf {
     if (smooth_ || !(sp.anisotropy > 0)) return smooth_ ? 0 : sp.roughness;
     return microfacets(sp).mean_roughness();
   }
+  Rgb dielectric_f0(const ShadingPoint& sp) const {
+    const float from_index = sqr((ior_ - 1) / (ior_ + 1));
+    Rgb f0;
+    for (int i = 0; i < 3; ++i) f0[i] = std::min(from_index * sp.specular[i], 1.0f);
+    return f0;
+  }
+  // Where wo is mirrored to the front.
+  static Vec3 coat_normal(const ShadingPoint& sp, Vec3 wo) {
+    const Vec3 n = sp.coat_normal;
+    return wo.z < 0 ? Vec3{-n.x, -n.y, n.z} : n;
+  }
   float coat_albedo(const ShadingPoint& sp, float cosine) const {
-    if (sp.clearcoat <= 0) return 0;
+    if (sp.clearcoat <= 0 || cosine <= 0) return 0;
     const float roughness = smooth_coat_ ? 0 : sp.clearcoat_roughness;
-    return sp.clearcoat * table_.at(roughness, std::abs(cosine)).of(kCoatF0, kCoatF90).r;
+    return sp.clearcoat * table_.at(roughness, cosine).of(kCoatF0, kCoatF90).r;
   }
   Rgb sheen_albedo(const ShadingPoint& sp, float cosine) const {
     if (!sheen_ || sp.sheen.is_black()) return {};
@@ -168,7 +205,8 @@ class Principled final : public Bsdf {
   }
   // What the coat, and the sheen, leave to the layers below.
   float under_coat(const ShadingPoint& sp, const Layers& l, Vec3 wi) const {
-    return l.coat > 0 ? 1 - std::max(l.coat, coat_albedo(sp, wi.z)) : 1;
+    if (sp.clearcoat <= 0) return 1;
+    return 1 - std::max(l.coat, coat_albedo(sp, dot(front(wi), coat_normal(sp, wi))));
   }
   float under_sheen(const ShadingPoint& sp, const Layers& l, Vec3 wi) const {
     if (!sheen_ || sp.sheen.is_black()) return 1;
@@ -184,15 +222,15 @@ class Principled final : public Bsdf {
   Facet facet(const ShadingPoint& sp, const Layers& l, Vec3 wo, Vec3 h) const {
     Facet f;
     f.cos_o = dot(front(wo), h);
-    f.reflected = schlick(l.f0, l.f90, f.cos_o);
     f.cos_t = f.cos_o;
     float reflects_all = 0;
-    Rgb dielectric = schlick(l.dielectric_f0, l.dielectric_f90, f.cos_o);
+    const auto [all, of_dielectric] = fresnel(sp, l, f.cos_o);
+    f.reflected = all;
+    Rgb dielectric = of_dielectric;
     if (!thin_ && !l.passes.is_black()) {
       f.cos_t = fresnel_dielectric(f.cos_o, eta(wo)).cos_t;
       if (wo.z < 0) {  // Schlick's term wants the angle outside
-        const Rgb inside =
-            f.cos_t > 0 ? schlick(l.dielectric_f0, l.dielectric_f90, f.cos_t) : Rgb{1.0f};
+        const Rgb inside = f.cos_t > 0 ? fresnel(sp, l, f.cos_t).dielectric : Rgb{1.0f};
         f.reflected += (inside - dielectric) * ((1 - sp.metallic) * sp.transmission);
         dielectric = inside;
       }
@@ -204,6 +242,23 @@ class Principled final : public Bsdf {
     return f;
   }
 
+  // What a facet reflects, by the cosine outside: of metal and dielectric together, and of the
+  // dielectric.
+  struct Fresnel {
+    Rgb all, dielectric;
+  };
+  Fresnel fresnel(const ShadingPoint& sp, const Layers& l, float cosine) const {
+    if (!film_ || !(sp.iridescence > 0))
+      return {schlick(l.f0, l.f90, cosine), schlick(l.dielectric_f0, l.dielectric_f90, cosine)};
+    const ThinFilm film(film_ior_, sp.film_nm);
+    const auto with_film = [&](Rgb f0) {
+      return lerp(sp.iridescence, schlick(f0, Rgb{1.0f}, cosine), film.reflectance(f0, cosine));
+    };
+    const Rgb dielectric = with_film(dielectric_f0(sp)) * sp.specular_weight;
+    if (!(sp.metallic > 0)) return {dielectric, dielectric};
+    return {lerp(sp.metallic, dielectric, with_film(sp.reflectance)), dielectric};
+  }
+
   BsdfEval eval(const ShadingPoint& sp, const Layers& l, Vec3 wo, Vec3 wi) const {
     BsdfEval e;
     const Vec3 o = front(wo);
@@ -212,13 +267,7 @@ class Principled final : public Bsdf {
     if (wo.z * wi.z > 0) {
       const Vec3 i{wi.x, wi.y, std::abs(wi.z)};
       const Vec3 h = normalize(o + i);
-      if (l.coat > 0 && !smooth_coat_) {
-        const Ggx ggx(sp.clearcoat_roughness);
-        const float d = 0.25f * ggx.d(h);
-        const Rgb f = schlick(kCoatF0, kCoatF90, dot(o, h));
-        e.f_cos += f * (sp.clearcoat * d * ggx.g2_over_cos(o, i) * i.z);
-        e.pdf_w += l.coat_chance * d * ggx.g1_over_cos(o);
-      }
+      if (l.coat > 0 && !smooth_coat_) add_coat(e, sp, l, Frame(coat_normal(sp, wo)), o, i, h);
       if (l.sheen_chance > 0) {
         e.f_cos += sp.sheen * (coat_leaves * sheen_->f(o, i, sp.sheen_roughness) * i.z);
         e.pdf_w += l.sheen_chance / (2 * kPi);
@@ -235,16 +284,33 @@ class Principled final : public Bsdf {
       e.base_pdf_w = l.diffuse_chance * cosine;
       e.f_cos += e.base_f_cos;
       e.pdf_w += e.base_pdf_w;
-    } else if (!smooth_ && !l.passes.is_black()) {
-      add_passed(e, sp, l, wo, wi, under);
+    } else {
+      if (l.through_chance > 0) {
+        const float cosine = cosine_hemisphere_pdf_w(std::abs(wi.z));
+        e.f_cos += l.through * (under * l.open * open(l, sp, wi) * cosine);
+        e.pdf_w += l.through_chance * cosine;
+      }
+      if (!smooth_ && !l.passes.is_black()) add_passed(e, sp, l, wo, wi, under);
     }
     return std::isfinite(e.pdf_w) ? e : BsdfEval{};
   }
 
   // 1 - E(wi).
   float open(const Layers& l, const ShadingPoint& sp, Vec3 wi) const {
-    const GgxAlbedo::Value at = table_.at(roughness_along(sp, wi), wi.z);
+    const GgxAlbedo::Value at = table_.at(roughness_along(sp, wi), std::abs(wi.z));
     return 1 - max_component(at.of(l.dielectric_f0, l.dielectric_f90));
+  }
+
+  void add_coat(BsdfEval& e, const ShadingPoint& sp, const Layers& l, const Frame& coat, Vec3 o,
+                Vec3 i, Vec3 h) const {
+    const Rgb f = schlick(kCoatF0, kCoatF90, dot(o, h));
+    o = coat.to_local(o);
+    i = coat.to_local(i);
+    if (!(i.z > 0)) return;
+    const Ggx ggx(sp.clearcoat_roughness);
+    const float d = 0.25f * ggx.d(coat.to_local(h));
+    e.f_cos += f * (sp.clearcoat * d * ggx.g2_over_cos(o, i) * i.z);
+    e.pdf_w += l.coat_chance * d * ggx.g1_over_cos(o);
   }
 
   void add_passed(BsdfEval& e, const ShadingPoint& sp, const Layers& l, Vec3 wo, Vec3 wi,
@@ -281,7 +347,6 @@ class Principled final : public Bsdf {
     return lerp(schlick_weight(cosine), f0, f90);
   }
   static Vec3 front(Vec3 w) { return {w.x, w.y, std::abs(w.z)}; }
-  static Vec3 mirrored(Vec3 w) { return {-w.x, -w.y, w.z}; }
   // Back to wo's own side; z <= 0 there is below the surface.
   static Vec3 reflected(Vec3 wo, Vec3 h) {
     Vec3 wi = reflect(front(wo), h);
@@ -313,8 +378,8 @@ class Principled final : public Bsdf {
 
   const GgxAlbedo& table_;
   const Sheen* sheen_;  // null: the material has none
-  float ior_;
-  bool thin_, smooth_, smooth_coat_;
+  float ior_, film_ior_;
+  bool film_, thin_, smooth_, smooth_coat_;
   BsdfKind kind_;
 };
 

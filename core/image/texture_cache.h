@@ -33,16 +33,20 @@ struct Texture {
   TextureWrap wrap_u = TextureWrap::kRepeat, wrap_v = TextureWrap::kRepeat;
   bool nearest = false;                // texels are squares, not interpolated
   UvTransform uv_transform;            // from the mesh's uv to the picture's, v = 0 at its bottom
+  bool second_uvs = false;             // of the mesh's second set
   std::shared_ptr<const Bytes> bytes;  // the picture's file, where it is not one on disk
 };
 
 // Where to look a texture up.
 struct TexturePoint {
   TexturePoint() = default;
-  TexturePoint(Vec2 uv_, float width_ = 0) : uv(uv_), width(width_) {}
+  TexturePoint(Vec2 uv_, float width_ = 0)
+      : uv(uv_), width(width_), second_uv(uv_), second_width(width_) {}
   Vec2 uv;  // the mesh's
   float width =
       0;  // in uv, of the surface that the sample stands for: detail below it may be averaged
+  Vec2 second_uv;  // of the mesh's second set, where it has one
+  float second_width = 0;
 };
 
 class TextureCache {

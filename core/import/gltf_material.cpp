@@ -29,13 +29,17 @@ GltfMaterials::Converted GltfMaterials::convert_new(int index) {
     m.name = "glTF's default";
   } else {
     const JsonNode node = import_.document.at("materials", index);
-    import_.expect_extensions(node, {"KHR_materials_anisotropy", "KHR_materials_clearcoat",
-                                     "KHR_materials_emissive_strength", "KHR_materials_ior",
-                                     "KHR_materials_pbrSpecularGlossiness", "KHR_materials_sheen",
-                                     "KHR_materials_specular", "KHR_materials_transmission",
-                                     "KHR_materials_unlit", "KHR_materials_volume"});
+    import_.expect_extensions(
+        node,
+        {"KHR_materials_anisotropy", "KHR_materials_clearcoat",
+         "KHR_materials_diffuse_transmission", "KHR_materials_emissive_strength",
+         "KHR_materials_ior", "KHR_materials_iridescence", "KHR_materials_pbrSpecularGlossiness",
+         "KHR_materials_sheen", "KHR_materials_specular", "KHR_materials_transmission",
+         "KHR_materials_unlit", "KHR_materials_volume"});
     if (const auto name = node.find("name")) m.name = name->string();
-    uv_set_.reset();
+    uv_sets_.clear();
+    // First, since the mesh's tangents are of the first set.
+    if (const auto set = textures_.uv_set(node, "normalTexture")) uv_sets_.push_back(*set);
     out.unlit = find_extension(node, "KHR_materials_unlit").has_value();
     const auto glossy = find_extension(node, "KHR_materials_pbrSpecularGlossiness");
     if (glossy && !out.unlit)
@@ -47,11 +51,13 @@ GltfMaterials::Converted GltfMaterials::convert_new(int index) {
       make_unlit(m);
     } else {
       read_layers(node, m);
+      read_clearcoat(node, m);
+      read_iridescence(node, m);
       read_transmission(node, m);
       read_emission(node, m);
-      read_normal_map(node, m);
+      m.normal_scale = normal_map(node, "normalTexture", m.normal_map);
     }
-    out.uv_set = uv_set_.value_or(0);
+    out.uv_sets = uv_sets_;
     const auto mode = node.find("alphaMode");
     out.opaque = !mode || mode->string() == "OPAQUE";
   }
@@ -125,9 +131,7 @@ void GltfMaterials::read_layers(const JsonNode& node, Material& m) {
                     texture(*e, "anisotropyTexture", /*srgb=*/false), 2};
     if (const auto turn = e->find("anisotropyRotation"))
       m.anisotropy_rad = std::remainder(turn->number(-kMaxCoordinate, kMaxCoordinate), 2 * kPi);
-    if (m.anisotropic() && m.anisotropy.texture.valid())
-      import_.warn(e->get("anisotropyTexture"),
-                   "its strengths are drawn, all in the direction of anisotropyRotation");
+    m.anisotropy_directions = m.anisotropy.texture.valid();
   }
   if (const auto e = find_extension(node, "KHR_materials_sheen")) {
     m.sheen = {color(*e, "sheenColorFactor", Rgb{0.0f}, 1),
@@ -135,14 +139,32 @@ void GltfMaterials::read_layers(const JsonNode& node, Material& m) {
     m.sheen_roughness = {share(*e, "sheenRoughnessFactor", 0),
                          texture(*e, "sheenRoughnessTexture", /*srgb=*/false), 3};
   }
-  if (const auto e = find_extension(node, "KHR_materials_clearcoat")) {
-    m.clearcoat = {share(*e, "clearcoatFactor", 0), texture(*e, "clearcoatTexture", /*srgb=*/false),
-                   0};
-    m.clearcoat_roughness = {share(*e, "clearcoatRoughnessFactor", 0),
-                             texture(*e, "clearcoatRoughnessTexture", /*srgb=*/false), 1};
-    if (const auto map = e->find("clearcoatNormalTexture"))
-      import_.warn(*map, "the coat has the normals of what is below");
-  }
+}
+
+// Without a map of its own the coat has the mesh's normals, whatever those below it are.
+void GltfMaterials::read_clearcoat(const JsonNode& node, Material& m) {
+  const auto e = find_extension(node, "KHR_materials_clearcoat");
+  if (!e) return;
+  m.clearcoat = {share(*e, "clearcoatFactor", 0), texture(*e, "clearcoatTexture", /*srgb=*/false),
+                 0};
+  m.clearcoat_roughness = {share(*e, "clearcoatRoughnessFactor", 0),
+                           texture(*e, "clearcoatRoughnessTexture", /*srgb=*/false), 1};
+  m.coat_normal_scale = normal_map(*e, "clearcoatNormalTexture", m.coat_normal_map);
+  m.own_coat_normal = true;
+}
+
+void GltfMaterials::read_iridescence(const JsonNode& node, Material& m) {
+  const auto e = find_extension(node, "KHR_materials_iridescence");
+  if (!e) return;
+  m.iridescence = {share(*e, "iridescenceFactor", 0),
+                   texture(*e, "iridescenceTexture", /*srgb=*/false), 0};
+  if (const auto v = e->find("iridescenceIor")) m.film_ior = v->number(1, 4);
+  if (const auto v = e->find("iridescenceThicknessMaximum"))
+    m.film_nm.value = v->number(0, kMaxFilmNm);
+  if (const auto v = e->find("iridescenceThicknessMinimum"))
+    m.film_least_nm = v->number(0, kMaxFilmNm);
+  m.film_nm.texture = texture(*e, "iridescenceThicknessTexture", /*srgb=*/false);
+  m.film_nm.channel = 1;
 }
 
 void GltfMaterials::read_transmission(const JsonNode& node, Material& m) {
@@ -150,6 +172,13 @@ void GltfMaterials::read_transmission(const JsonNode& node, Material& m) {
   if (e)
     m.transmission = {share(*e, "transmissionFactor", 0),
                       texture(*e, "transmissionTexture", /*srgb=*/false), 0};
+  if (const auto diffuse = find_extension(node, "KHR_materials_diffuse_transmission")) {
+    m.diffuse_transmission = {share(*diffuse, "diffuseTransmissionFactor", 0),
+                              texture(*diffuse, "diffuseTransmissionTexture", /*srgb=*/false), 3};
+    m.diffuse_transmission_color = {
+        color(*diffuse, "diffuseTransmissionColorFactor", Rgb{1.0f}, 1),
+        texture(*diffuse, "diffuseTransmissionColorTexture", /*srgb=*/true)};
+  }
   m.thin = true;
   const auto volume = find_extension(node, "KHR_materials_volume");
   if (!volume) return;
@@ -198,11 +227,12 @@ void GltfMaterials::read_alpha(const JsonNode& node, Material& m) {
   }
 }
 
-void GltfMaterials::read_normal_map(const JsonNode& node, Material& m) {
-  m.normal_map = texture(node, "normalTexture", /*srgb=*/false);
-  if (!m.normal_map.valid()) return;
-  if (const auto scale = node.get("normalTexture").find("scale"))
-    m.normal_scale = scale->number(-1000, 1000);
+// Returns its scale.
+float GltfMaterials::normal_map(const JsonNode& node, std::string_view key, TextureId& map) {
+  map = texture(node, key, /*srgb=*/false);
+  if (!map.valid()) return 1;
+  const auto scale = node.get(key).find("scale");
+  return scale ? scale->number(-kMaxSlope, kMaxSlope) : 1;
 }
 
 // Black, and shining in its colour on both sides.
@@ -227,17 +257,19 @@ Rgb GltfMaterials::color(const JsonNode& node, std::string_view key, Rgb fallbac
   return {value->at(0).number(0, most), value->at(1).number(0, most), value->at(2).number(0, most)};
 }
 
-// A mesh has one set of uvs: the one that the material's first texture asks for.
+// A mesh has two sets of uvs: the first two that the material's textures ask for.
 TextureId GltfMaterials::texture(const JsonNode& node, std::string_view key, bool srgb) {
-  const GltfTextures::Found found = textures_.find(node, key, srgb);
-  if (!found.id.valid()) return {};
-  if (!uv_set_) uv_set_ = found.uv_set;
-  if (found.uv_set != *uv_set_) {
-    import_.warn(node.get(key), "is drawn with TEXCOORD_" + std::to_string(*uv_set_) +
-                                    ", as the material's other textures, not TEXCOORD_" +
-                                    std::to_string(found.uv_set));
+  const std::optional<int> asked = textures_.uv_set(node, key);
+  if (!asked) return {};
+  auto set = std::find(uv_sets_.begin(), uv_sets_.end(), *asked);
+  if (set == uv_sets_.end() && uv_sets_.size() < 2) set = uv_sets_.insert(set, *asked);
+  if (set == uv_sets_.end()) {
+    set = uv_sets_.begin();
+    import_.warn(node.get(key), "is drawn with TEXCOORD_" + std::to_string(*set) +
+                                    ", not TEXCOORD_" + std::to_string(*asked) +
+                                    ": the material's textures ask for more than two sets of uvs");
   }
-  return found.id;
+  return textures_.find(node, key, srgb, set != uv_sets_.begin());
 }
 
 }  // namespace qray

@@ -11,7 +11,7 @@ class GltfMaterials {
 
   struct Converted {
     MaterialId id;
-    int uv_set = 0;  // the TEXCOORD that its textures ask for
+    std::vector<int> uv_sets;  // the TEXCOORDs that its textures ask for: none, one or two
     bool opaque = true;
     bool unlit = false;  // shows its colour, and is no light
   };
@@ -23,6 +23,8 @@ class GltfMaterials {
   void read_metallic_roughness(const JsonNode& node, Material& m);
   void read_specular_glossiness(const JsonNode& node, Material& m);
   void read_layers(const JsonNode& node, Material& m);
+  void read_clearcoat(const JsonNode& node, Material& m);
+  void read_iridescence(const JsonNode& node, Material& m);
   void read_transmission(const JsonNode& node, Material& m);
   void read_emission(const JsonNode& node, Material& m);
   void read_alpha(const JsonNode& node, Material& m);
@@ -32,11 +34,12 @@ class GltfMaterials {
   float share(const JsonNode& node, std::string_view key, float fallback);
   Rgb color(const JsonNode& node, std::string_view key, Rgb fallback, float most);
   TextureId texture(const JsonNode& node, std::string_view key, bool srgb);
+  float normal_map(const JsonNode& node, std::string_view key, TextureId& map);
 
   GltfImport& import_;
   GltfTextures textures_;
   std::map<int, Converted> known_;
-  std::optional<int> uv_set_;  // of the material being read
+  std::vector<int> uv_sets_;  // of the material being read
 };
 
 }  // namespace qray

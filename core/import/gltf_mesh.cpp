@@ -141,10 +141,14 @@ Mesh GltfMeshes::read(int mesh_index, int primitive_index, const GltfMaterials::
       mesh.normals.clear();
     }
   }
-  if (const auto uvs = find("TEXCOORD_" + std::to_string(material.uv_set), 2)) {
-    mesh.uvs = uvs->read<Vec2>(wanted);
-    for (Vec2& uv : mesh.uvs) uv.y = 1 - uv.y;
-  }
+  const auto read_uvs = [&](int set) {
+    const auto found = find("TEXCOORD_" + std::to_string(set), 2);
+    std::vector<Vec2> uvs = found ? found->read<Vec2>(wanted) : std::vector<Vec2>{};
+    for (Vec2& uv : uvs) uv.y = 1 - uv.y;
+    return uvs;
+  };
+  mesh.uvs = read_uvs(material.uv_sets.empty() ? 0 : material.uv_sets[0]);
+  if (material.uv_sets.size() == 2) mesh.second_uvs = read_uvs(material.uv_sets[1]);
   if (const int color = attribute("COLOR_0"); color >= 0) {
     const bool alpha = model.accessors[static_cast<size_t>(color)].components == 4;
     read_colors(mesh, *find("COLOR_0", alpha ? 4 : 3), wanted, material);

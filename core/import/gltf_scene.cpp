@@ -267,9 +267,7 @@ namespace {
 // Extensions that are left out, and the member without which, or with 0 of which, they change
 // nothing.
 constexpr std::pair<std::string_view, std::string_view> kNeutralExtensions[] = {
-    {"KHR_materials_diffuse_transmission", "diffuseTransmissionFactor"},
     {"KHR_materials_dispersion", "dispersion"},
-    {"KHR_materials_iridescence", "iridescenceFactor"},
 };
 
 bool says_nothing(const std::string& name, const JsonNode& extension) {

@@ -42,25 +42,32 @@ std::optional<int> GltfTextures::find_source(int texture) {
   return {};
 }
 
-GltfTextures::Found GltfTextures::find(const JsonNode& node, std::string_view key, bool srgb) {
+std::optional<int> GltfTextures::uv_set(const JsonNode& node, std::string_view key) {
+  const std::optional<JsonNode> info = node.find(key);
+  if (!info) return {};
+  if (const auto transform = find_extension(*info, "KHR_texture_transform"))
+    if (const auto set = transform->find("texCoord")) return set->integer(0, INT_MAX);
+  const auto set = info->find("texCoord");
+  return set ? set->integer(0, INT_MAX) : 0;
+}
+
+TextureId GltfTextures::find(const JsonNode& node, std::string_view key, bool srgb,
+                             bool second_uvs) {
   const std::optional<JsonNode> info = node.find(key);
   if (!info) return {};
   const size_t count = import_.document.model().textures.size();
   const JsonNode index_node = info->get("index");
   if (count == 0) index_node.fail("expected no index, there are no textures");
   const int index = index_node.integer(0, static_cast<int>(count) - 1);
-  Found found;
-  if (const auto set = info->find("texCoord")) found.uv_set = set->integer(0, INT_MAX);
   Texture texture;
   texture.srgb = srgb;
+  texture.second_uvs = second_uvs;
   import_.expect_extensions(*info, {"KHR_texture_transform"});
-  if (const auto transform = find_extension(*info, "KHR_texture_transform")) {
+  if (const auto transform = find_extension(*info, "KHR_texture_transform"))
     texture.uv_transform = read_uv_transform(*transform);
-    if (const auto set = transform->find("texCoord")) found.uv_set = set->integer(0, INT_MAX);
-  }
   const auto& [u, v] = texture.uv_transform;
-  const auto [it, is_new] =
-      known_.try_emplace({index, srgb, {u[0], u[1], u[2], v[0], v[1], v[2]}}, TextureId{});
+  const auto [it, is_new] = known_.try_emplace(
+      {index, srgb, second_uvs, {u[0], u[1], u[2], v[0], v[1], v[2]}}, TextureId{});
   if (is_new) {
     const GltfModel& model = import_.document.model();
     const int sampler = model.textures[static_cast<size_t>(index)].sampler;
@@ -77,8 +84,7 @@ GltfTextures::Found GltfTextures::find(const JsonNode& node, std::string_view ke
       it->second = add(std::move(texture));
     }
   }
-  found.id = it->second;
-  return found;
+  return it->second;
 }
 
 TextureId GltfTextures::complement_of_alpha(const JsonNode& info, TextureId id, float scale) {

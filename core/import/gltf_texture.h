@@ -13,12 +13,10 @@ class GltfTextures {
  public:
   explicit GltfTextures(GltfImport& import) : import_(import) {}
 
-  struct Found {
-    TextureId id;    // none: there is no texture, or one that is not read
-    int uv_set = 0;  // which TEXCOORD it asks for
-  };
-  // The textureInfo `key` of `node`.
-  Found find(const JsonNode& node, std::string_view key, bool srgb);
+  // Which TEXCOORD the textureInfo `key` of `node` asks for; none: there is no texture.
+  std::optional<int> uv_set(const JsonNode& node, std::string_view key);
+  // None: there is no texture, or one that is not read. `second_uvs`: the set is its mesh's second.
+  TextureId find(const JsonNode& node, std::string_view key, bool srgb, bool second_uvs);
   // Its alpha channel a as a picture of 1 - scale a. None, with a warning, where that would be too
   // many texels in all: unlike other pictures these are made at once.
   TextureId complement_of_alpha(const JsonNode& info, TextureId id, float scale);
@@ -28,8 +26,8 @@ class GltfTextures {
   TextureId add(Texture texture);
 
   GltfImport& import_;
-  // By texture, encoding and uv transform.
-  std::map<std::tuple<int, bool, std::array<float, 6>>, TextureId> known_;
+  // By texture, encoding, set of uvs and uv transform.
+  std::map<std::tuple<int, bool, bool, std::array<float, 6>>, TextureId> known_;
   std::map<std::pair<TextureId, float>, TextureId> complements_;
   int64_t texels_made_ = 0;
 };

@@ -89,9 +89,30 @@ const Kind& read_kind(const JsonNode& node) {
        {"reflectance", "ior", "roughness", "microfacets", "specular", "nonlinear"}},
       {"principled",
        MaterialKind::kPrincipled,
-       {"reflectance", "ior", "roughness", "anisotropy", "anisotropy_deg", "specular",
-        "specular_weight", "metallic", "transmission", "thin", "absorption", "clearcoat",
-        "clearcoat_roughness", "sheen", "sheen_roughness"}},
+       {"reflectance",
+        "ior",
+        "roughness",
+        "anisotropy",
+        "anisotropy_deg",
+        "specular",
+        "specular_weight",
+        "metallic",
+        "transmission",
+        "thin",
+        "absorption",
+        "clearcoat",
+        "clearcoat_roughness",
+        "sheen",
+        "sheen_roughness",
+        "anisotropy_directions",
+        "diffuse_transmission",
+        "diffuse_transmission_color",
+        "iridescence",
+        "film_ior",
+        "film_nm",
+        "film_least_nm",
+        "own_coat_normal",
+        "coat_normal_map"}},
       {"blend", MaterialKind::kBlend, {"first", "second", "weight"}},
   };
   const JsonNode type = node.get("type");
@@ -103,17 +124,21 @@ const Kind& read_kind(const JsonNode& node) {
   type.fail_expected("one of " + known);
 }
 
+float read_normal_map(const JsonNode& node, const TextureNames& textures, TextureId& map) {
+  node.only({"texture", "scale"});
+  map = texture_id(node.get("texture"), textures);
+  const std::optional<JsonNode> scale = node.find("scale");
+  return scale ? scale->number() : 1;
+}
+
 void read_any_kind(const JsonNode& node, const TextureNames& textures, Material& material) {
   if (const auto v = node.find("emission")) material.emission = read_color(*v, textures);
   if (const auto v = node.find("emission_two_sided")) material.emission_two_sided = v->boolean();
   if (const auto v = node.find("opacity")) material.opacity = read_float(*v, textures);
   if (const auto v = node.find("alpha_cutoff")) material.alpha_cutoff = v->number();
   if (const auto v = node.find("two_sided")) material.two_sided = v->boolean();
-  if (const auto v = node.find("normal_map")) {
-    v->only({"texture", "scale"});
-    material.normal_map = texture_id(v->get("texture"), textures);
-    if (const auto scale = v->find("scale")) material.normal_scale = scale->number();
-  }
+  if (const auto v = node.find("normal_map"))
+    material.normal_scale = read_normal_map(*v, textures, material.normal_map);
   if (const auto v = node.find("bump_map")) {
     if (v->is_number()) v->fail_expected("an object with \"texture\"");
     material.bump_map = read_float(*v, textures);
@@ -165,7 +190,10 @@ Material read_material(const JsonNode& node, const TextureNames& textures,
                  {"transmission", m.transmission},
                  {"clearcoat", m.clearcoat},
                  {"clearcoat_roughness", m.clearcoat_roughness},
-                 {"sheen_roughness", m.sheen_roughness}};
+                 {"sheen_roughness", m.sheen_roughness},
+                 {"diffuse_transmission", m.diffuse_transmission},
+                 {"iridescence", m.iridescence},
+                 {"film_nm", m.film_nm}};
   for (const auto& [key, param] : numbers)
     if (const auto v = node.find(key)) param = read_float(*v, textures);
   if (const auto v = node.find("microfacets")) {
@@ -176,6 +204,16 @@ Material read_material(const JsonNode& node, const TextureNames& textures,
   }
   if (const auto v = node.find("anisotropy_deg"))
     m.anisotropy_rad = v->number(-360, 360) * (kPi / 180);
+  if (const auto v = node.find("anisotropy_directions")) m.anisotropy_directions = v->boolean();
+  if (const auto v = node.find("diffuse_transmission_color"))
+    m.diffuse_transmission_color = read_color(*v, textures);
+  if (const auto v = node.find("film_ior")) m.film_ior = v->number();
+  if (const auto v = node.find("film_least_nm")) m.film_least_nm = v->number();
+  if (const auto v = node.find("coat_normal_map")) {
+    m.coat_normal_scale = read_normal_map(*v, textures, m.coat_normal_map);
+    m.own_coat_normal = true;
+  }
+  if (const auto v = node.find("own_coat_normal")) m.own_coat_normal = v->boolean();
   if (const auto v = node.find("ior")) m.ior = v->number();
   if (const auto v = node.find("absorption")) m.absorption = v->number_or_rgb();
   if (const auto v = node.find("thin")) m.thin = v->boolean();

@@ -23,16 +23,6 @@ Vec3 bitangent_of(Vec3 ns, Vec3 tangent, Vec3 dv) {
   return dot(bitangent, dv) < 0 ? -bitangent : bitangent;  // a mirrored chart
 }
 
-Vec3 mapped(const MaterialTextures& textures, const Material& m, TexturePoint at, Vec3 ns,
-            const Tangents& t) {
-  const Rgb texel = textures.rgb(m.normal_map, at);
-  const float x = (2 * texel.r - 1) * m.normal_scale, y = (2 * texel.g - 1) * m.normal_scale;
-  const float z = std::max(2 * texel.b - 1, 1e-3f);
-  const Vec3 tangent = normalize(t.du);
-  const Vec3 bitangent = bitangent_of(ns, tangent, t.dv);
-  return normalize(tangent * x + bitangent * y + ns * z);
-}
-
 // Heights displace the surface along ns; the slope is taken over one texel, or what is
 // seen as one.
 Vec3 bumped(const MaterialTextures& textures, const Material& m, TexturePoint at, Vec3 ns,
@@ -52,15 +42,16 @@ Vec3 bumped(const MaterialTextures& textures, const Material& m, TexturePoint at
 
 }  // namespace
 
-TriangleEdges triangle_edges(const Mesh& mesh, const Transform* to_world, uint32_t triangle) {
+TriangleEdges triangle_edges(const Mesh& mesh, const Transform* to_world, uint32_t triangle,
+                             const std::vector<Vec2>& uvs) {
   const auto& v = mesh.triangles[triangle];
   Vec3 p[3];
   for (size_t k = 0; k < 3; ++k) {
     p[k] = mesh.positions[v[k]];
     if (to_world) p[k] = to_world->point(p[k]);
   }
-  const Vec2 uv = mesh.uvs[v[0]];
-  return {p[1] - p[0], p[2] - p[0], mesh.uvs[v[1]] - uv, mesh.uvs[v[2]] - uv};
+  const Vec2 uv = uvs[v[0]];
+  return {p[1] - p[0], p[2] - p[0], uvs[v[1]] - uv, uvs[v[2]] - uv};
 }
 
 Frame uv_frame(const TriangleEdges& edges, Vec3 n, float turn) {
@@ -85,12 +76,24 @@ Vec3 seen_normal(Vec3 n, Vec3 ng, Vec3 wo) {
   return n * side;
 }
 
+Vec3 mapped_normal(const MaterialTextures& textures, TextureId map, float scale,
+                   const TriangleEdges& edges, const SurfacePoint& surface) {
+  const Vec3 ns = surface.ns;
+  Tangents t;
+  if (!tangents(edges, ns, t)) return ns;
+  const Rgb texel = textures.rgb(map, surface.uv);
+  const float x = (2 * texel.r - 1) * scale, y = (2 * texel.g - 1) * scale;
+  const float z = std::max(2 * texel.b - 1, 1e-3f);
+  const Vec3 tangent = normalize(t.du);
+  return normalize(tangent * x + bitangent_of(ns, tangent, t.dv) * y + ns * z);
+}
+
 Vec3 bent_normal(const MaterialTextures& textures, const Material& material,
                  const TriangleEdges& edges, const SurfacePoint& surface, Vec3 wo) {
   Vec3 n = surface.ns;
   Tangents t;
-  if (material.normal_map.valid() && tangents(edges, n, t))
-    n = mapped(textures, material, surface.uv, n, t);
+  if (material.normal_map.valid())
+    n = mapped_normal(textures, material.normal_map, material.normal_scale, edges, surface);
   if (material.bump_map.texture.valid() && tangents(edges, n, t))
     n = bumped(textures, material, surface.uv, n, t);
   return seen_normal(n, surface.ng, wo);

@@ -16,12 +16,21 @@ struct TriangleEdges {
   Vec3 e1, e2;
   Vec2 uv1, uv2;
 };
-// Of a mesh with uvs; `to_world`: an instance's, or null.
-TriangleEdges triangle_edges(const Mesh& mesh, const Transform* to_world, uint32_t triangle);
+// `uvs`: of the mesh, one of its sets; `to_world`: an instance's, or null.
+TriangleEdges triangle_edges(const Mesh& mesh, const Transform* to_world, uint32_t triangle,
+                             const std::vector<Vec2>& uvs);
+inline TriangleEdges triangle_edges(const Mesh& mesh, const Transform* to_world,
+                                    uint32_t triangle) {
+  return triangle_edges(mesh, to_world, triangle, mesh.uvs);
+}
 
 // About the unit normal n, with x in the triangle's uv directions: `turn` radians from the one in
 // which u grows toward the one in which v does. Where they are none: any x.
 Frame uv_frame(const TriangleEdges& edges, Vec3 n, float turn);
+
+// The normal that a map says in place of the surface's ns. World space, unit.
+Vec3 mapped_normal(const MaterialTextures& textures, TextureId map, float scale,
+                   const TriangleEdges& edges, const SurfacePoint& surface);
 
 // In place of the surface's ns, seen from wo. World space, unit.
 Vec3 bent_normal(const MaterialTextures& textures, const Material& material,

@@ -36,7 +36,7 @@ Rgb value_at(const PreparedScene& scene, DebugView view, const GuideInspector* g
   if (shows_guide(view)) return guide_color(view, *guide, learned, *seen);
   if (view == DebugView::kAlbedo) {
     const MaterialShading& material = scene.resolve(*seen->mesh, seen->point.uv, 0.5f);
-    const Frame frame = scene.frame_at(material, seen->hit, seen->point.ns);
+    const Frame frame = scene.frame_at(material, seen->hit, seen->point.ns, seen->point.uv);
     return material.bsdf->albedo(
         material.bsdf->at(scene.shading_point(material, seen->point), frame.to_local(-ray.d)));
   }
@@ -64,7 +64,7 @@ std::optional<SeenSurface> surface_seen(const PreparedScene& scene, const Ray& r
   if (material.kind != BsdfKind::kDelta) {
     const BsdfPoint bsdf_at =
         material.bsdf->at(scene.shading_point(material, point),
-                          scene.frame_at(material, hit, point.ns).to_local(-ray.d));
+                          scene.frame_at(material, hit, point.ns, point.uv).to_local(-ray.d));
     seen.guided = {material.bsdf->parts(bsdf_at).base_chance, material.kind == BsdfKind::kMixed};
   }
   return seen;

@@ -62,7 +62,7 @@ Seen see(const PreparedScene& scene, Ray ray, float diagonal, PixelCone pixel) {
     const Rgb shines = emitted_at(scene, mesh, at, ray.d);
     if (mirrors == 0) emitted = shines;
     const MaterialShading& material = scene.resolve(mesh, at.uv, 0.5f);
-    const Frame frame = scene.frame_at(material, hit, at.ns);
+    const Frame frame = scene.frame_at(material, hit, at.ns, at.uv);
     const Vec3 wo = frame.to_local(-ray.d);
     const BsdfPoint bsdf_at = material.bsdf->at(scene.shading_point(material, at), wo);
     length += hit.t;

@@ -13,10 +13,14 @@ MaterialShading material_shading(const Material& m, const Bsdf* bsdf,
        {m.reflectance.texture, m.roughness.texture, m.anisotropy.texture, m.specular.texture,
         m.transmittance.texture, m.sheen.texture, m.sheen_roughness.texture, m.metallic.texture,
         m.transmission.texture, m.clearcoat.texture, m.clearcoat_roughness.texture,
-        m.specular_weight.texture})
+        m.specular_weight.texture, m.diffuse_transmission.texture,
+        m.diffuse_transmission_color.texture, m.iridescence.texture, m.film_nm.texture})
     s.textured = s.textured || id.valid();
   s.anisotropic = m.anisotropic();
   s.bends = m.normal_map.valid() || m.bump_map.texture.valid();
+  s.seen_whole = m.kind == MaterialKind::kPrincipled;
+  s.coat_bends = m.kind == MaterialKind::kPrincipled && m.clearcoat.value > 0 &&
+                 m.own_coat_normal && (s.bends || m.coat_normal_map.valid());
   s.masked = m.opacity.texture.valid() || m.opacity.value < 1;
   if (m.kind == MaterialKind::kBlend) {
     s.blends = true;
@@ -26,7 +30,8 @@ MaterialShading material_shading(const Material& m, const Bsdf* bsdf,
     return s;
   }
   s.kind = bsdf->kind();
-  const bool passes = m.kind == MaterialKind::kPrincipled && m.transmission.value > 0;
+  const bool passes = m.kind == MaterialKind::kPrincipled &&
+                      (m.transmission.value > 0 || m.diffuse_transmission.value > 0);
   s.bounds_solid = m.kind == MaterialKind::kDielectric || (passes && !m.thin);
   s.opaque = !s.bounds_solid && !passes && m.kind != MaterialKind::kThinDielectric;
   s.one_sided = !m.two_sided && s.opaque;

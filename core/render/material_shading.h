@@ -21,11 +21,14 @@ struct MaterialShading {
   bool one_sided = false;     // black from behind
   bool opaque = false;        // light goes on only on the side where it comes from
   bool anisotropic = false;   // wants frames that follow the uv directions
+  bool seen_whole = false;    // mirrors no eye's direction below the triangle (seen_normal)
+  bool coat_bends = false;    // its coat's normal is not the shading normal
   bool bounds_solid = false;  // what passes it is inside or outside from then on
 
   // Whether the place on the surface matters.
   bool needs_uv() const {
-    return textured || bends || masked || blends || anisotropic || emission_textured();
+    return textured || bends || coat_bends || masked || blends || anisotropic ||
+           emission_textured();
   }
   bool emission_textured() const { return emits && material->emission.texture.valid(); }
 };

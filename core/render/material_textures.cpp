@@ -6,7 +6,7 @@ Status MaterialTextures::open(const std::vector<Texture>& textures, int threads)
   for (const Texture& texture : textures) {
     Result<int> handle = cache_.open(texture);
     if (!handle.ok()) return handle.error();
-    handles_.push_back(handle.value());
+    handles_.push_back({handle.value(), texture.second_uvs});
   }
   cache_.read(threads);
   return {};
@@ -14,9 +14,9 @@ Status MaterialTextures::open(const std::vector<Texture>& textures, int threads)
 
 float MaterialTextures::number(const FloatParam& param, TexturePoint uv) const {
   if (!param.texture.valid()) return param.value;
-  const int at = handle(param.texture);
-  if (param.channel == 3) return param.value * cache_.lookup_alpha(at, uv);
-  const Rgb value = cache_.lookup(at, uv);
+  if (param.channel == 3)
+    return param.value * cache_.lookup_alpha(handle(param.texture), of(param.texture, uv));
+  const Rgb value = rgb(param.texture, uv);
   return param.value * (param.channel == kLuminance ? luminance(value) : value[param.channel]);
 }
 
@@ -34,6 +34,14 @@ ShadingPoint MaterialTextures::point(const Material& m, TexturePoint uv) const {
   sp.clearcoat = number(m.clearcoat, uv);
   sp.clearcoat_roughness = number(m.clearcoat_roughness, uv);
   sp.specular_weight = number(m.specular_weight, uv);
+  sp.diffuse_transmission = number(m.diffuse_transmission, uv);
+  sp.diffuse_transmission_color = color(m.diffuse_transmission_color, uv);
+  sp.iridescence = number(m.iridescence, uv);
+  sp.film_nm = m.film_nm.value;
+  if (m.film_nm.texture.valid()) {
+    const float share = rgb(m.film_nm.texture, uv)[m.film_nm.channel];
+    sp.film_nm = lerp(share, m.film_least_nm, m.film_nm.value);
+  }
   return sp;
 }
 

@@ -15,11 +15,10 @@ class MaterialTextures {
   Status open(const std::vector<Texture>& textures, int threads);
 
   Rgb color(const ColorParam& param, TexturePoint uv) const {
-    return param.texture.valid() ? param.value * cache_.lookup(handle(param.texture), uv)
-                                 : param.value;
+    return param.texture.valid() ? param.value * rgb(param.texture, uv) : param.value;
   }
   float number(const FloatParam& param, TexturePoint uv) const;
-  Rgb rgb(TextureId id, TexturePoint uv) const { return cache_.lookup(handle(id), uv); }
+  Rgb rgb(TextureId id, TexturePoint uv) const { return cache_.lookup(handle(id), of(id, uv)); }
   bool empty() const { return handles_.empty(); }
   size_t size_bytes() const { return cache_.size_bytes(); }
   Vec2 texel(TextureId id) const { return cache_.texel(handle(id)); }  // its size in uv
@@ -29,10 +28,18 @@ class MaterialTextures {
   float opacity(const Material& material, TexturePoint uv) const;
 
  private:
-  int handle(TextureId id) const { return handles_[id.value]; }
+  struct Handle {
+    int of_cache;
+    bool second_uvs;
+  };
+  int handle(TextureId id) const { return handles_[id.value].of_cache; }
+  // Where the texture is looked up: in the set of uvs that it asks for.
+  TexturePoint of(TextureId id, TexturePoint at) const {
+    return handles_[id.value].second_uvs ? TexturePoint(at.second_uv, at.second_width) : at;
+  }
 
   TextureCache cache_;
-  std::vector<int> handles_;  // by TextureId
+  std::vector<Handle> handles_;  // by TextureId
 };
 
 }  // namespace qray

@@ -235,10 +235,14 @@ inline PathVertex PathTracer::vertex_at(const PathState& path, const MaterialSha
                                         const Hit& hit, const SurfacePoint& surface, Vec3 wo,
                                         float cos_geometric) const {
   const bool shading_normal_usable = dot(wo, surface.ns) * cos_geometric > 0;
-  const Frame frame =
-      scene_.frame_at(material, hit, shading_normal_usable ? surface.ns : surface.ng);
+  const Vec3 normal = material.seen_whole     ? seen_normal(surface.ns, surface.ng, wo)
+                      : shading_normal_usable ? surface.ns
+                                              : surface.ng;
+  const Frame frame = scene_.frame_at(material, hit, normal, surface.uv);
   const Vec3 wo_local = frame.to_local(wo);
-  const ShadingPoint sp = scene_.shading_point(material, surface);
+  ShadingPoint sp = scene_.shading_point(material, surface);
+  if (material.coat_bends)
+    sp.coat_normal = frame.to_local(scene_.coat_normal(material, hit, wo, surface));
   return {.surface = surface,
           .frame = frame,
           .bsdf = *material.bsdf,

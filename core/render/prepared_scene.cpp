@@ -43,8 +43,8 @@ MeshShading mesh_shading(const PreparedScene& prepared, const Placement& placed)
   const Mesh& mesh = *placed.mesh;
   MeshShading m{prepared.materials[placed.material.value], &mesh, placed.to_world, {}, false};
   m.bends = m.bends && !mesh.uvs.empty();
-  m.interpolated =
-      !mesh.normals.empty() || (m.needs_uv() && !mesh.uvs.empty()) || !mesh.colors.empty();
+  m.interpolated = !mesh.normals.empty() || !mesh.colors.empty() ||
+                   (m.needs_uv() && !(mesh.uvs.empty() && mesh.second_uvs.empty()));
   if (placed.to_world) m.normals_to_world = placed.to_world->normals();
   return m;
 }
@@ -92,11 +92,32 @@ void PreparedScene::bend(const MaterialShading& material, const Hit& hit, Vec3 w
                            triangle_edges(*m.mesh, m.to_world, hit.triangle), surface, wo);
 }
 
-Frame PreparedScene::turned_frame(const MaterialShading& material, const Hit& hit, Vec3 n) const {
+Vec3 PreparedScene::coat_normal(const MaterialShading& material, const Hit& hit, Vec3 wo,
+                                const SurfacePoint& surface) const {
+  const MeshShading& m = meshes[hit.mesh.value];
+  SurfacePoint own = surface;
+  own.ns = surface.ng;
+  interpolate_vertices(*m.mesh, hit.triangle, hit.barycentric, own,
+                       m.normals_to_world ? &*m.normals_to_world : nullptr);
+  own.uv = surface.uv;
+  const Material& coated = *material.material;
+  if (coated.coat_normal_map.valid() && !m.mesh->uvs.empty())
+    own.ns = mapped_normal(*textures, coated.coat_normal_map, coated.coat_normal_scale,
+                           triangle_edges(*m.mesh, m.to_world, hit.triangle), own);
+  return seen_normal(own.ns, surface.ng, wo);
+}
+
+Frame PreparedScene::turned_frame(const MaterialShading& material, const Hit& hit, Vec3 n,
+                                  TexturePoint uv) const {
   const MeshShading& m = meshes[hit.mesh.value];
   if (m.mesh->uvs.empty()) return Frame(n);
-  return uv_frame(triangle_edges(*m.mesh, m.to_world, hit.triangle), n,
-                  material.material->anisotropy_rad);
+  const Material& brushed = *material.material;
+  float turn = brushed.anisotropy_rad;
+  if (brushed.anisotropy_directions && brushed.anisotropy.texture.valid()) {
+    const Rgb along = textures->rgb(brushed.anisotropy.texture, uv);
+    turn += std::atan2(2 * along.g - 1, 2 * along.r - 1);
+  }
+  return uv_frame(triangle_edges(*m.mesh, m.to_world, hit.triangle), n, turn);
 }
 
 float PreparedScene::opacity(const MaterialShading& material, TexturePoint uv) const {
@@ -134,9 +155,10 @@ Rgb PreparedScene::emission_at(MeshId mesh, uint32_t triangle, Vec2 barycentric)
   return textures->color(m.material->emission, surface.uv) * opacity(m, surface.uv);
 }
 
-float PreparedScene::uv_per_metre(const MeshShading& mesh, uint32_t triangle) {
-  if (mesh.mesh->uvs.empty()) return 0;
-  const TriangleEdges e = triangle_edges(*mesh.mesh, mesh.to_world, triangle);
+float PreparedScene::uv_per_metre(const MeshShading& mesh, uint32_t triangle,
+                                  const std::vector<Vec2>& uvs) {
+  if (uvs.empty()) return 0;
+  const TriangleEdges e = triangle_edges(*mesh.mesh, mesh.to_world, triangle, uvs);
   const auto ratio2 = [](Vec2 uv, Vec3 edge) {
     return (uv.x * uv.x + uv.y * uv.y) / std::max(dot(edge, edge), 1e-30f);
   };
@@ -162,8 +184,8 @@ size_t PreparedScene::size_bytes() const {
   size_t sum = accel->size_bytes() + textures->size_bytes() + bytes(meshes) + bytes(materials) +
                bytes(scene.instances) + bytes(scene.environment.image.data());
   for (const Mesh& mesh : scene.meshes)
-    sum += bytes(mesh.positions) + bytes(mesh.normals) + bytes(mesh.uvs) + bytes(mesh.colors) +
-           bytes(mesh.triangles);
+    sum += bytes(mesh.positions) + bytes(mesh.normals) + bytes(mesh.uvs) + bytes(mesh.second_uvs) +
+           bytes(mesh.colors) + bytes(mesh.triangles);
   for (const Texture& texture : scene.textures)
     if (texture.bytes) sum += texture.bytes->size();
   return sum;

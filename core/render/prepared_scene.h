@@ -50,17 +50,25 @@ struct PreparedScene {
       interpolate_vertices(*m.mesh, hit.triangle, hit.barycentric, surface,
                            m.normals_to_world ? &*m.normals_to_world : nullptr);
     }
-    if (ray_width > 0 && m.needs_uv()) surface.uv.width = ray_width * uv_per_metre(m, hit.triangle);
+    if (ray_width > 0 && m.needs_uv()) {
+      surface.uv.width = ray_width * uv_per_metre(m, hit.triangle, m.mesh->uvs);
+      if (!m.mesh->second_uvs.empty())
+        surface.uv.second_width = ray_width * uv_per_metre(m, hit.triangle, m.mesh->second_uvs);
+    }
     if (m.bends) bend(m, hit, -ray.d, surface);
     return surface;
   }
   // Turns the shading normal by the material's images, as seen from wo.
   void bend(const MaterialShading& material, const Hit& hit, Vec3 wo, SurfacePoint& surface) const;
   // What the material's BSDF calls local, about the unit normal n.
-  Frame frame_at(const MaterialShading& material, const Hit& hit, Vec3 n) const {
-    return material.anisotropic ? turned_frame(material, hit, n) : Frame(n);
+  Frame frame_at(const MaterialShading& material, const Hit& hit, Vec3 n, TexturePoint uv) const {
+    return material.anisotropic ? turned_frame(material, hit, n, uv) : Frame(n);
   }
-  Frame turned_frame(const MaterialShading& material, const Hit& hit, Vec3 n) const;
+  Frame turned_frame(const MaterialShading& material, const Hit& hit, Vec3 n,
+                     TexturePoint uv) const;
+  // Of a coat that has normals of its own, seen from wo. World space, unit.
+  Vec3 coat_normal(const MaterialShading& material, const Hit& hit, Vec3 wo,
+                   const SurfacePoint& surface) const;
   // The material itself, or the part of a blend that u in [0, 1) picks.
   const MaterialShading& resolve(const MaterialShading& material, TexturePoint uv, float u) const;
   // Radiance that a triangle's front emits; less where it is not opaque.
@@ -77,7 +85,8 @@ struct PreparedScene {
   // How much of what arrives there the surface stops, in [0, 1]; of a blend its parts counted.
   float opacity(const MaterialShading& material, TexturePoint uv) const;
   // Of the triangle's edges the least: 0 where they have no uv.
-  static float uv_per_metre(const MeshShading& mesh, uint32_t triangle);
+  static float uv_per_metre(const MeshShading& mesh, uint32_t triangle,
+                            const std::vector<Vec2>& uvs);
   // Whether a ray passes a hit on a masked mesh: drawn by its bits, the same at every call.
   bool passes(const Ray& ray, const Hit& hit) const;
 };

@@ -47,6 +47,7 @@ struct Material {
   // grows, toward the one in which v does.
   FloatParam anisotropy{};
   float anisotropy_rad = 0;
+  bool anisotropy_directions = false;  // turned by red and green of its texture, 2 rg - 1
   Microfacets microfacets = Microfacets::kGgx;
   Rgb eta{0.2f, 0.92f, 1.1f};  // conductor: complex index of refraction eta + i k
   Rgb k{3.9f, 2.45f, 2.14f};
@@ -67,6 +68,20 @@ struct Material {
   ColorParam sheen{};
   FloatParam sheen_roughness{0.5f};
   bool thin = false;  // principled: what passes is not bent, the surface is a sheet
+  // Principled: the share of the diffuse part that leaves on the other side, in a colour of its
+  // own.
+  FloatParam diffuse_transmission{};
+  ColorParam diffuse_transmission_color{Rgb{1.0f}};
+  // Principled: a film on what is below coat and sheen, by its share; its index, and its thickness
+  // in nanometres. A texture's 0 is the least thickness, its 1 the value.
+  FloatParam iridescence{};
+  float film_ior = 1.3f;
+  FloatParam film_nm{400.0f};
+  float film_least_nm = 100;
+  // Principled: whether the coat has normals of its own: coat_normal_map's, or else the mesh's.
+  bool own_coat_normal = false;
+  TextureId coat_normal_map;
+  float coat_normal_scale = 1;
 
   // Blend: `second` by this share, `first` by the rest; both before it in Scene::materials. What
   // they emit does not count.

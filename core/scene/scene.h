@@ -28,6 +28,7 @@ struct Mesh {
   std::vector<Vec3> positions;
   std::vector<Vec3> normals;                       // per vertex, unit; empty: flat
   std::vector<Vec2> uvs;                           // per vertex; empty: (0, 0)
+  std::vector<Vec2> second_uvs;                    // for textures that ask for them
   std::vector<Rgb> colors;                         // per vertex, times reflectance; empty: white
   std::vector<std::array<uint32_t, 3>> triangles;  // counter-clockwise seen from the front
   MaterialId material;

@@ -75,6 +75,10 @@ Digest hash_geometry(const Scene& scene) {
     out.u64(mesh.triangles.size());
     for (const auto& tri : mesh.triangles)
       for (const uint32_t v : tri) out.u32(v);
+    for (const Vec2 uv : mesh.second_uvs) {
+      out.f32(uv.x);
+      out.f32(uv.y);
+    }
   }
   out.u64(scene.instances.size());
   for (const Instance& instance : scene.instances) {
@@ -108,6 +112,7 @@ Result<std::vector<Digest>> hash_textures(const Scene& scene) {
     out.u8(texture.nearest ? 1 : 0);
     for (const auto& row : {texture.uv_transform.u, texture.uv_transform.v})
       for (const float v : row) out.f32(v);
+    if (texture.second_uvs) out.u8(1);
     digests.push_back(out.finish());
   }
   return digests;
@@ -166,6 +171,21 @@ Digest hash_materials(const Scene& scene, const std::vector<Digest>& textures) {
     if (m.anisotropic()) {  // others keep the hashes that they had before
       add.number(m.anisotropy);
       out.f32(m.anisotropy_rad);
+      if (m.anisotropy_directions) out.u8(1);
+    }
+    if (m.diffuse_transmission.value > 0) {
+      add.number(m.diffuse_transmission);
+      add.color(m.diffuse_transmission_color);
+    }
+    if (m.iridescence.value > 0) {
+      add.number(m.iridescence);
+      add.number(m.film_nm);
+      out.f32(m.film_least_nm);
+      out.f32(m.film_ior);
+    }
+    if (m.own_coat_normal) {
+      add.texture(m.coat_normal_map);
+      out.f32(m.coat_normal_scale);
     }
     for (const bool flag : {m.nonlinear, m.thin, m.two_sided}) out.u8(flag ? 1 : 0);
   }

@@ -36,8 +36,11 @@ inline void interpolate_vertices(const Mesh& mesh, uint32_t triangle, Vec2 baryc
   }
   if (!mesh.colors.empty())
     surface.color = mesh.colors[tri[0]] * b0 + mesh.colors[tri[1]] * b1 + mesh.colors[tri[2]] * b2;
-  if (!mesh.uvs.empty())
-    surface.uv = mesh.uvs[tri[0]] * b0 + mesh.uvs[tri[1]] * b1 + mesh.uvs[tri[2]] * b2;
+  const auto at = [&](const std::vector<Vec2>& uvs) {
+    return uvs[tri[0]] * b0 + uvs[tri[1]] * b1 + uvs[tri[2]] * b2;
+  };
+  if (!mesh.uvs.empty()) surface.uv = at(mesh.uvs);
+  if (!mesh.second_uvs.empty()) surface.uv.second_uv = at(mesh.second_uvs);
 }
 
 }  // namespace qray

@@ -90,6 +90,14 @@ Status check_material(const Material& m, size_t index, size_t textures) {
         check_param(at + "/sheen", m.sheen, 1, textures),
         check_param(at + "/sheen_roughness", m.sheen_roughness, textures),
         check_param(at + "/specular_weight", m.specular_weight, textures),
+        check_param(at + "/diffuse_transmission", m.diffuse_transmission, textures),
+        check_param(at + "/diffuse_transmission_color", m.diffuse_transmission_color, 1, textures),
+        check_param(at + "/iridescence", m.iridescence, textures),
+        check_range(at + "/film_ior", m.film_ior, 1, 4),
+        check_param(at + "/film_nm", m.film_nm, textures, 0, kMaxFilmNm),
+        check_range(at + "/film_least_nm", m.film_least_nm, 0, kMaxFilmNm),
+        check_texture(at + "/coat_normal_map", m.coat_normal_map, textures),
+        check_range(at + "/coat_normal_map/scale", m.coat_normal_scale, -kMaxSlope, kMaxSlope),
         check_blend(m, at, index),
         check_param(at + "/weight", m.blend_weight, textures),
         check_param(at + "/opacity", m.opacity, textures),
@@ -115,9 +123,11 @@ Status check_mesh(const Mesh& mesh, const std::string& at, size_t material_count
                  mesh.material.valid() ? std::to_string(mesh.material.value) : "none");
   }
   const size_t vertex_count = mesh.positions.size();
-  for (const Status& status : {check_count(at + "/normals", mesh.normals.size(), vertex_count),
-                               check_count(at + "/uvs", mesh.uvs.size(), vertex_count),
-                               check_count(at + "/colors", mesh.colors.size(), vertex_count)}) {
+  for (const Status& status :
+       {check_count(at + "/normals", mesh.normals.size(), vertex_count),
+        check_count(at + "/uvs", mesh.uvs.size(), vertex_count),
+        check_count(at + "/second_uvs", mesh.second_uvs.size(), vertex_count),
+        check_count(at + "/colors", mesh.colors.size(), vertex_count)}) {
     if (!status.ok()) return status;
   }
   const auto item = [&at](const char* list, size_t i) {
@@ -132,9 +142,11 @@ Status check_mesh(const Mesh& mesh, const std::string& at, size_t material_count
     if (!in_range(n, 0.99f, 1.01f))
       return wrong(item("normals", i), "a unit vector", show(mesh.normals[i]));
   }
-  for (size_t i = 0; i < mesh.uvs.size(); ++i) {
-    const Vec3 uv{mesh.uvs[i].x, mesh.uvs[i].y, 0};
-    if (!is_coordinate(uv)) return wrong(item("uvs", i), "numbers within 1e6", show(uv));
+  for (const auto& [name, uvs] : {std::pair{"uvs", &mesh.uvs}, {"second_uvs", &mesh.second_uvs}}) {
+    for (size_t i = 0; i < uvs->size(); ++i) {
+      const Vec3 uv{(*uvs)[i].x, (*uvs)[i].y, 0};
+      if (!is_coordinate(uv)) return wrong(item(name, i), "numbers within 1e6", show(uv));
+    }
   }
   for (size_t i = 0; i < mesh.colors.size(); ++i) {
     if (!in_range(mesh.colors[i], 0, 1))

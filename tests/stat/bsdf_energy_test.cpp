@@ -4,6 +4,7 @@
 #include "core/bsdf/fresnel.h"
 #include "core/bsdf/ggx.h"
 #include "core/bsdf/sheen.h"
+#include "core/bsdf/thin_film.h"
 #include "tests/support/bsdf_cases.h"
 #include "tests/support/random.h"
 #include "tests/support/stats.h"
@@ -345,7 +346,8 @@ TEST(BsdfEnergy, AlbedoIsTheMeanWeightOfPlastic) {
 
 TEST(BsdfEnergy, OpaqueKindsAndReflectionAreReciprocal) {
   test::Random random(11);
-  for (const test::BsdfCase& c : test::density_cases())
+  for (const test::BsdfCase& c : test::density_cases()) {
+    if (!c.reciprocal) continue;
     for (int i = 0; i < 2000; ++i) {
       const auto draw = [&] {
         const Vec2 u = random.next_2d();
@@ -358,6 +360,77 @@ TEST(BsdfEnergy, OpaqueKindsAndReflectionAreReciprocal) {
       for (int channel = 0; channel < 3; ++channel)
         EXPECT_NEAR(ab[channel], ba[channel], 2e-3f * std::abs(ab[channel]) + 1e-6f)
             << c.name << " " << test::text(a) << " " << test::text(b);
+    }
+  }
+}
+
+// All of white light that enters a white leaf leaves it, on one side or the other, and it does not
+// matter which side it comes from.
+TEST(BsdfEnergy, WhiteLeafKeepsAllAndIsReciprocalThrough) {
+  test::Random random(13);
+  for (const float roughness : {0.0f, 0.4f})
+    for (const float share : {0.5f, 1.0f}) {
+      Material m = white(MaterialKind::kPrincipled, roughness);
+      m.thin = true;
+      m.diffuse_transmission.value = share;
+      const test::BsdfCase c = test::make_case("", m);
+      for (const Vec3 wo : test::eye_directions()) {
+        const test::Moments mean = mean_weight(c, wo, 5);
+        EXPECT_NEAR(mean.mean(), 1, 4 * mean.standard_error() + 4e-3)
+            << roughness << " " << share << " from " << test::text(wo);
+      }
+      for (int i = 0; i < 500; ++i) {
+        const Vec3 a = test::direction(85 * random.next(), 360 * random.next());
+        const Vec3 b = test::direction(180 - 85 * random.next(), 360 * random.next());
+        const float down = c.bsdf->eval(c.at(a), b).f_cos.g / -b.z;
+        const float up = c.bsdf->eval(c.at(b), a).f_cos.g / a.z;
+        EXPECT_GT(down, 0);
+        EXPECT_NEAR(down, up, 1e-4f * down) << test::text(a) << test::text(b);
+      }
+    }
+}
+
+// A film's layers are weighed by its mean over the angles, so that a white base under it returns
+// all that arrives but for a few percent; metal under it loses what it does without.
+TEST(BsdfEnergy, WhiteBaseUnderAFilmKeepsNearlyAll) {
+  for (const float roughness : {0.0f, 0.3f, 0.8f})
+    for (const float film_ior : {1.0f, 1.33f, 2.0f})
+      for (const float nm : {0.0f, 120.0f, 300.0f, 800.0f}) {
+        Material m = white(MaterialKind::kPrincipled, roughness);
+        m.iridescence.value = 1;
+        m.film_ior = film_ior;
+        m.film_nm.value = nm;
+        const test::BsdfCase c = test::make_case("", m);
+        m.metallic.value = 1;
+        const test::BsdfCase metal = test::make_case("", m);
+        uint64_t seed = 1;
+        for (const Vec3 wo : {test::direction(0, 0), test::direction(45, 5),
+                              test::direction(70, 85), test::direction(85, 20)}) {
+          const test::Moments mean = mean_weight(c, wo, seed, false, kSamples / 25);
+          const test::Moments of_metal = mean_weight(metal, wo, seed++, false, kSamples / 25);
+          const std::string at = "roughness " + std::to_string(roughness) + " film " +
+                                 std::to_string(film_ior) + " of " + std::to_string(nm) +
+                                 " nm from " + test::text(wo);
+          EXPECT_LT(mean.mean(), 1 + 4 * mean.standard_error() + 0.06) << at;
+          EXPECT_GT(mean.mean(), 1 - 4 * mean.standard_error() - 0.2) << at;
+          EXPECT_LE(of_metal.mean(), 1 + 4 * of_metal.standard_error() + 2e-3) << at;
+        }
+      }
+}
+
+TEST(BsdfEnergy, ATiltedCoatMakesNoLight) {
+  for (const float roughness : {0.0f, 0.3f})
+    for (const float tilt_deg : {10.0f, 30.0f}) {
+      Material m = white(MaterialKind::kPrincipled, 0.5f);
+      m.clearcoat.value = 1;
+      m.clearcoat_roughness.value = roughness;
+      test::BsdfCase c = test::make_case("", m);
+      c.point.coat_normal = test::direction(tilt_deg, 40);
+      for (const Vec3 wo : test::eye_directions()) {
+        const test::Moments mean = mean_weight(c, wo, 7, false, kSamples / 4);
+        EXPECT_LE(mean.mean(), 1 + 4 * mean.standard_error() + 2e-3)
+            << roughness << " tilted by " << tilt_deg << " from " << test::text(wo);
+      }
     }
 }
 

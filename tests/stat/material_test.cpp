@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "core/image/image_io.h"
+#include "tests/support/near.h"
 #include "tests/support/render.h"
 #include "tests/support/scratch.h"
 #include "tests/support/stats.h"
@@ -282,6 +283,95 @@ TEST(Material, OneSidedIsBlackFromBehind) {
       const double seen = brightness(*test::prepare(scene)).mean();
       EXPECT_NEAR(seen, two_sided || front ? 0.5 : 0.0, 1e-3) << two_sided << front;
     }
+}
+
+TEST(Material, TexturesReadTheUvsThatTheyAskFor) {
+  const test::ScratchFolder folder;
+  Image image(2, 1, 3);
+  image.set_rgb(0, 0, {1, 0, 0});
+  image.set_rgb(1, 0, {0, 1, 0});
+  for (const bool second : {false, true}) {
+    Scene scene;
+    Material m = black(1);
+    m.emission = {Rgb{1.0f}, add_texture(scene, folder, image)};
+    m.emission_two_sided = true;
+    scene.textures.back().second_uvs = second;
+    add_sheet(scene, add(scene, m), 5, 50, false);
+    scene.meshes.back().uvs.assign(4, {0.25f, 0.5f});
+    scene.meshes.back().second_uvs.assign(4, {0.75f, 0.5f});
+    scene.camera = wall_above().camera;
+    const Image seen =
+        test::render(*test::prepare(scene), test::small_settings("none", kSide, 1)).image;
+    EXPECT_EQ(seen.rgb(1, 1), (second ? Rgb{0, 1, 0} : Rgb{1, 0, 0}));
+  }
+}
+
+// A sheet in the plane y = 0 whose material `change` makes.
+template <class F>
+std::shared_ptr<const PreparedScene> sheet_of(const test::ScratchFolder& folder, Rgb texel,
+                                              const F& change) {
+  Scene scene;
+  Material m;
+  m.kind = MaterialKind::kPrincipled;
+  change(m, add_texture(scene, folder, checks(texel, texel)));
+  add_sheet(scene, add(scene, m), 0, 1, /*up=*/true);
+  return test::prepare(scene);
+}
+const Hit kFirstTriangle{0, {}, {0, 1, 0}, MeshId(0), 0};
+
+TEST(Material, IsBrushedAlongThePicturesDirections) {
+  const test::ScratchFolder folder;
+  const auto frame = [&](bool directions, float turn) {
+    const auto prepared = sheet_of(folder, {0.5f, 1, 1}, [&](Material& m, TextureId texture) {
+      m.anisotropy = {1, texture, 2};
+      m.anisotropy_directions = directions;
+      m.anisotropy_rad = turn;
+    });
+    return prepared->frame_at(prepared->materials[0], kFirstTriangle, {0, 1, 0}, Vec2{0.5f, 0.5f});
+  };
+  test::expect_near(frame(true, 0).x, frame(false, kPi / 2).x, 1e-3f);  // the picture says v
+  test::expect_near(frame(true, 0.3f).x, frame(false, kPi / 2 + 0.3f).x, 1e-3f);
+}
+
+TEST(Material, ACoatHasItsOwnNormals) {
+  const test::ScratchFolder folder;
+  const auto normal = [&](bool mapped) {
+    const auto prepared = sheet_of(folder, {0.8f, 0.5f, 0.9f}, [&](Material& m, TextureId texture) {
+      m.clearcoat.value = 1;
+      m.normal_map = texture;
+      m.own_coat_normal = true;
+      if (mapped) m.coat_normal_map = texture;
+    });
+    EXPECT_TRUE(prepared->materials[0].coat_bends);
+    SurfacePoint surface{{}, {0, 1, 0}, {0, 1, 0}, Vec2{0.5f, 0.5f}};
+    prepared->bend(prepared->materials[0], kFirstTriangle, {0, 1, 0}, surface);
+    EXPECT_LT(surface.ns.y, 0.9f);
+    const Vec3 coat =
+        prepared->coat_normal(prepared->materials[0], kFirstTriangle, {0, 1, 0}, surface);
+    return std::pair{coat, surface.ns};
+  };
+  test::expect_near(normal(false).first, {0, 1, 0}, 1e-5f);
+  const auto [coat, base] = normal(true);
+  test::expect_near(coat, base, 1e-3f);
+}
+
+// Vertex normals that a model's maker leaned far over, as beveled edges have them: what would
+// mirror the eye below the surface is bent back.
+TEST(Material, APrincipledMirrorOfLeaningNormalsIsNotBlack) {
+  for (const float lean : {0.0f, 1.0f, 3.0f}) {
+    Scene scene;
+    Material m;
+    m.kind = MaterialKind::kPrincipled;
+    m.reflectance.value = Rgb{1.0f};
+    m.metallic.value = 1;
+    add_sheet(scene, add(scene, m), 0, 0.5f, /*up=*/true);
+    scene.meshes.back().normals.assign(4, normalize(Vec3{0, 1, -lean}));
+    scene.environment.radiance = Rgb{1.0f};
+    scene.camera.position = {0, 0.4f, 1};
+    scene.camera.target = {0, 0, 0};
+    scene.camera.vertical_fov_deg = 15;
+    EXPECT_NEAR(brightness(*test::prepare(scene)).mean(), 1, 1e-3) << lean;
+  }
 }
 
 TEST(Material, ALevelNormalMapChangesNothingAndASteepOneMakesNoLight) {

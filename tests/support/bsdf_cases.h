@@ -14,6 +14,7 @@ struct BsdfCase {
   Material material;
   ShadingPoint point;
   std::unique_ptr<Bsdf> bsdf;
+  bool reciprocal = true;  // but for refraction
 
   BsdfPoint at(Vec3 wo) const { return bsdf->at(point, wo); }
 };
@@ -82,6 +83,38 @@ inline std::vector<BsdfCase> principled_cases() {
     m.anisotropy.value = 0.5f;
     m.transmission.value = 0.5f;
   });
+  add("leaf", 0.5f, [](Material& m) {
+    m.diffuse_transmission.value = 0.6f;
+    m.diffuse_transmission_color.value = {0.2f, 0.9f, 0.4f};
+    m.thin = true;
+  });
+  add("smooth leaf of half glass under a coat", 0, [](Material& m) {
+    m.diffuse_transmission.value = 0.4f;
+    m.transmission.value = 0.5f;
+    m.thin = true;
+    m.clearcoat.value = 0.6f;
+    m.clearcoat_roughness.value = 0.3f;
+  });
+  add("film", 0.4f, [](Material& m) { m.iridescence.value = 1; });
+  add("film on metal", 0.3f, [](Material& m) {
+    m.metallic.value = 0.8f;
+    m.iridescence.value = 0.7f;
+    m.film_ior = 1.8f;
+    m.film_nm.value = 250;
+  });
+  add("film on half glass", 0.3f, [](Material& m) {
+    m.transmission.value = 0.5f;
+    m.iridescence.value = 1;
+    m.film_nm.value = 550;
+  });
+  for (const float roughness : {0.0f, 0.3f}) {
+    add("tilted coat", 0.5f, [&](Material& m) {
+      m.clearcoat.value = 0.9f;
+      m.clearcoat_roughness.value = roughness;
+    });
+    cases.back().point.coat_normal = normalize(Vec3{0.3f, -0.2f, 1});
+    cases.back().reciprocal = false;
+  }
   add("all", 0.3f, [](Material& m) {
     m.metallic.value = 0.2f;
     m.transmission.value = 0.5f;

@@ -20,6 +20,8 @@ FOV = 40  # degrees, of the longer side, where the file has no camera
 # What is seen around a file without light, as a box: the radiance of its sides -x, +x, -y ...
 SIDES = ((2, 1, .5), (.2, .5, 1.5), (.2, .3, .1), (1.5, 1.5, 1.5), (.1, .1, .1), (.8, .6, .9))
 
+COLORS = ("baseColorTexture", "emissiveTexture", "specularColorTexture", "sheenColorTexture")
+
 
 def check(qray, path):
     """What qray says of a file: its camera's place and target, the picture's shape, its warnings."""
@@ -47,11 +49,32 @@ def box_around(center, half):
     return corners, triangles
 
 
+def part_pictures(node, gltf, folder, parted):
+    """Blender gives a picture one encoding for all its uses: those that are no colours get a copy."""
+    for key, value in node.items() if isinstance(node, dict) else ():
+        if isinstance(value, dict) and "index" in value and key.endswith("Texture") and key not in COLORS:
+            texture = gltf["textures"][value["index"]]
+            image = gltf["images"][texture.get("source", 0)]
+            if "uri" in image and not image["uri"].startswith("data:"):
+                if value["index"] not in parted:
+                    copy = "numbers-" + image["uri"]
+                    shutil.copy(os.path.join(folder, image["uri"]), os.path.join(folder, copy))
+                    gltf["images"].append({"uri": copy})
+                    gltf["textures"].append({**texture, "source": len(gltf["images"]) - 1})
+                    parted[value["index"]] = len(gltf["textures"]) - 1
+                value["index"] = parted[value["index"]]
+        else:
+            part_pictures(value, gltf, folder, parted)
+
+
 def with_light(path, folder, center, half):
     """A copy of a .gltf file with a box that shines in it around the scene."""
     shutil.copytree(os.path.dirname(path), folder, dirs_exist_ok=True)
     with open(path, encoding="utf-8") as file:
         gltf = json.load(file)
+    parted = {}
+    for material in gltf.get("materials", []):
+        part_pictures(material, gltf, folder, parted)
     corners, triangles = box_around(center, half)
     data = b"".join(struct.pack("<3f", *c) for c in corners)
     data += b"".join(struct.pack("<6H", *t) for t in triangles)
@@ -91,6 +114,30 @@ def with_light(path, folder, center, half):
     return out
 
 
+def as_specified(material, node):
+    """What glTF says and Blender's importer leaves out."""
+    node.distribution = os.environ.get("FACETS", "GGX")  # appendix B: one bounce between facets
+    strength = node.inputs["Emission Strength"]
+    if material.use_backface_culling and (strength.is_linked or strength.default_value > 0):
+        tree = material.node_tree  # emission from the front alone
+        front = tree.nodes.new("ShaderNodeMath")
+        front.operation = "MULTIPLY_ADD"  # strength - backfacing * strength
+        geometry = tree.nodes.new("ShaderNodeNewGeometry")
+        tree.links.new(geometry.outputs["Backfacing"], front.inputs[0])
+        front.inputs[1].default_value = -strength.default_value
+        front.inputs[2].default_value = strength.default_value
+        tree.links.new(front.outputs[0], strength)
+
+
+def absorb_as_specified(node):
+    """glTF's colour is what a distance leaves; Cycles absorbs density times what the colour lacks."""
+    color, density = node.inputs["Color"].default_value, node.inputs["Density"].default_value
+    lost = [-math.log(max(c, 1e-6)) * density for c in color[:3]]
+    most = max(*lost, 1e-9)
+    node.inputs["Density"].default_value = most
+    node.inputs["Color"].default_value = (*(1 - one / most for one in lost), 1)
+
+
 def blender_scene(path, seen, wide, high, spp):
     """The file as Blender's importer reads it, lights in glTF's units, set up as qray traces paths."""
     bpy.ops.wm.read_factory_settings(use_empty=True)
@@ -109,9 +156,11 @@ def blender_scene(path, seen, wide, high, spp):
         scene.camera = camera
     scene.camera.data.clip_start, scene.camera.data.clip_end = 1e-3, 1e6
     for material in bpy.data.materials:
-        for node in material.node_tree.nodes if material.use_nodes else ():
-            if node.type == "BSDF_PRINCIPLED":  # one bounce between facets, as glTF's appendix B has it
-                node.distribution = os.environ.get("FACETS", "GGX")
+        for node in list(material.node_tree.nodes) if material.use_nodes else ():
+            if node.type == "BSDF_PRINCIPLED":
+                as_specified(material, node)
+            elif node.type == "VOLUME_ABSORPTION":
+                absorb_as_specified(node)
     render, cycles = scene.render, scene.cycles
     render.engine = "CYCLES"
     render.resolution_x, render.resolution_y, render.resolution_percentage = wide, high, 100

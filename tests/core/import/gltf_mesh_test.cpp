@@ -149,11 +149,20 @@ TEST(GltfMesh, TexcoordsTurnUpwardAndFollowTheMaterial) {
   EXPECT_TRUE(second.warnings.empty());
 
   text.json["materials"][0]["normalTexture"] = {{"index", 0}};
-  const LoadedScene mixed = load_gltf(folder, text);
-  EXPECT_EQ(mixed.scene.meshes.at(0).uvs[0], (Vec2{0.5f, 0.5f}));
-  EXPECT_EQ(mixed.warnings,
-            std::vector<std::string>{"a.gltf:/materials/0/normalTexture: is drawn with TEXCOORD_1, "
-                                     "as the material's other textures, not TEXCOORD_0"});
+  const LoadedScene mixed = load_gltf(folder, text);  // the normal map's are the first
+  EXPECT_EQ(mixed.scene.meshes.at(0).uvs[0], (Vec2{0, 1}));
+  EXPECT_EQ(mixed.scene.meshes.at(0).second_uvs[0], (Vec2{0.5f, 0.5f}));
+  const Material& m = mixed.scene.materials.at(0);
+  EXPECT_TRUE(mixed.scene.textures[m.reflectance.texture.value].second_uvs);
+  EXPECT_FALSE(mixed.scene.textures[m.normal_map.value].second_uvs);
+  EXPECT_TRUE(mixed.warnings.empty());
+
+  text.json["materials"][0]["emissiveTexture"] = {{"index", 0}, {"texCoord", 2}};
+  EXPECT_EQ(
+      load_gltf(folder, text).warnings,
+      std::vector<std::string>{
+          "a.gltf:/materials/0/emissiveTexture: is drawn with TEXCOORD_0, not TEXCOORD_2: the "
+          "material's textures ask for more than two sets of uvs"});
 }
 
 TEST(GltfMesh, ColorsOfVertices) {

@@ -126,7 +126,10 @@ TEST(JsonScene, ReadsEveryKindOfMaterial) {
          "metallic": {"texture": "t", "scale": 0.5, "channel": "b"}, "transmission": 0.25,
          "thin": true, "specular": 20, "specular_weight": 0.75, "clearcoat": 0.125,
          "clearcoat_roughness": 0.0625, "absorption": 4, "sheen": [0.25, 0.5, 0.75],
-         "sheen_roughness": {"texture": "t", "channel": "a"}},
+         "sheen_roughness": {"texture": "t", "channel": "a"}, "anisotropy_directions": true,
+         "diffuse_transmission": 0.5, "diffuse_transmission_color": [0.75, 0.5, 0.25],
+         "iridescence": 0.125, "film_ior": 1.5, "film_nm": 500, "film_least_nm": 200,
+         "coat_normal_map": {"texture": "t", "scale": 0.5}},
         {"name": "b", "type": "blend", "first": "p", "second": "g",
          "weight": {"texture": "t", "channel": "a"}, "opacity": 0.5, "alpha_cutoff": 0.25,
          "normal_map": {"texture": "t", "scale": 2}, "bump_map": {"texture": "t", "scale": 0.01},
@@ -156,6 +159,16 @@ TEST(JsonScene, ReadsEveryKindOfMaterial) {
   EXPECT_EQ(m[3].absorption, Rgb{4});
   EXPECT_EQ(m[3].sheen.value, (Rgb{0.25f, 0.5f, 0.75f}));
   EXPECT_EQ(m[3].sheen_roughness, (FloatParam{1, t, 3}));
+  EXPECT_TRUE(m[3].anisotropy_directions);
+  EXPECT_EQ(m[3].diffuse_transmission.value, 0.5f);
+  EXPECT_EQ(m[3].diffuse_transmission_color.value, (Rgb{0.75f, 0.5f, 0.25f}));
+  EXPECT_EQ(m[3].iridescence.value, 0.125f);
+  EXPECT_EQ(m[3].film_ior, 1.5f);
+  EXPECT_EQ(m[3].film_nm.value, 500);
+  EXPECT_EQ(m[3].film_least_nm, 200);
+  EXPECT_TRUE(m[3].own_coat_normal);
+  EXPECT_EQ(m[3].coat_normal_map, t);
+  EXPECT_EQ(m[3].coat_normal_scale, 0.5f);
   EXPECT_EQ(m[4].kind, MaterialKind::kBlend);
   EXPECT_EQ(m[4].first, MaterialId(3));
   EXPECT_EQ(m[4].second, MaterialId(1));
