@@ -1,10 +1,10 @@
 #!/usr/bin/env bash
-# Renders glTF files with qray and with Blender's Cycles, read by Blender's own importer, and says how
-# far they agree: `bash tests/bench/peers/cycles.sh BUILD_DIR FILE...`. Of a file without light a copy
-# is drawn that stands in a box which shines. From the environment: SPP (64), SIZE (160: the longer
-# side, pixels), RUNS (4, of each, other seeds), KEEP (a folder for the pictures) and FACETS (GGX;
-# MULTI_GGX is Blender's default). Blender comes from PyPI, for Python 3.11, into a scratch folder;
-# where it cannot be had this says so and ends well.
+# Renders glTF files with qray and with Blender's Cycles, which Blender's own importer reads them
+# for, and says how far they agree: `bash tests/bench/peers/cycles.sh BUILD_DIR FILE...`. Of a file
+# without light a copy is drawn that stands in a box which shines. From the environment: SPP (64),
+# SIZE (160: the longer side, pixels), RUNS (4, of each, other seeds), KEEP (a folder for the
+# pictures) and FACETS (GGX; MULTI_GGX is Blender's default). Blender comes from PyPI, for Python
+# 3.11, into a scratch folder; where it cannot be had this says so and ends well.
 set -euo pipefail
 
 here="$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)"
