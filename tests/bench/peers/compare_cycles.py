@@ -72,6 +72,11 @@ def with_light(path, folder, center, half):
     shutil.copytree(os.path.dirname(path), folder, dirs_exist_ok=True)
     with open(path, encoding="utf-8") as file:
         gltf = json.load(file)
+    bare = [p for mesh in gltf["meshes"] for p in mesh["primitives"] if "material" not in p]
+    if bare:
+        gltf.setdefault("materials", []).append({})
+    for primitive in bare:
+        primitive["material"] = len(gltf["materials"]) - 1
     parted = {}
     for material in gltf.get("materials", []):
         part_pictures(material, gltf, folder, parted)
@@ -129,6 +134,21 @@ def as_specified(material, node):
         tree.links.new(front.outputs[0], strength)
 
 
+def give_default_material():
+    """Where the file names none: glTF's is white, rough metal."""
+    for mesh in bpy.data.meshes:
+        if any(slot for slot in mesh.materials):
+            continue
+        material = bpy.data.materials.new("default")
+        material.use_nodes = True
+        tree = material.node_tree
+        inputs = next(n for n in tree.nodes if n.type == "BSDF_PRINCIPLED").inputs
+        inputs["Base Color"].default_value = (1, 1, 1, 1)
+        inputs["Metallic"].default_value = inputs["Roughness"].default_value = 1
+        mesh.materials.clear()
+        mesh.materials.append(material)
+
+
 def absorb_as_specified(node):
     """glTF's colour is what a distance leaves; Cycles absorbs density times what the colour lacks."""
     color, density = node.inputs["Color"].default_value, node.inputs["Density"].default_value
@@ -155,6 +175,7 @@ def blender_scene(path, seen, wide, high, spp):
         camera.data.angle = math.radians(FOV)
         scene.camera = camera
     scene.camera.data.clip_start, scene.camera.data.clip_end = 1e-3, 1e6
+    give_default_material()
     for material in bpy.data.materials:
         for node in list(material.node_tree.nodes) if material.use_nodes else ():
             if node.type == "BSDF_PRINCIPLED":
