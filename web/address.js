@@ -41,6 +41,7 @@ const kMembers = {
   channel: ['', one_of('r', 'g', 'b', 'luminance')],
   clipped: ['', one_of('on')], // stripes where it is out of range
   overlay: ['', one_of('state', 'gain', 'beta', 'samples', 'noise')],
+  mix: ['', text], // factors of the groups of lights (light_mixer.js)
   zoom: [1, number(1, 1e6)], // times the size that fits
   cx: [null, number(0, 1e4)], // the centre, in ten-thousandths of the picture
   cy: [null, number(0, 1e4)],

@@ -110,10 +110,11 @@ export const act_on_job = async (id, action) =>
 
 export const list_weights = async () => (await get_json('/v1/weights')).weights;
 
-// `which`: of the job's pictures, 'sampled' or 'recovered'.
+// `which`: of the job's pictures, 'sampled' or 'recovered', or the number of a group of lights.
 export const fetch_tiles = async (id, which, frame, since, signal) =>
-  (await call(`${job_path(id)}/tiles?since=${since}&picture=${which}&frame=${frame}`,
-    { signal })).arrayBuffer();
+  (await call(`${job_path(id)}/tiles?since=${since}&frame=${frame}&` +
+    (typeof which === 'number' ? `group=${which}` : `picture=${which}`), { signal })).arrayBuffer();
+export const get_light_groups = (id) => get_json(`${job_path(id)}/light-groups`);
 
 // How far each frame of a job is; their pictures, small.
 export const get_frames = (id) => get_json(`${job_path(id)}/frames`);
@@ -157,9 +158,11 @@ export const merge_tables = (tables) => post_json('/v1/tables/merge', { tables }
 export const delete_table = (id) =>
   call(`/v1/tables/${encodeURIComponent(id)}`, { method: 'DELETE' });
 
-export const exr_url = (id, which, frame = 0) =>
-  `${job_path(id)}/image.exr?picture=${which}${frame ? `&frame=${frame}` : ''}`;
-// A past moment has the picture of its samples alone.
-export const png_url = (id, which, exposure_ev, moment = null, frame = 0) =>
-  `${job_path(id)}/image.png?${moment === null ? `picture=${which}` : `moment=${moment}`}` +
-  `&exposure=${exposure_ev}${frame ? `&frame=${frame}` : ''}`;
+// A mix of groups of lights is of samples, and so is a past moment's picture.
+const which_of = (which, frame, mix) =>
+  (mix ? `mix=${encodeURIComponent(mix)}` : `picture=${which}`) + (frame ? `&frame=${frame}` : '');
+export const exr_url = (id, which, frame = 0, mix = '') =>
+  `${job_path(id)}/image.exr?${which_of(which, frame, mix)}`;
+export const png_url = (id, which, exposure_ev, moment = null, frame = 0, mix = '') =>
+  `${job_path(id)}/image.png?` +
+  `${moment === null ? which_of(which, frame, mix) : `moment=${moment}`}&exposure=${exposure_ev}`;

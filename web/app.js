@@ -1,6 +1,7 @@
 // Wires the store, the event stream, the form, the list and the views.
 import {
   ApiError, check_access, list_fields, list_scenes, list_weights, list_workers, on_unauthorized,
+  post_job,
 } from './api.js';
 import { Address } from './address.js';
 import { ErrorPanel } from './error_panel.js';
@@ -16,6 +17,7 @@ import { JobMoments } from './job_moments.js';
 import { fits, JobList } from './job_list.js';
 import { JobStore } from './job_store.js';
 import { Keys } from './keys.js';
+import { LightMixer } from './light_mixer.js';
 import { kChannels } from './look.js';
 import { SceneDrop } from './scene_drop.js';
 import { SceneLibrary } from './scene_library.js';
@@ -45,6 +47,12 @@ export const viewer = new Viewer(by_id('viewer'),
 const errors = new ErrorPanel(by_id('errors'), viewer, store, job_moments, address);
 const frames = new FrameStrip(by_id('frames'), by_id('frames-player'), store, address);
 viewer.addEventListener('update', () => frames.update());
+const mixer = new LightMixer(by_id('mixer'), store, viewer, address, async (request) => {
+  const job = await post_job(request);
+  store.put(job);
+  address.go(job.id);
+});
+viewer.addEventListener('update', () => mixer.update());
 new Inspector(by_id('pixel'), viewer, address, announce);
 new Hover(by_id('readout'), viewer, address);
 new Histogram(by_id('histogram'), viewer, address);

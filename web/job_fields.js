@@ -4,9 +4,9 @@
 
 const kOwn = ['scene', 'width', 'height', 'method', 'nee', 'samples', 'seconds', 'seed', 'table',
   'pixels', 'recover'];
-const kTexts = ['vector', 'labels', 'name', 'cameras'];
+const kTexts = ['vector', 'labels', 'name', 'names', 'cameras'];
 const kUnits = { vector: ' (x, y, z)' };
-const kExamples = { labels: 'project: lobby, owner: me',
+const kExamples = { labels: 'project: lobby, owner: me', names: 'none; all, or normal, depth',
   cameras: 'one; * is all that the scene names' };
 // What a field that is left empty means, where that is not the scene's.
 const kEmpty = { noise: 'never', 'frames.turntable': 'one picture', 'frames.degrees': '360',
@@ -95,7 +95,8 @@ const to_labels = (text) => Object.fromEntries(text.split(',').filter((part) => 
     return at < 0 ? [part.trim(), ''] : [part.slice(0, at).trim(), part.slice(at + 1).trim()];
   }));
 
-// Names with commas between them, or the JSON of a list.
+const to_names = (text) => text.split(',').map((name) => name.trim()).filter((name) => name);
+// Such names, or the JSON of a list.
 function to_cameras(text) {
   if (text.trim().startsWith('[')) {
     try {
@@ -104,15 +105,16 @@ function to_cameras(text) {
       return text; // the server says what it expects
     }
   }
-  return text.split(',').map((name) => name.trim()).filter((name) => name);
+  return to_names(text);
 }
 
-const kRead = { vector: to_vector, labels: to_labels, cameras: to_cameras,
+const kRead = { vector: to_vector, labels: to_labels, cameras: to_cameras, names: to_names,
   choice: (text) => text };
 const kShow = {
   cameras: (value) => (value.every((camera) => typeof camera === 'string') ? value.join(', ')
     : JSON.stringify(value)),
   vector: (value) => value.join(', '),
+  names: (value) => value.join(', '),
   labels: (value) => Object.entries(value).map((label) => label.join(': ')).join(', '),
 };
 

@@ -39,7 +39,7 @@ export class JobPanel {
     this.#part('side').hidden = !words;
   }
 
-  // What downloads follow: {ev, moment, frame}.
+  // What downloads follow: {ev, moment, frame, mix}.
   set look(value) {
     this.#look = value;
   }
@@ -90,9 +90,9 @@ export class JobPanel {
   #link_downloads() {
     const { id, request } = this.#job;
     const best = is_recovered(this.#job) ? 'recovered' : 'sampled';
-    const { ev, moment, frame } = this.#look;
-    this.#part('exr').href = exr_url(id, best, frame);
-    this.#part('png').href = png_url(id, best, ev, moment, frame);
+    const { ev, moment, frame, mix } = this.#look;
+    this.#part('exr').href = exr_url(id, best, frame, mix);
+    this.#part('png').href = png_url(id, best, ev, moment, frame, mix);
     this.#part('samples').href = exr_url(id, 'sampled', frame);
     this.#part('around').hidden = request.width !== 2 * request.height;
     this.#part('around').href = `live_around.html#${id},${this.#look.ev}`;

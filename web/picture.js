@@ -17,13 +17,16 @@ export class Picture {
   #texels = new Uint32Array(0);
   #on_change;
   #zoom = 1;
+  #mix = null; // factors of groups of lights
+  #group_feeds = [];
+  groups_came = false; // some tiles of each
 
   // on_change(problem): tiles or a view came, or `problem` (text) says why tiles cannot be shown.
   constructor(root, on_change) {
     this.#root = root;
     this.#canvas = root.querySelector('canvas.picture');
     this.#on_change = on_change;
-    this.#tiles = new TileCanvas(this.#canvas, () => this.#feed?.restart());
+    this.#tiles = new TileCanvas(this.#canvas, () => this.restart());
     this.overlay = new OverlayImage(root.querySelector('img.overlay'), () => on_change(''));
     this.marks = new Marks(root.querySelector('canvas.marks'), this);
     new ResizeObserver(() => this.#choose_scaling()).observe(this.#canvas);
@@ -66,6 +69,7 @@ export class Picture {
   // Radiance at a pixel, or null where no tile came; to the precision of RGB9E5.
   radiance(x, y) {
     if (!this.#tiles.has_tile(x, y)) return null;
+    if (this.#mix && this.groups_came) return this.#tiles.mixed_at(x, y);
     return decode_rgb9e5(this.#texels[y * this.width + x]);
   }
 
@@ -88,6 +92,29 @@ export class Picture {
     this.#choose_scaling();
   }
 
+  // The light of groups of lights times these factors, in place of what was rendered; null: that.
+  set mix(factors) {
+    if (factors && !this.#tiles.can_mix) return;
+    this.#mix = factors;
+    this.#tiles.mix = factors;
+    this.#follow_groups();
+  }
+
+  // The tiles of each group, once they are needed and the picture's size is known.
+  #follow_groups() {
+    if (!this.#mix || this.#group_feeds.length || !this.width) return;
+    const { job, frame } = this.#shown;
+    this.#group_feeds = this.#mix.map((_, group) => new TileFeed(job, group, null, frame, {
+      on_tiles: (answer) => {
+        this.#tiles.put_group(group, this.#group_feeds.length, answer);
+        this.groups_came = this.#group_feeds.every(({ cursor }) => cursor > 0n);
+        this.#on_change('');
+      },
+      on_error: (error) => this.#on_change(error.message),
+    }));
+    this.#group_feeds.forEach((feed) => feed.pull());
+  }
+
   // Shows another of the jobs' pictures ('sampled' or 'recovered'), or none (null), as it is now or
   // as it was at a moment. The old one stays until the new one of the same job is there.
   show(job, which = 'sampled', moment = null, frame = 0) {
@@ -95,8 +122,10 @@ export class Picture {
     if (job === old.job && which === old.which && moment === old.moment &&
       frame === old.frame) return;
     this.#shown = { job, which, moment, frame };
-    this.#feed?.stop();
+    for (const feed of [this.#feed, ...this.#group_feeds]) feed?.stop();
     this.#feed = null;
+    this.#group_feeds = [];
+    this.groups_came = false;
     this.#root.hidden = job === null;
     this.#canvas.hidden = job === null;
     if (!this.supported) return;
@@ -110,11 +139,11 @@ export class Picture {
   }
 
   pull(newest = null) {
-    this.#feed?.pull(newest);
+    for (const feed of [this.#feed, ...this.#group_feeds]) feed?.pull(newest);
   }
 
   restart() {
-    this.#feed?.restart();
+    for (const feed of [this.#feed, ...this.#group_feeds]) feed?.restart();
   }
 
   #clear() {
@@ -133,6 +162,7 @@ export class Picture {
     // A frame that has no picture yet must not look like the one before.
     if (answer.cursor === 0n && moment_is_now(this.#shown)) this.#clear();
     this.#tiles.put(answer);
+    this.#follow_groups();
     if (this.#texels.length !== this.width * this.height) {
       this.#texels = new Uint32Array(this.width * this.height);
     }

@@ -3,6 +3,8 @@
 import { kChannels, kCurves, kShownGlsl, kViridis, rgb_of } from './look.js';
 
 const kTilePx = 64;
+const kMostGroups = 64;
+const kUnits = { picture: 0, here: 1, groups: 3, others: 4 }; // 2 is where tiles are filled in
 
 const kVertexShader = `#version 300 es
 void main() {  // one triangle over the whole canvas
@@ -15,6 +17,11 @@ precision highp int;
 uniform highp sampler2D picture;
 uniform highp sampler2D here;  // one texel a tile: 1 when it came
 uniform bool clipped;  // stripes where the picture is brighter than white, or black
+uniform bool mixing;  // the picture is what others has and one group of lights more
+uniform highp sampler2D others;
+uniform highp sampler2DArray groups;
+uniform int moving;
+uniform vec3 factor;  // of the group moving
 out vec4 color;
 ${kShownGlsl}
 void main() {
@@ -24,7 +31,10 @@ void main() {
     color = vec4(0.0);
     return;
   }
-  vec3 v = scaled(texelFetch(picture, p, 0).rgb);
+  vec3 radiance = texelFetch(picture, p, 0).rgb;
+  if (mixing) radiance = texelFetch(others, p, 0).rgb
+    + factor * texelFetch(groups, ivec3(p, moving), 0).rgb;
+  vec3 v = scaled(radiance);
   color = vec4(shown(v), 1.0);
   if (clipped && (p.x + p.y) % 4 < 2) {
     if (max(v.r, max(v.g, v.b)) > 1.0) color.rgb = vec3(1.0, 0.1, 0.1);
@@ -32,11 +42,30 @@ void main() {
   }
 }`;
 
+// All groups but the one that moves: while a slider is drawn, a frame costs two texels a pixel.
+const kOthersShader = `#version 300 es
+precision highp float;
+precision highp int;
+uniform highp sampler2DArray groups;
+uniform vec3 factors[${kMostGroups}];
+uniform int count;
+out vec4 sum;
+void main() {
+  ivec2 p = ivec2(gl_FragCoord.xy);
+  sum = vec4(0.0);
+  for (int g = 0; g < count; ++g) sum.rgb += factors[g] * texelFetch(groups, ivec3(p, g), 0).rgb;
+}`;
+
 export class TileCanvas {
   #canvas;
   #gl;
   #program = null;
+  #others_program = null;
   #textures = [];
+  #mix = null; // factors of the groups
+  #drawn = null; // of them, in `others`; that of #moving is not in it
+  #moving = 0;
+  #frame_buffer = null;
   #width = 0;
   #height = 0;
   #look = { ev: 0, offset: 0, channel: '', curve: 'srgb', gamma: 2.2, clipped: '' };
@@ -107,6 +136,60 @@ export class TileCanvas {
     this.#draw_soon();
   }
 
+  // Of `count` groups of lights, tiles of one; they are shown while there is a mix.
+  put_group(group, count, { width, height, tiles }) {
+    if (!this.supported || width !== this.#width || height !== this.#height) return;
+    const gl = this.#gl;
+    if (this.#textures.length === 2) {
+      gl.activeTexture(gl.TEXTURE0 + kUnits.groups);
+      const groups = gl.createTexture();
+      gl.bindTexture(gl.TEXTURE_2D_ARRAY, groups);
+      gl.texStorage3D(gl.TEXTURE_2D_ARRAY, 1, gl.RGB9_E5, width, height, count);
+      for (const filter of [gl.TEXTURE_MIN_FILTER, gl.TEXTURE_MAG_FILTER]) {
+        gl.texParameteri(gl.TEXTURE_2D_ARRAY, filter, gl.NEAREST);
+      }
+      const others = this.#new_texture(kUnits.others, gl.RGBA32F, width, height);
+      this.#textures.push(groups, others);
+      this.#frame_buffer = gl.createFramebuffer();
+      gl.bindFramebuffer(gl.FRAMEBUFFER, this.#frame_buffer);
+      gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, others, 0);
+      gl.bindFramebuffer(gl.FRAMEBUFFER, null);
+    }
+    gl.activeTexture(gl.TEXTURE0 + kUnits.groups);
+    for (const { x, y, w, h, pixels } of tiles) {
+      gl.texSubImage3D(gl.TEXTURE_2D_ARRAY, 0, x, y, group, w, h, 1, gl.RGB,
+        gl.UNSIGNED_INT_5_9_9_9_REV, pixels);
+    }
+    gl.activeTexture(gl.TEXTURE2);
+    this.#drawn = null;
+    this.#draw_soon();
+  }
+
+  get can_mix() {
+    return this.supported && this.#gl.getExtension('EXT_color_buffer_float') !== null;
+  }
+
+  // Factors of the groups ([r, g, b] each), or null: the picture as it was rendered.
+  set mix(factors) {
+    this.#mix = factors;
+    this.#draw_soon();
+  }
+
+  // What a mix makes of a pixel.
+  mixed_at(x, y) {
+    const gl = this.#gl;
+    gl.enable(gl.SCISSOR_TEST);
+    gl.scissor(x, y, 1, 1);
+    this.#draw_others(-1);
+    gl.disable(gl.SCISSOR_TEST);
+    gl.bindFramebuffer(gl.FRAMEBUFFER, this.#frame_buffer);
+    const sum = new Float32Array(4);
+    gl.readPixels(x, y, 1, 1, gl.RGBA, gl.FLOAT, sum);
+    gl.bindFramebuffer(gl.FRAMEBUFFER, null);
+    this.#drawn = null;
+    return [...sum.subarray(0, 3)];
+  }
+
   // {ev, offset, channel, curve, gamma, clipped} as in the address
   set look(value) {
     this.#look = value;
@@ -129,9 +212,23 @@ export class TileCanvas {
 
   #start() {
     const gl = this.#gl;
+    const program = this.#new_program(kFragmentShader);
+    for (const [name, unit] of Object.entries(kUnits)) {
+      gl.uniform1i(gl.getUniformLocation(program, name), unit);
+    }
+    gl.uniform3fv(gl.getUniformLocation(program, 'map'), kViridis.flatMap(rgb_of));
+    gl.pixelStorei(gl.UNPACK_ALIGNMENT, 1);
+    this.#program = program;
+    this.#others_program = this.#new_program(kOthersShader);
+    gl.uniform1i(gl.getUniformLocation(this.#others_program, 'groups'), kUnits.groups);
+    this.#textures = [];
+  }
+
+  #new_program(fragment_shader) {
+    const gl = this.#gl;
     const program = gl.createProgram();
     for (const [type, text] of [[gl.VERTEX_SHADER, kVertexShader],
-      [gl.FRAGMENT_SHADER, kFragmentShader]]) {
+      [gl.FRAGMENT_SHADER, fragment_shader]]) {
       const shader = gl.createShader(type);
       gl.shaderSource(shader, text);
       gl.compileShader(shader);
@@ -142,17 +239,13 @@ export class TileCanvas {
       throw new Error(`shaders: ${gl.getProgramInfoLog(program)}`);
     }
     gl.useProgram(program);
-    gl.uniform1i(gl.getUniformLocation(program, 'picture'), 0);
-    gl.uniform1i(gl.getUniformLocation(program, 'here'), 1);
-    gl.uniform3fv(gl.getUniformLocation(program, 'map'), kViridis.flatMap(rgb_of));
-    gl.pixelStorei(gl.UNPACK_ALIGNMENT, 1);
-    this.#program = program;
-    this.#textures = [];
+    return program;
   }
 
   #resize(width, height) {
     const gl = this.#gl;
     this.#textures.forEach((texture) => gl.deleteTexture(texture));
+    this.#drawn = null;
     const tiles_x = Math.ceil(width / kTilePx);
     const tiles_y = Math.ceil(height / kTilePx);
     this.#here = new Uint8Array(tiles_x * tiles_y);
@@ -183,10 +276,39 @@ export class TileCanvas {
     });
   }
 
+  // Into `others`, all but one of them.
+  #draw_others(moving) {
+    const gl = this.#gl;
+    gl.useProgram(this.#others_program);
+    gl.bindFramebuffer(gl.FRAMEBUFFER, this.#frame_buffer);
+    const place = (name) => gl.getUniformLocation(this.#others_program, name);
+    gl.uniform1i(place('count'), this.#mix.length);
+    gl.uniform3fv(place('factors'), this.#mix.flatMap((v, g) => (g === moving ? [0, 0, 0] : v)));
+    gl.drawArrays(gl.TRIANGLES, 0, 3);
+    gl.bindFramebuffer(gl.FRAMEBUFFER, null);
+    this.#drawn = this.#mix;
+    this.#moving = moving;
+  }
+
+  // Whether a mix is shown; what is drawn needs nothing but one group more.
+  #prepare_mix() {
+    if (!this.#mix || this.#textures.length === 2) return false;
+    const differ = this.#mix.flatMap((v, g) => (String(v) === String(this.#drawn?.[g]) ? [] : [g]));
+    if (!this.#drawn || differ.some((g) => g !== this.#moving)) this.#draw_others(differ[0]);
+    return true;
+  }
+
   #draw() {
     if (!this.#width) return;
     const gl = this.#gl;
+    const mixing = this.#prepare_mix();
+    gl.useProgram(this.#program);
     const place = (name) => gl.getUniformLocation(this.#program, name);
+    gl.uniform1i(place('mixing'), mixing ? 1 : 0);
+    if (mixing) {
+      gl.uniform1i(place('moving'), this.#moving);
+      gl.uniform3fv(place('factor'), this.#mix[this.#moving]);
+    }
     gl.uniform1f(place('gain'), 2 ** this.#look.ev);
     gl.uniform1f(place('offset'), this.#look.offset);
     gl.uniform1i(place('channel'), kChannels.indexOf(this.#look.channel));

@@ -91,6 +91,13 @@ export class Viewer extends EventTarget {
     this.update();
   }
 
+  // {job, factors}: what its groups of lights are mixed by; null: as they are.
+  set mix(mix) {
+    for (const picture of this.#pictures) {
+      picture.mix = mix && picture.job_id === mix.job ? mix.factors : null;
+    }
+  }
+
   // The frame that a job is shown at.
   frame_of(job_id) {
     return this.#pictures.find((picture) => picture.job_id === job_id)?.frame ?? 0;
@@ -207,7 +214,7 @@ export class Viewer extends EventTarget {
       if (!job) return;
       panel.side = ordered.length > 1 ? side_words(views, job) : '';
       panel.look = { ev: view.ev, moment: moments.get(job.id) ?? null,
-        frame: frame_of(job, view) };
+        frame: frame_of(job, view), mix: job.id === view.job ? view.mix : '' };
       panel.bias = this.#bias.words(job, ordered, true);
       // Without WebGL2 no tiles are fetched; the server has a picture from the first sample on.
       const has_tiles = this.#pictures.some((p) => p.job_id === job.id && p.has_picture);

@@ -1,6 +1,7 @@
 // Printed figures, no test: how soon the page paints, and how smoothly a picture of two megapixels
 // pans. `node tests/e2e/bench_page.mjs` with QRAYD and QRAY_E2E_DIR as ctest sets them.
 // Drawn by the processor (SwiftShader): a machine with a graphics processor does better.
+import { createHash } from 'node:crypto';
 import { start_all, wait_for_tiles } from './support.mjs';
 
 const kLoads = 15;
@@ -51,5 +52,50 @@ const frames = (await page.evaluate(() => globalThis.frames_ms)).slice(2);
 console.log(`panning 1920 x 1080 at 200 %: ${(frames.length / seconds).toFixed(0)} frames/s over ` +
   `${seconds.toFixed(1)} s; a frame's median ${quantile(frames, 0.5).toFixed(1)} ms, 95th of a ` +
   `hundred ${quantile(frames, 0.95).toFixed(1)} ms, longest ${Math.max(...frames).toFixed(1)} ms`);
+await page.context().close();
+
+// Sixteen groups of lights at 1920 x 1080, one slider moving.
+const kGroups = 16;
+const lamps = Array.from({ length: kGroups }, (_, i) => `lamp ${i}`);
+const room = {
+  name: 'sixteen lamps',
+  camera: { position: [0, 1, 4], target: [0, 1, 0], vertical_fov_deg: 40 },
+  materials: [{ name: 'white', type: 'diffuse', reflectance: 0.7 },
+    ...lamps.map((name, i) => ({ name, type: 'diffuse', reflectance: 0,
+      emission: [9, 9 - i / 2, 1 + i / 2] }))],
+  meshes: [
+    { material: 'white', quad: { origin: [-3, 0, 3], edge1: [6, 0, 0], edge2: [0, 0, -6] } },
+    ...lamps.map((name, i) => ({ name, material: name,
+      sphere: { center: [i / 4 - 2, 1 + (i % 3) / 3, -(i % 5) / 4], radius: 0.06 } }))],
+};
+const bytes = new TextEncoder().encode(JSON.stringify(room));
+const sha256 = createHash('sha256').update(bytes).digest('hex');
+await fetch(`${all.server.url}/v1/assets/${sha256}`, { method: 'PUT', body: bytes });
+const { name } = await (await fetch(`${all.server.url}/v1/scenes`, { method: 'POST',
+  headers: { 'content-type': 'application/json' },
+  body: JSON.stringify({ files: { 'scene.json': sha256 } }) })).json();
+const mixed = await all.server.post({ scene: name, method: 'none', samples: 1, width: 1920,
+  height: 1080, light_groups: 'each' });
+await all.server.wait_until(mixed, ({ state }) => state === 'succeeded');
+const mixing = await all.browser.page(
+  `${all.server.url}/#job=${mixed}&mix=${Array(kGroups).fill('1').with(1, '2').join(';')}`);
+await mixing.waitForFunction(async () => (await import('/app.js')).viewer.pictures[0].groups_came);
+const moved = await mixing.evaluate(() => new Promise((resolve) => {
+  const slider = document.querySelectorAll('.mixer-groups [type=range]')[3];
+  const times = [];
+  let last = performance.now();
+  const step = (now) => {
+    times.push(now - last);
+    last = now;
+    slider.value = 3 * Math.sin(times.length / 20);
+    slider.dispatchEvent(new Event('input', { bubbles: true }));
+    if (times.length < 200) requestAnimationFrame(step);
+    else resolve(times.slice(5));
+  };
+  requestAnimationFrame(step);
+}));
+console.log(`mixing ${kGroups} groups at 1920 x 1080: a frame's median ` +
+  `${quantile(moved, 0.5).toFixed(1)} ms, 95th of a hundred ` +
+  `${quantile(moved, 0.95).toFixed(1)} ms`);
 await all.close();
 process.exit(0);

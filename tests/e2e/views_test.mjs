@@ -12,12 +12,15 @@ let all;
 let guided;
 let plain;
 let turning;
+let lit;
 before(async () => {
   all = await start_all();
   guided = await all.server.post({ ...kJob, method: 'huang' });
   plain = await all.server.post({ ...kJob, method: 'none' });
   turning = await all.server.post({ ...kJob, frames: { turntable: 6, degrees: 30 } });
-  for (const id of [guided, plain, turning]) {
+  lit = await all.server.post({ scene: 'studio', method: 'none', samples: 4, width: 96, height: 72,
+    light_groups: 'scene' });
+  for (const id of [guided, plain, turning, lit]) {
     await all.server.wait_until(id, ({ state }) => state === 'succeeded');
   }
 });
@@ -29,6 +32,7 @@ const views = () => ({
   empty: ['', '.view-empty:visible'],
   job: [`#job=${guided}&at=40,60`, '.pixel-table:visible'],
   compare: [`#job=${guided}&with=${plain}`, '.view-divider:visible'],
+  mix: [`#job=${lit}&mix=1%3B0%3B2%3B1%3B1%3B1`, '.mixer-groups li'],
   frames: [`#job=${turning}&frame=2`, '.frames-strip canvas.drawn:visible'],
   states: [`#job=${guided}&overlay=state&curve=false`, 'img.overlay:visible'],
   tables: ['#tables', 'tbody tr'],
