@@ -60,6 +60,35 @@ void read_name(ObjectReader& in, const Field& field, unsigned caller, JobRequest
     in.wrong(field.name(), "expected " + expected(field, caller));
 }
 
+void read_text(ObjectReader& in, const Field& field, unsigned caller, JobRequest& out) {
+  const std::string* text = in.string(field.name());
+  if (!text) return;
+  if (text->size() <= kMaxText)
+    out.set(field.path, *text);
+  else
+    in.wrong(field.name(), "expected " + expected(field, caller));
+}
+
+void read_names(ObjectReader& in, const Field& field, unsigned caller, JobRequest& out) {
+  const Json* list = in.find(field.name());
+  if (!list) return;
+  const std::string at(field.name());
+  if (!list->is_array() || list->size() > field.choices.size())
+    return in.wrong(at, "expected " + expected(field, caller) + ", got " + shown(*list));
+  Names names;
+  for (size_t i = 0; i < list->size(); ++i) {
+    const Json& name = (*list)[i];
+    const bool known = name.is_string() && std::ranges::any_of(field.choices, [&](const Choice& c) {
+                         return c.value == name.get_ref<const std::string&>();
+                       });
+    if (!known)
+      return in.wrong(at + "/" + std::to_string(i),
+                      "expected " + expected(field, caller) + ", got " + shown(name));
+    names.push_back(name.get<std::string>());
+  }
+  if (!names.empty()) out.set(field.path, std::move(names));
+}
+
 void read_labels(ObjectReader& in, const Field& field, JobRequest& out) {
   const Json* labels = in.find(field.name());
   if (!labels) return;
@@ -167,8 +196,12 @@ void read_field(ObjectReader& in, const Field& field, unsigned caller, const Req
       return read_choice(in, field, caller, out);
     case FieldType::kName:
       return read_name(in, field, caller, out);
+    case FieldType::kText:
+      return read_text(in, field, caller, out);
     case FieldType::kLabels:
       return read_labels(in, field, out);
+    case FieldType::kNames:
+      return read_names(in, field, caller, out);
     case FieldType::kCameras:  // read_group() has what they are read by
       return;
   }

@@ -20,12 +20,16 @@ const char* type_name(FieldType type) {
       return "choice";
     case FieldType::kName:
       return "name";
+    case FieldType::kText:
+      return "text";
     case FieldType::kVector:
       return "vector";
     case FieldType::kLabels:
       return "labels";
     case FieldType::kCameras:
       return "cameras";
+    case FieldType::kNames:
+      return "names";
   }
   return "";
 }
@@ -44,13 +48,13 @@ OrderedJson field_json(const Field& field, const RequestLimits& limits) {
     out[field.above_least ? "exclusive_minimum" : "minimum"] = number(field.least);
     out["maximum"] = number(most_of(field, limits));
   }
-  if (field.type == FieldType::kChoice) {
+  if (field.type == FieldType::kChoice || field.type == FieldType::kNames) {
     out["choices"] = OrderedJson::array();
     for (const Choice& choice : field.choices)
       if (choice.callers & kJob)
         out["choices"].push_back({{"value", choice.value},
                                   {"label", choice.label.empty() ? choice.value : choice.label}});
-    out["other"] = field.other;
+    if (field.type == FieldType::kChoice) out["other"] = field.other;
   }
   if (field.fallback)
     std::visit([&](const auto& value) { out["default"] = value; }, *field.fallback);

@@ -199,6 +199,25 @@ std::string frames_to_json(std::string_view job, std::span<const FrameInfo> fram
   return text_of({{"job", job}, {"frames", std::move(list)}});
 }
 
+std::string passes_to_json(std::string_view job, std::span<const std::string> layers) {
+  return text_of(
+      {{"job", job}, {"layers", std::vector<std::string>(layers.begin(), layers.end())}});
+}
+
+std::string light_groups_to_json(std::string_view job, std::span<const std::string> groups) {
+  return text_of(
+      {{"job", job}, {"groups", std::vector<std::string>(groups.begin(), groups.end())}});
+}
+
+std::vector<std::string> light_groups_of_stats(std::string_view stats_json) {
+  const OrderedJson stats = OrderedJson::parse(stats_json, nullptr, false);
+  std::vector<std::string> names;
+  if (!stats.is_object() || !stats.contains("light_groups")) return names;
+  for (const OrderedJson& name : stats["light_groups"])
+    if (name.is_string()) names.push_back(name.get<std::string>());
+  return names;
+}
+
 std::vector<FrameInfo> parse_frame_infos(std::string_view json) {
   const OrderedJson tree = OrderedJson::parse(json, nullptr, false);
   std::vector<FrameInfo> frames;

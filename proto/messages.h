@@ -251,6 +251,11 @@ struct Comparison {
 std::string frames_to_json(std::string_view job, std::span<const FrameInfo> frames);
 // Back from such a text; empty: it is none.
 std::vector<FrameInfo> parse_frame_infos(std::string_view json);
+// What GET /v1/jobs/{id}/passes and .../light-groups answer.
+std::string passes_to_json(std::string_view job, std::span<const std::string> layers);
+std::string light_groups_to_json(std::string_view job, std::span<const std::string> groups);
+// Of a job's statistics; empty: they name none.
+std::vector<std::string> light_groups_of_stats(std::string_view stats_json);
 std::string metrics_to_json(const JobMetrics& metrics);
 std::string pixel_to_json(const PixelInfo& pixel);
 std::string comparison_to_json(const Comparison& comparison);

@@ -11,6 +11,7 @@
 #include "server/api/handlers_health.h"
 #include "server/api/handlers_jobs.h"
 #include "server/api/handlers_live.h"
+#include "server/api/handlers_passes.h"
 #include "server/api/handlers_pictures.h"
 #include "server/api/handlers_scenes.h"
 #include "server/api/handlers_tables.h"
@@ -119,6 +120,7 @@ struct Service::Parts {
   std::unique_ptr<ViewHandlers> view_handlers;
   std::unique_ptr<TableHandlers> table_handlers;
   std::unique_ptr<FrameHandlers> frame_handlers;
+  std::unique_ptr<PassHandlers> pass_handlers;
   std::unique_ptr<WeightsHandlers> weights_handlers;
   std::unique_ptr<WebhookHandlers> webhook_handlers;
   std::unique_ptr<WorkerHandlers> worker_handlers;
@@ -172,6 +174,7 @@ Result<std::unique_ptr<Service>> Service::start(const Config& config) {
       std::make_unique<PictureHandlers>(*parts->runner, *parts->pictures, stores, parts->encoders);
   parts->frame_handlers =
       std::make_unique<FrameHandlers>(*parts->pictures, stores, config.data, parts->encoders);
+  parts->pass_handlers = std::make_unique<PassHandlers>(stores, parts->encoders);
   parts->compare_handlers =
       std::make_unique<CompareHandlers>(*parts->pictures, stores, parts->encoders);
   parts->view_handlers = std::make_unique<ViewHandlers>(*parts->pictures, stores);
@@ -205,6 +208,7 @@ Result<std::unique_ptr<Service>> Service::start(const Config& config) {
   parts->job_handlers->add_to(router);
   parts->picture_handlers->add_to(router);
   parts->frame_handlers->add_to(router);
+  parts->pass_handlers->add_to(router);
   parts->compare_handlers->add_to(router);
   parts->view_handlers->add_to(router);
   parts->event_handlers.add_to(router);

@@ -17,17 +17,18 @@
 #include "core/image/image_library.h"
 #include "core/job/run_job.h"
 #include "core/job/stats_json.h"
+#include "core/render/light_mix.h"
 
 namespace qray::cmd {
 namespace {
 
 struct RenderCommand {
   RenderOptions render;
-  std::vector<int> passes;
+  std::vector<int> replay;  // RenderSettings::passes
   int last_pass_tiles = 0;
   int threads = default_threads();
   int table_mib = static_cast<int>(kDefaultTableBytes >> 20);
-  std::string table_in, table_out, json, sampled, view = "beauty", out, exposure;
+  std::string table_in, table_out, json, sampled, passes, view = "beauty", out, exposure;
   std::vector<int> pixel;
   bool quiet = false, strict = false;
   FramesOut frames;  // of a job of many
@@ -39,6 +40,8 @@ bool renders_frames(const RenderCommand& o, const JobRequest& request) {
   return frame_count(request) != 1 || (!o.out.ends_with(".exr") && !o.out.ends_with(".png"));
 }
 
+FramesOut passes_folder(const RenderCommand& o) { return {o.passes, "exr"}; }
+
 ViewOptions view_options(const RenderCommand& o) {
   return {o.view, o.pixel, o.table_in, o.out, o.render.method.has_value(), o.quiet};
 }
@@ -47,7 +50,7 @@ Status check_frames_outputs(const RenderCommand& o) {
   const auto refuse = [](const char* option) {
     return Error{ErrorCode::kInvalid, "expected no frames beside it", option};
   };
-  if (!o.passes.empty()) return refuse("--passes");
+  if (!o.replay.empty()) return refuse("--replay");
   if (!o.sampled.empty()) return refuse("--sampled-out");
   if (o.view != "beauty") return refuse("--view");
   if (o.exposure == "auto")
@@ -59,7 +62,25 @@ Status check_frames_outputs(const RenderCommand& o) {
   for (const std::string& name : {o.json, o.table_out})
     if (!name.empty())
       if (Status s = check_writable(name); !s) return s;
-  return prepare_output(o.frames);
+  if (Status s = prepare_output(o.frames); !s || o.passes.empty()) return s;
+  return prepare_output(passes_folder(o));
+}
+
+// Passes and the file that they go to need each other; a mix can do without.
+Status check_passes_out(const RenderCommand& o, const RenderSettings& settings, bool many) {
+  if (settings.makes_passes() && settings.mix.empty() && o.passes.empty())
+    return Error{ErrorCode::kInvalid, "expected --passes-out beside passes and groups of lights",
+                 "--passes-out"};
+  if (o.passes.empty()) return {};
+  if (!settings.makes_passes())
+    return Error{ErrorCode::kInvalid, "expected --passes or --light-groups beside it",
+                 "--passes-out"};
+  if (o.view != "beauty")
+    return Error{ErrorCode::kInvalid, "only the view beauty has passes", "--passes-out"};
+  if (many) return {};
+  if (!o.passes.ends_with(".exr"))
+    return Error{ErrorCode::kInvalid, "expected a name ending in .exr", "--passes-out"};
+  return check_writable(o.passes);
 }
 
 Status check_outputs(const RenderCommand& o) {
@@ -141,7 +162,13 @@ Status render_frames(const RenderCommand& o, const PreparedScene& scene, RenderS
   ProgressLine line(o.quiet);
   std::vector<Image> pictures(frames.size());  // of an animation
   FrameFiles files(static_cast<int>(frames.size()), line,
-                   [&](int frame, Image image, const ImageMetadata& metadata) {
+                   [&](int frame, Image image, const ImageMetadata& metadata,
+                       const std::optional<LayeredPicture>& passes) {
+                     if (passes && !o.passes.empty())
+                       if (Status s = write_layers(passes_folder(o).picture(frame), passes->layers,
+                                                   passes->metadata);
+                           !s)
+                         return s;
                      if (o.frames.plays()) {
                        pictures[static_cast<size_t>(frame)] = std::move(image);
                        return Status();
@@ -182,7 +209,7 @@ Status render_beauty(const RenderCommand& o, const PreparedScene& scene, RenderS
       find_recovery(o.render.given.get(field::kRecover));
   if (!recovery) return recovery.error();
 
-  Film film(settings.width, settings.height);
+  Film film(settings.width, settings.height, film_layers(scene.scene, settings));
   ProgressLine line(o.quiet);
   ProgressObserver observer(line);
   Result<JobResult> job =
@@ -195,6 +222,9 @@ Status render_beauty(const RenderCommand& o, const PreparedScene& scene, RenderS
                              ? write_beauty(o, o.out, *result.recovered, result.recovered_metadata)
                              : write_beauty(o, o.out, film.develop(), result.metadata);
   if (!written) return written;
+  if (result.passes && !o.passes.empty())
+    if (Status s = write_layers(o.passes, result.passes->layers, result.passes->metadata); !s)
+      return s;
   if (!o.sampled.empty())
     if (Status s = write_beauty(o, o.sampled, film.develop(), result.metadata); !s) return s;
   if (!o.table_out.empty()) {
@@ -217,17 +247,22 @@ Status run(const RenderCommand& o) {
   Result<std::shared_ptr<const PreparedScene>> prepared =
       prepare_named_scene(o.render.scene, o.threads, line, stop.token(), o.strict);
   if (!prepared) return prepared.error();
-  const PreparedScene& scene = *prepared.value();
-  for (const std::string& warning : scene.warnings)
+  for (const std::string& warning : prepared.value()->warnings)
     std::fprintf(stderr, "qray: warning: %s\n", warning.c_str());
 
-  Result<RenderSettings> made = make_settings(o.render, scene.scene);
+  Result<RenderSettings> made = make_settings(o.render, prepared.value()->scene);
   if (!made) return made.error();
   RenderSettings settings = std::move(made).value();
-  settings.passes = o.passes;
+  settings.passes = o.replay;
   settings.last_pass_tiles = o.last_pass_tiles;
   settings.max_table_bytes = static_cast<size_t>(o.table_mib) << 20;
   if (Status s = check_settings(settings, kMaxPixels); !s) return s;
+  const Result<std::shared_ptr<const PreparedScene>> lit = lit_by_mix(prepared.value(), settings);
+  if (!lit) return lit.error();
+  const PreparedScene& scene = *lit.value();
+  if (const Result<LightSplit> split = light_split(scene.scene, settings); !split)
+    return split.error();
+  if (Status s = check_passes_out(o, settings, many); !s) return s;
   const Result<std::vector<NamedCamera>> frames = frames_of(request.value(), scene.scene);
   if (!frames) return frames.error();
   // Loaded while the picture renders. What goes wrong is said where it is written.
@@ -246,14 +281,14 @@ void add_render(CLI::App& app, int& exit_code) {
   auto o = std::make_shared<RenderCommand>();
   CLI::App* sub = app.add_subcommand("render", "render a scene to a picture");
   add_render_options(*sub, o->render, kRender);
-  CLI::Option* passes =
-      sub->add_option("--passes", o->passes,
-                      "replay: samples of each pass, such as 1,1,2,4 (docs/stats.md)")
+  CLI::Option* replay =
+      sub->add_option("--replay", o->replay,
+                      "samples of each pass of a job, such as 1,1,2,4: repeats it (docs/stats.md)")
           ->delimiter(',');
   sub->add_option("--last-pass-tiles", o->last_pass_tiles,
-                  "replay: of the last of --passes, the first so many tiles alone")
+                  "replay: of the last of --replay's passes, the first so many tiles alone")
       ->check(CLI::Range(1, 1 << 24))
-      ->needs(passes);
+      ->needs(replay);
   sub->add_option("--threads", o->threads, "default: one a processor")->check(CLI::Range(1, 1024));
   sub->add_option("--table-in", o->table_in,
                   "start from this table; its method, unless --method is given");
@@ -263,6 +298,9 @@ void add_render(CLI::App& app, int& exit_code) {
       ->capture_default_str();
   sub->add_option("--json", o->json, "write statistics (docs/stats.md)");
   sub->add_option("--sampled-out", o->sampled, "with --recover: the picture before it, too");
+  sub->add_option("--passes-out", o->passes,
+                  "passes.exr with the layers of --passes and --light-groups; of frames a folder "
+                  "(docs/passes.md)");
   sub->add_option("--view", o->view,
                   "beauty, or without light: albedo, normal; of a table: state, beta (chance to "
                   "guide), gain, lobe (the directions at a pixel). docs/guiding.md")

@@ -44,8 +44,9 @@ Status FrameFiles::end_turn(int frame, const FrameProgress&, const Film& film,
                             const JobResult& result) {
   stats_[static_cast<size_t>(frame)] = result.stats;
   progress_.done();
-  return result.recovered ? write_(frame, *result.recovered, result.recovered_metadata)
-                          : write_(frame, film.develop(), result.metadata);
+  return result.recovered
+             ? write_(frame, *result.recovered, result.recovered_metadata, result.passes)
+             : write_(frame, film.develop(), result.metadata, result.passes);
 }
 
 Status FrameFiles::save(int frame, int turn, const WriteState& write) {

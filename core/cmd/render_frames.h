@@ -14,7 +14,8 @@ namespace qray::cmd {
 // when this does; their pictures as they are so far, and the newest statistics.
 class FrameFiles final : public FrameKeeper {
  public:
-  using WritePicture = std::function<Status(int frame, Image image, const ImageMetadata& metadata)>;
+  using WritePicture = std::function<Status(int frame, Image image, const ImageMetadata& metadata,
+                                            const std::optional<LayeredPicture>& passes)>;
   FrameFiles(int count, ProgressLine& line, WritePicture write);
 
   RenderObserver& begin_turn(int frame, std::shared_ptr<Film> film) override;

@@ -59,7 +59,9 @@ void add_option(CLI::App& app, const Field& field, unsigned caller, JobRequest& 
   };
   CLI::Option* option = app.add_option_function<std::vector<std::string>>(name, take, help);
   option->expected(1)->type_name(field.type == FieldType::kLabels ? "NAME:VALUE" : "");
-  if (field.type == FieldType::kLabels || field.type == FieldType::kCameras) option->take_all();
+  if (field.type == FieldType::kLabels || field.type == FieldType::kCameras ||
+      field.type == FieldType::kNames)
+    option->take_all();
   if (!field.group().empty()) option->group(std::string(field.group()));
 }
 

@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -19,6 +20,17 @@ namespace qray {
 
 struct TileRect {
   int x = 0, y = 0, width = 0, height = 0;  // pixels
+};
+
+// What a film keeps beside the light of its pixels: parts of it, each in a layer of its own.
+struct FilmLayers {
+  bool splits = false;  // into what was scattered once and more often: layers kDirect, kIndirect
+  int groups = 0;       // by what it came from: one a group, after those; the pixels are their sum
+  bool operator==(const FilmLayers&) const = default;
+
+  static constexpr int kDirect = 0, kIndirect = 1;
+  int group(int number) const { return (splits ? 2 : 0) + number; }
+  int count() const { return group(groups); }
 };
 
 // Channels of Film::noise().
@@ -34,18 +46,20 @@ class Film {
  public:
   static constexpr int kTilePx = 64;
 
-  Film(int width, int height);
+  Film(int width, int height, FilmLayers layers = {});
 
   int width() const { return width_; }
   int height() const { return height_; }
+  const FilmLayers& layers() const { return layers_; }
   int tile_count() const { return static_cast<int>(tiles_.size()); }
   TileRect tile(int index) const;  // row by row from the top left
 
   // Adds what a pass of `samples` samples a pixel made of the tile: the sum of each pixel's, in
   // rows. `counts`: how many each had; empty: all as many. `seen`: what of the sums lights and the
-  // environment showed of themselves; empty: nothing.
+  // environment showed of themselves; empty: nothing. `layers`: each pixel's, side by side.
   void add(int index, std::span<const Rgb> sums, uint32_t samples,
-           std::span<const uint32_t> counts = {}, std::span<const Rgb> seen = {});
+           std::span<const uint32_t> counts = {}, std::span<const Rgb> seen = {},
+           std::span<const Rgb> layers = {});
 
   // What is there so far counts `keep` times as much, against what is added from here on.
   void fade(float keep);
@@ -56,7 +70,8 @@ class Film {
     uint32_t samples = 0;   // a pixel, by the passes
     std::vector<Rgb> mean;  // black where a pixel has none
   };
-  TileView tile_view(int index) const;
+  // `layer`: of this one, in place of the whole.
+  TileView tile_view(int index, std::optional<int> layer = {}) const;
   struct Changes {
     std::vector<TileView> tiles;  // oldest change first
     uint64_t cursor = 0;          // give it back as `since`
@@ -65,9 +80,12 @@ class Film {
   // The newest version of any tile; 0: nothing was added yet.
   uint64_t version() const { return version_.load(std::memory_order_acquire); }
   // Tiles changed after `since`, at most `limit`. Following the cursor misses no change.
-  Changes tiles_since(uint64_t since, int limit) const;
-  Image develop() const;  // means; black where there is no sample yet
-  Image seen() const;     // the part of them that was seen directly
+  Changes tiles_since(uint64_t since, int limit, std::optional<int> layer = {}) const;
+  // Means; black where there is no sample yet. With groups the sum of their layers' means, in
+  // their order.
+  Image develop() const;
+  Image seen() const;            // the part of them that was seen directly
+  Image layer(int index) const;  // the part that this layer has
 
   // Of each pixel's luminance, as last estimated, in the channels of FilmNoise; zero but for the
   // first where a pixel has no samples.
@@ -87,10 +105,15 @@ class Film {
     std::vector<Rgb> sums;       // empty until the first add
     std::vector<float> weights;  // parallel: of the samples in them
     std::vector<Rgb> seen;       // parallel: sums too
+    std::vector<Rgb> layers;     // the same, layers_.count() a pixel
   };
-  Image means(std::vector<Rgb> Tile::*sums) const;
+  Rgb mean(const Tile& tile, size_t pixel) const;
+  Rgb layer_mean(const Tile& tile, size_t pixel, int layer) const;
+  template <class Mean>
+  Image means(Mean mean_of) const;  // of each pixel that has samples: mean_of(tile, pixel)
 
   int width_, height_, tiles_x_;
+  const FilmLayers layers_;
   std::vector<Tile> tiles_;
   std::atomic<uint64_t> version_{0};
   mutable std::mutex noise_mutex_;

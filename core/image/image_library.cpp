@@ -70,6 +70,18 @@ Result<Bytes> encode_image(ImageFormat format, const Image& image, const ImageMe
   return call(&ImageLibrary::encode_image, format, image, metadata);
 }
 
+Result<Bytes> encode_layers(std::span<const PictureLayer> layers, const ImageMetadata& metadata) {
+  return call(&ImageLibrary::encode_layers, layers, metadata);
+}
+
+Result<std::vector<std::string>> read_layer_names(const std::filesystem::path& path) {
+  return call(&ImageLibrary::read_layer_names, path);
+}
+
+Result<PictureLayer> read_layer(const std::filesystem::path& path, const std::string& name) {
+  return call(&ImageLibrary::read_layer, path, name);
+}
+
 Result<PictureInfo> read_picture_info(const std::filesystem::path& path, const Bytes* bytes) {
   return call(&ImageLibrary::read_picture_info, path, bytes);
 }

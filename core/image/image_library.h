@@ -5,6 +5,7 @@
 
 #include "core/image/animation.h"
 #include "core/image/image_io.h"
+#include "core/image/picture_layers.h"
 #include "core/image/picture_reader.h"
 
 namespace qray {
@@ -16,6 +17,10 @@ struct ImageLibrary {
   Result<ImageMetadata> (*read_image_metadata)(const std::filesystem::path& path);
   Result<Bytes> (*encode_image)(ImageFormat format, const Image& image,
                                 const ImageMetadata& metadata);
+  Result<Bytes> (*encode_layers)(std::span<const PictureLayer> layers,
+                                 const ImageMetadata& metadata);
+  Result<std::vector<std::string>> (*read_layer_names)(const std::filesystem::path& path);
+  Result<PictureLayer> (*read_layer)(const std::filesystem::path& path, const std::string& name);
   Status (*write_gif)(const std::filesystem::path& path, const Animation& animation);
   Result<PictureInfo> (*read_picture_info)(const std::filesystem::path& path, const Bytes* bytes);
   Status (*read_picture_rows)(const std::filesystem::path& path, const Bytes* bytes, int row_limit,

@@ -19,22 +19,33 @@ void read_spot(const JsonNode& node, PunctualLight& light) {
 
 }  // namespace
 
+std::string read_light_group(const JsonNode& node) {
+  const auto group = node.find("light_group");
+  if (!group) return {};
+  constexpr size_t kMost = 64;
+  if (group->string().empty() || group->string().size() > kMost)
+    group->fail_expected("a name of 1..64 bytes");
+  return group->string();
+}
+
 PunctualLight read_light(const JsonNode& node) {
   PunctualLight light;
   const JsonNode type = node.get("type");
+  light.light_group = read_light_group(node);
   if (type.string() == "directional") {
-    node.only({"type", "direction", "irradiance"});
+    node.only({"type", "direction", "irradiance", "light_group"});
     light.kind = LightKind::kDirectional;
     light.direction = normalize(node.get("direction").direction());
     light.intensity = node.get("irradiance").number_or_rgb();
     return light;
   }
   if (type.string() == "spot") {
-    node.only({"type", "position", "intensity", "direction", "inner_deg", "outer_deg", "falloff"});
+    node.only({"type", "position", "intensity", "direction", "inner_deg", "outer_deg", "falloff",
+               "light_group"});
     light.kind = LightKind::kSpot;
     read_spot(node, light);
   } else if (type.string() == "point") {
-    node.only({"type", "position", "intensity"});
+    node.only({"type", "position", "intensity", "light_group"});
   } else {
     type.fail_expected("one of point, spot, directional");
   }

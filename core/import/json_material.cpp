@@ -163,15 +163,16 @@ void read_blend(const JsonNode& node, const TextureNames& textures, const Materi
 Material read_material(const JsonNode& node, const TextureNames& textures,
                        const MaterialNames& earlier) {
   const Kind& kind = read_kind(node);
-  std::vector<std::string_view> fields = {"name",         "type",      "emission",
-                                          "opacity",      "two_sided", "emission_two_sided",
-                                          "alpha_cutoff", "bump_map",  "normal_map"};
+  std::vector<std::string_view> fields = {
+      "name",         "type",     "emission",   "opacity",    "two_sided", "emission_two_sided",
+      "alpha_cutoff", "bump_map", "normal_map", "light_group"};
   fields.insert(fields.end(), kind.fields.begin(), kind.fields.end());
   node.only(fields);
 
   Material m;
   m.name = node.get("name").string();
   m.kind = kind.kind;
+  m.light_group = read_light_group(node);
   read_any_kind(node, textures, m);
   if (const auto v = node.find("reflectance")) m.reflectance = read_color(*v, textures);
   if (const auto v = node.find("specular")) m.specular = read_color(*v, textures);

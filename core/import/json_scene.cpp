@@ -143,8 +143,9 @@ class JsonReader {
   }
 
   void read_environment(const JsonNode& node) {
-    node.only({"radiance", "image", "rotation_deg"});
+    node.only({"radiance", "image", "rotation_deg", "light_group"});
     Environment& environment = out_.scene.environment;
+    environment.light_group = read_light_group(node);
     const auto image = node.find("image");
     if (!image && !node.has("radiance")) node.fail("expected \"radiance\" or \"image\"");
     environment.radiance = Rgb{1.0f};

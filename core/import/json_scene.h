@@ -21,6 +21,7 @@ using MaterialNames = std::map<std::string, MaterialId, std::less<>>;
 Material read_material(const JsonNode& node, const TextureNames& textures,
                        const MaterialNames& earlier);
 PunctualLight read_light(const JsonNode& node);
+std::string read_light_group(const JsonNode& node);  // its "light_group"; empty: none
 // One shape with its "transform" and "flip" applied, material unset; "file" is left to the caller.
 Mesh read_shape(const JsonNode& node, const SceneLimits& limits);
 void apply_placement(const JsonNode& node, Mesh& mesh);

@@ -77,7 +77,8 @@ class FramesRun {
 
   Status turn(int frame, SnapshotReader* from) {
     const RenderSettings settings = frame_settings(job_.request, job_.settings, job_.frames, frame);
-    const auto film = std::make_shared<Film>(settings.width, settings.height);
+    const auto film = std::make_shared<Film>(settings.width, settings.height,
+                                             film_layers(scene_.scene, settings));
     RenderMode mode;
     mode.view_lasts = order_.size() == 1;
     Renderer renderer(scene_, settings, guide_, *film, pool_, clock_, mode);
@@ -136,6 +137,11 @@ class FramesRun {
       result.recovered_metadata["recovery"] = recovery_->name;
       result.recovered_metadata["unbiased"] = "false";
     }
+    if (Status s =
+            add_passes(scene_, settings, film, neighbours(frame), pool_, stop_, clock_, result);
+        !s.ok())
+      return s;
+    passes_seconds_ += result.stats.picture_passes_seconds;
     const int turn = turns(frame) + 1;
     if (Status s = frames_.save(frame, turn,
                                 [&](SnapshotWriter& out) {
@@ -147,6 +153,12 @@ class FramesRun {
     turns(frame) = turn;
     last_ = result.stats;
     return frames_.end_turn(frame, now, film, result);
+  }
+
+  NeighbourCameras neighbours(int frame) const {
+    const auto at = static_cast<size_t>(frame);
+    return {at > 0 ? &job_.frames[at - 1].camera : nullptr,
+            at + 1 < job_.frames.size() ? &job_.frames[at + 1].camera : nullptr};
   }
 
   ImageMetadata metadata(const RenderStats& stats, int frame) const {
@@ -168,6 +180,7 @@ class FramesRun {
     all.last_pass_tiles = 0;
     all.guide_passes.clear();
     all.recovery_seconds = recovery_seconds_;
+    all.picture_passes_seconds = passes_seconds_;
     all.seconds = all.noise = 0;
     all.samples_per_pixel = all.learning_samples_per_pixel = 0;
     all.paths = all.rays = all.dropped_samples = 0;
@@ -200,7 +213,7 @@ class FramesRun {
   const std::vector<int> order_;
   Place at_;
   RenderStats last_;
-  double recovery_seconds_ = 0;
+  double recovery_seconds_ = 0, passes_seconds_ = 0;
 };
 
 }  // namespace
@@ -212,7 +225,7 @@ Result<JobResult> run_frames(const PreparedScene& scene, const FramesJob& job, S
   if (recovery)
     if (Status s = check_recovery(*recovery, job.settings); !s.ok()) return s.error();
   RenderSettings settings = job.settings;
-  settings.estimates_noise |= recovery != nullptr;
+  settings.estimates_noise |= recovery != nullptr || passes_need_noise(settings);
   const FramesJob whole{job.request, settings, job.frames};
   return FramesRun(scene, whole, std::move(start), frames, pool, std::move(stop), clock, recovery,
                    checkpoints.keeper)

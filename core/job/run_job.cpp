@@ -38,6 +38,21 @@ Status recover_result(const PreparedScene& scene, const RenderSettings& settings
   return {};
 }
 
+Status add_passes(const PreparedScene& scene, const RenderSettings& settings, const Film& film,
+                  const NeighbourCameras& neighbours, TaskPool& pool, std::stop_token stop,
+                  const Clock& clock, JobResult& result) {
+  if (!settings.makes_passes()) return {};
+  const double begin = clock.seconds();
+  Result<LayeredPicture> passes = make_picture_passes(scene, settings, film, result.recovered,
+                                                      neighbours, pool, std::move(stop));
+  if (!passes.ok()) return passes.error();
+  result.passes = std::move(passes).value();
+  result.passes->metadata.merge(
+      ImageMetadata(result.recovered ? result.recovered_metadata : result.metadata));
+  result.stats.picture_passes_seconds = clock.seconds() - begin;
+  return {};
+}
+
 TableFile table_of(const GuideTable& guide, const SceneHash& scene,
                    const std::optional<TableHeader>& parent) {
   TableFile table;
@@ -105,15 +120,14 @@ Result<JobResult> run_guided_job(const PreparedScene& scene, RenderSettings sett
   Guide* guide = start.guide.get();
   if (recovery)
     if (Status s = check_recovery(*recovery, settings); !s) return s.error();
-  settings.estimates_noise |= recovery != nullptr;
+  settings.estimates_noise |= recovery != nullptr || passes_need_noise(settings);
   Result<RenderStats> stats =
       render(scene, settings, guide, film, pool, observer, stop, clock, checkpoints, sampler);
   if (!stats.ok()) return stats.error();
   JobResult result;
   result.stats = std::move(stats).value();
   if (recovery)
-    if (Status s =
-            recover_result(scene, settings, *recovery, film, pool, std::move(stop), clock, result);
+    if (Status s = recover_result(scene, settings, *recovery, film, pool, stop, clock, result);
         !s.ok())
       return s.error();
   if (guide) result.table = table_of(*guide, scene.hash, start.table);
@@ -124,6 +138,9 @@ Result<JobResult> run_guided_job(const PreparedScene& scene, RenderSettings sett
     result.recovered_metadata["recovery"] = recovery->name;
     result.recovered_metadata["unbiased"] = "false";
   }
+  if (Status s = add_passes(scene, settings, film, {}, pool, std::move(stop), clock, result);
+      !s.ok())
+    return s.error();
   return result;
 }
 

@@ -4,6 +4,7 @@
 
 #include "core/guide/table_file.h"
 #include "core/image/image_io.h"
+#include "core/job/picture_passes.h"
 #include "core/job/recover_picture.h"
 #include "core/render/render_loop.h"
 
@@ -15,6 +16,7 @@ struct JobResult {
   ImageMetadata metadata;          // for the picture: seed, samples, method, table, scene hash ...
   std::optional<Image> recovered;  // linear; where a network was given
   ImageMetadata recovered_metadata;
+  std::optional<LayeredPicture> passes;  // where the settings ask for some
 };
 
 // The settings' guide, null for the method none, with what `table` holds; its method must be the
@@ -59,6 +61,11 @@ ImageMetadata picture_metadata(const RenderStats& stats, const PreparedScene& sc
 Status recover_result(const PreparedScene& scene, const RenderSettings& settings,
                       const Recovery& recovery, const Film& film, TaskPool& pool,
                       std::stop_token stop, const Clock& clock, JobResult& result);
+
+// Makes the passes that the settings ask for, with the metadata of the result's picture.
+Status add_passes(const PreparedScene& scene, const RenderSettings& settings, const Film& film,
+                  const NeighbourCameras& neighbours, TaskPool& pool, std::stop_token stop,
+                  const Clock& clock, JobResult& result);
 
 // Fit of a table to a scene by exact hashes; kConflict names what differs.
 Status table_fits(const TableHeader& header, const SceneHash& hash);

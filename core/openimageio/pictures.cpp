@@ -2,26 +2,13 @@
 #include <OpenImageIO/imageio.h>
 
 #include <algorithm>
-#include <exception>
 
 #include "core/image/tonemap.h"
 #include "core/openimageio/entry.h"
+#include "core/openimageio/guarded.h"
 
 namespace qray::openimageio {
 namespace {
-
-constexpr std::string_view kPrefix = "qray:";
-
-// Runs a body that calls OpenImageIO, whose plug-ins may throw.
-template <class Body>
-auto guarded(const std::string& where, Body body) -> decltype(body()) {
-  try {
-    return body();
-  } catch (const std::exception& e) {
-    return Error{ErrorCode::kInvalid, std::string("cannot process the picture: ") + e.what(),
-                 where};
-  }
-}
 
 Result<std::unique_ptr<OIIO::ImageInput>> open_input(const std::filesystem::path& path) {
   std::error_code ec;

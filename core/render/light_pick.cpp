@@ -6,6 +6,7 @@
 
 #include "core/math/hash.h"
 #include "core/math/warp.h"
+#include "core/render/light_split.h"
 #include "core/scene/surface.h"
 
 namespace qray {
@@ -81,9 +82,14 @@ void LightPick::build(const Scene& scene, const Bounds3& bounds, const MaterialT
     }
   }
   double power_inside = 0;
-  for (const PunctualLight& light : scene.lights)
-    if (light.emits()) punctual_.push_back(light);
-  std::ranges::stable_partition(punctual_, has_place);
+  for (const bool with_place : {true, false})
+    for (size_t i = 0; i < scene.lights.size(); ++i) {
+      const PunctualLight& light = scene.lights[i];
+      if (!light.emits() || has_place(light) != with_place) continue;
+      punctual_.push_back(light);
+      punctual_sources_.push_back(source_of_punctual(scene, i));
+    }
+  environment_source_ = source_of_environment(scene);
   for (const PunctualLight& light : punctual_)
     powers.push_back(light.kind == LightKind::kDirectional ? 0 : luminance(light.power()));
   for (const float p : powers) power_inside += p;
@@ -178,6 +184,7 @@ bool LightPick::sample_environment(Vec2 u, LightSample& out) const {
   out.wi = s.wi;
   out.distance = std::numeric_limits<float>::infinity();
   out.varies = true;
+  out.source = environment_source_;
   out.pdf_w = environment_probability_ * s.pdf_w;
   return true;
 }

@@ -23,6 +23,7 @@ struct LightSample {
   float pdf_w = 0;        // per steradian, the choice of light counted; punctual: of it alone
   bool punctual = false;  // no other sampling finds it
   bool varies = false;    // over the light: `radiance` is to be looked up at the point
+  uint32_t source = 0;    // the light's number (light_split.h)
   MeshId mesh;            // not valid: the environment
   uint32_t triangle = 0;
   Vec2 barycentric;
@@ -54,6 +55,7 @@ class LightPick {
     const EnvironmentLight::Arriving a = environment_->at(wi);
     return {a.radiance, environment_probability_ * a.pdf_w};
   }
+  uint32_t environment_source() const { return environment_source_; }  // LightSample::source
   Rgb environment_radiance(Vec3 wi) const { return environment_->radiance(wi); }
   bool has_environment() const { return environment_ != nullptr; }
 
@@ -76,8 +78,9 @@ class LightPick {
     if (pick.index < triangles_.size())
       return sample_triangle(triangles_[pick.index], pick.probability, p, u, out);
     const size_t rest = pick.index - triangles_.size();
-    return rest < punctual_.size() ? sample_punctual(punctual_[rest], pick.probability, p, out)
-                                   : sample_environment(u, out);
+    if (rest == punctual_.size()) return sample_environment(u, out);
+    out.source = punctual_sources_[rest];
+    return sample_punctual(punctual_[rest], pick.probability, p, out);
   }
   bool sample_by_tree(const LightReceiver& at, float u_light, Vec2 u, LightSample& out) const;
   static LightBounds bounds_of(const EmittingTriangle& t);
@@ -91,6 +94,7 @@ class LightPick {
     const float cos_light = -dot(out.wi, t.n);
     if (!(t.two_sided ? cos_light != 0 : cos_light > 0) || !(distance2 > 0)) return false;
     out.radiance = t.emission;
+    out.source = t.mesh.value;
     if (t.varies) out.varies = true, out.mesh = t.mesh, out.triangle = t.index, out.barycentric = b;
     out.pdf_w = probability * distance2 / (std::abs(cos_light) * t.area);
     return true;
@@ -100,8 +104,10 @@ class LightPick {
   bool sample_environment(Vec2 u, LightSample& out) const;
 
   std::vector<EmittingTriangle> triangles_;
-  std::vector<uint32_t> first_of_mesh_;  // by Hit::mesh: index of its first triangle, or none
-  std::vector<PunctualLight> punctual_;  // those that have a place first
+  std::vector<uint32_t> first_of_mesh_;     // by Hit::mesh: index of its first triangle, or none
+  std::vector<PunctualLight> punctual_;     // those that have a place first
+  std::vector<uint32_t> punctual_sources_;  // parallel: LightSample::source
+  uint32_t environment_source_ = 0;
   std::shared_ptr<const EnvironmentLight> environment_;  // null: none
   AliasTable picker_;  // triangles, punctual lights, then the environment; empty: no light at all
   // Null: lights are picked by picker_. Else triangles and lights that have a place are picked by

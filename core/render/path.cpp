@@ -56,7 +56,7 @@ PathCounters& PathCounters::operator-=(const PathCounters& o) {
 }
 
 PathTracer::PathTracer(const PreparedScene& scene, const LightPick& lights,
-                       const RenderSettings& settings, const Guide* guide)
+                       const RenderSettings& settings, const Guide* guide, const LightSplit* split)
     : scene_(scene),
       lights_(lights),
       settings_(settings),
@@ -67,7 +67,8 @@ PathTracer::PathTracer(const PreparedScene& scene, const LightPick& lights,
               .cone()),
       guide_(guide),
       guide_expects_(guide && guide->expects()),
-      learner_(guide) {}
+      learner_(guide),
+      split_(split) {}
 
 void PathTracer::sample(const Ray& ray, Sampler& sampler, GuideDelta* learn, float pixel_deviation,
                         PixelTarget pixel) {
@@ -84,9 +85,11 @@ void PathTracer::sample(const Ray& ray, Sampler& sampler, GuideDelta* learn, flo
   }
   if (is_finite(radiance)) {
     pixel.radiance += radiance;
+    for (const Paid& paid : paid_) pixel.layers[paid.layer] += paid.light;
   } else {
     ++counters_.dropped_samples;
   }
+  paid_.clear();
   if (shadow_rays_.enough()) flush();
 }
 
@@ -125,7 +128,7 @@ Rgb PathTracer::walk(const Ray& ray, Sampler& sampler, float pixel_deviation, Pi
     ask_guide(path, v, cos_geometric > 0);
 
     // 4. Light straight from a light.
-    if (!add_direct_light(path, v, u.u_light, u.u_light_point, pixel.radiance)) break;
+    if (!add_direct_light(path, v, u.u_light, u.u_light_point, pixel)) break;
 
     // 5. Russian roulette.
     if (!survive(path, v, u.u_roulette)) break;
@@ -142,6 +145,8 @@ void PathTracer::flush() {
   const uint64_t traced = cycle_count();
   shadow_rays_.for_each_free([this](const AwaitedLight& awaited) {
     *awaited.pixel += awaited.light;
+    if (awaited.layer) *awaited.layer += awaited.light;
+    if (awaited.group) *awaited.group += awaited.light;
     if (awaited.vertex != PathLearner::kNoVertex)
       learner_.direct(awaited.vertex, awaited.scattered, awaited.punctual, awaited.unguided_weight);
   });
@@ -192,8 +197,25 @@ inline void PathTracer::add_environment(PathState& path) {
   if (!lights_.has_environment() || (hides_lights_ && path.depth == 1)) return;
   const auto [emitted, nee_pdf_w] = lights_.from_environment(path.ray.d);
   const float mis = path.delta || !settings_.nee ? 1.0f : power_heuristic(path.pdf_w, nee_pdf_w);
-  path.radiance += path.throughput * emitted * mis;
+  const Rgb light = path.throughput * emitted * mis;
+  path.radiance += light;
+  if (split_) pay_by_layer(path.depth - 1, lights_.environment_source(), light);
   learner_.emitted(emitted, mis);
+}
+
+inline PathTracer::LayersOf PathTracer::layers_of(int scattered, uint32_t source) const {
+  LayersOf of;
+  if (split_->layers.splits && scattered > 0)
+    of.split = scattered == 1 ? FilmLayers::kDirect : FilmLayers::kIndirect;
+  if (split_->layers.groups > 0) of.group = split_->layers.group(split_->group_of_source[source]);
+  return of;
+}
+
+// Once the path has ended as a number.
+void PathTracer::pay_by_layer(int scattered, uint32_t source, Rgb light) {
+  const LayersOf of = layers_of(scattered, source);
+  if (of.split >= 0) paid_.push_back({of.split, light});
+  if (of.group >= 0) paid_.push_back({of.group, light});
 }
 
 inline void PathTracer::absorb(PathState& path, float distance) {
@@ -217,7 +239,9 @@ inline void PathTracer::add_emission(PathState& path, const Hit& hit, const Surf
     mis = power_heuristic(path.pdf_w, lights_.pdf_w_triangle(path.from, hit.mesh, hit.triangle,
                                                              hit.t, std::abs(cos_light)));
   }
-  path.radiance += path.throughput * emitted * mis;
+  const Rgb light = path.throughput * emitted * mis;
+  path.radiance += light;
+  if (split_) pay_by_layer(path.depth - 1, hit.mesh.value, light);
   learner_.emitted(emitted, mis);
 }
 
@@ -269,7 +293,7 @@ inline void PathTracer::ask_guide(const PathState& path, PathVertex& v, bool fro
 // Light straight from a light, paid if its ray turns out to be free. Nothing else finds a light
 // without an extent. False: it is no number, and the sample will be dropped.
 inline bool PathTracer::add_direct_light(PathState& path, const PathVertex& v, float u_light,
-                                         Vec2 u_light_point, Rgb& pixel) {
+                                         Vec2 u_light_point, PixelTarget pixel) {
   if (!connects_ || v.kind == BsdfKind::kDelta) return true;
   const Connection connection = connect(v, u_light, u_light_point);
   if (connection.light.is_black()) return true;
@@ -279,8 +303,20 @@ inline bool PathTracer::add_direct_light(PathState& path, const PathVertex& v, f
     return false;
   }
   ++counters_.rays;
-  shadow_rays_.add(connection.ray, {light, &pixel, connection.light, learner_.current(),
-                                    connection.punctual, connection.unguided_weight});
+  AwaitedLight awaited{.light = light,
+                       .pixel = &pixel.radiance,
+                       .layer = nullptr,
+                       .group = nullptr,
+                       .scattered = connection.light,
+                       .vertex = learner_.current(),
+                       .punctual = connection.punctual,
+                       .unguided_weight = connection.unguided_weight};
+  if (split_) {
+    const LayersOf of = layers_of(path.depth, connection.source);
+    if (of.split >= 0) awaited.layer = pixel.layers + of.split;
+    if (of.group >= 0) awaited.group = pixel.layers + of.group;
+  }
+  shadow_rays_.add(connection.ray, awaited);
   return true;
 }
 
@@ -311,7 +347,8 @@ inline PathTracer::Connection PathTracer::connect(const PathVertex& v, float u_l
   return {eval.f_cos * light.radiance * mis_over_pdf,
           {v.ray_origin(light.wi), light.wi, std::max(t_max, 0.0f)},
           light.punctual,
-          unguided_weight};
+          unguided_weight,
+          light.source};
 }
 
 // Russian roulette.
@@ -326,13 +363,16 @@ inline bool PathTracer::survive(PathState& path, const PathVertex& v, float u_ro
   }
   if (survival.chance < 1) {
     const Rgb control = path.throughput * survival.control;
+    const bool splits = split_ && split_->layers.splits;
     if (!(u_roulette < survival.chance)) {
       path.radiance += control;
+      if (splits) paid_.push_back({FilmLayers::kIndirect, control});
       return false;
     }
     const float survivors = 1 / survival.chance;
     path.survival_chance *= survival.chance;
     path.radiance += control * (1 - survivors);
+    if (splits) paid_.push_back({FilmLayers::kIndirect, control * (1 - survivors)});
     path.throughput *= survivors;
   }
   learner_.survived(v.kind != BsdfKind::kDelta, survival.chance, survival.control, unguided_chance);
@@ -342,7 +382,8 @@ inline bool PathTracer::survive(PathState& path, const PathVertex& v, float u_ro
 // Where the table is credible, by the noise that what follows would bring into the pixel, with the
 // table's expectation of what the base sends on as control variate (after Rath et al. 2022, "EARS",
 // and Mueller et al. 2020, "Neural Control Variates"); else by throughput from some depth on. Lobes
-// have no control variate: their whole second moment counts.
+// have no control variate: their whole second moment counts. Nor has any light that is kept by
+// groups, of which the table knows nothing.
 inline PathTracer::Survival PathTracer::survival(PathState& path, const PathVertex& v) {
   if (guide_expects_ && v.parts.base_chance > 0) {
     const CycleScope guiding(timed_, counters_.timed_guiding);
@@ -352,9 +393,12 @@ inline PathTracer::Survival PathTracer::survival(PathState& path, const PathVert
       if (learner_.on()) learner_.expected(control);
       if (guiding_ == Guiding::kOn) {
         if (!settings_.russian_roulette) return {};
-        const float of_base = luminance(path.throughput * v.parts.base_albedo) * expected.deviation;
+        const float arriving = luminance(expected.arriving);
+        const float of_base =
+            luminance(path.throughput * v.parts.base_albedo) *
+            (has_groups() ? std::hypot(arriving, expected.deviation) : expected.deviation);
         const float of_lobes = luminance(path.throughput * v.parts.lobes_albedo) *
-                               std::hypot(luminance(expected.arriving), expected.deviation);
+                               std::hypot(arriving, expected.deviation);
         const float noise = of_base + of_lobes;
         if (path.pixel_deviation == 0) {
           path.pixel_deviation = noise;
@@ -363,7 +407,8 @@ inline PathTracer::Survival PathTracer::survival(PathState& path, const PathVert
         if (!(path.pixel_deviation > 0)) return {};
         const float chance = kRouletteFactor * noise / path.pixel_deviation;
         // A guess may be far off: without a control variate black pixels stay black.
-        return {std::clamp(chance, kLeastSurvival, 1.0f), path.deviation_guessed ? Rgb{} : control};
+        return {std::clamp(chance, kLeastSurvival, 1.0f),
+                path.deviation_guessed || has_groups() ? Rgb{} : control};
       }
     }
   }

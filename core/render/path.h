@@ -5,6 +5,7 @@
 
 #include "core/guide/guide.h"
 #include "core/math/sampler.h"
+#include "core/render/light_split.h"
 #include "core/render/path_learner.h"
 #include "core/render/path_state.h"
 #include "core/render/path_vertex.h"
@@ -35,8 +36,9 @@ struct PathCounters {
 class PathTracer {
  public:
   // All outlive this. `lights` are the scene's, however they are picked; `guide` may be null.
+  // `split`: into which layers light goes; null: targets have none.
   PathTracer(const PreparedScene& scene, const LightPick& lights, const RenderSettings& settings,
-             const Guide* guide);
+             const Guide* guide, const LightSplit* split = nullptr);
 
   // Adds the radiance arriving at the ray's origin along it to `pixel`, some of it only at flush():
   // rays to lights are traced many at once. A sample that is not finite adds nothing and is
@@ -65,6 +67,7 @@ class PathTracer {
     Ray ray;
     bool punctual = false;
     float unguided_weight = 1;  // AwaitedLight
+    uint32_t source = 0;        // LightSample
   };
   // A path goes on with probability `chance`; `control` is paid to one that ends, and paid back by
   // one that goes on: the mean is the same whatever it is.
@@ -84,7 +87,7 @@ class PathTracer {
                        const SurfacePoint& surface, Vec3 wo, float cos_geometric) const;
   void ask_guide(const PathState& path, PathVertex& v, bool from_front);
   bool add_direct_light(PathState& path, const PathVertex& v, float u_light, Vec2 u_light_point,
-                        Rgb& pixel);
+                        PixelTarget pixel);
   bool survive(PathState& path, const PathVertex& v, float u_roulette);
   bool go_on(PathState& path, const PathVertex& v, float u_lobe, Vec2 u_direction);
 
@@ -96,6 +99,14 @@ class PathTracer {
   static float mixed(const PathVertex& v, float guide_pdf_w, float bsdf_pdf_w, float base_pdf_w);
   float mixture_pdf_w(const PathVertex& v, Vec3 wi, float bsdf_pdf_w, float base_pdf_w);
   float ray_offset(Vec3 p, float t) const;
+
+  // The layers that light of the source, scattered so often, goes into; -1: into none.
+  struct LayersOf {
+    int split = -1, group = -1;
+  };
+  LayersOf layers_of(int scattered, uint32_t source) const;
+  bool has_groups() const { return split_ && split_->layers.groups > 0; }
+  void pay_by_layer(int scattered, uint32_t source, Rgb light);
 
   const PreparedScene& scene_;
   const LightPick& lights_;
@@ -112,6 +123,12 @@ class PathTracer {
   bool timed_ = false;  // the path under way is
   PathLearner learner_;
   ShadowRays shadow_rays_;
+  const LightSplit* split_;
+  struct Paid {
+    int layer;
+    Rgb light;
+  };
+  std::vector<Paid> paid_;  // of the path under way
 };
 
 }  // namespace qray

@@ -61,6 +61,7 @@ struct PixelTarget {
   // The sum of what of their radiance lights and the environment showed of themselves to the
   // camera; null: not wanted.
   Rgb* seen = nullptr;
+  Rgb* layers = nullptr;  // its layers' sums (FilmLayers), side by side; null: none are kept
 };
 
 // A direction that a path takes on.

@@ -30,6 +30,7 @@ std::optional<RenderSettings> pilot_settings(const RenderSettings& settings) {
   pilot.samples = 2 * GuideGate::kMostPilotSamples;  // it learns from half
   pilot.learning_samples = kMaxSamples;              // a replay names the picture's alone
   pilot.passes.clear();
+  pilot.picture_passes = {};
   pilot.seed = mix64(settings.seed ^ kSeed);
   return pilot;
 }
@@ -44,7 +45,7 @@ std::optional<Pilot> render_pilot(const PreparedScene& scene, const RenderSettin
   const std::optional<RenderSettings> small = pilot_settings(settings);
   if (!small) return {};
 
-  Film film(small->width, small->height);
+  Film film(small->width, small->height, film_layers(scene.scene, *small));
   RenderObserver nobody;
   RenderMode mode;
   mode.in_rounds = true;       // there are few tiles for the threads

@@ -6,6 +6,14 @@
 
 namespace qray {
 
+// The camera's ray of the sample that the sampler was started for; the path's numbers follow.
+inline Ray pixel_ray(const CameraRays& camera, int x, int y, Sampler& sampler) {
+  const Vec2 in_pixel = sampler.next_2d();
+  const Vec2 on_lens = camera.has_lens() ? sampler.next_2d() : Vec2{};
+  return camera.ray({static_cast<float>(x) + in_pixel.x, static_cast<float>(y) + in_pixel.y},
+                    on_lens);
+}
+
 class PixelSampler {
  public:
   // The camera and the tracer outlive this.
@@ -16,10 +24,7 @@ class PixelSampler {
   // `learn` and `deviation` as PathTracer::sample() takes them.
   void sample(int x, int y, uint32_t number, GuideDelta* learn, float deviation, PixelTarget to) {
     sampler_.start(static_cast<uint32_t>(x), static_cast<uint32_t>(y), number);
-    const Vec2 in_pixel = sampler_.next_2d();
-    const Vec2 on_lens = camera_.has_lens() ? sampler_.next_2d() : Vec2{};
-    const Ray ray = camera_.ray(
-        {static_cast<float>(x) + in_pixel.x, static_cast<float>(y) + in_pixel.y}, on_lens);
+    const Ray ray = pixel_ray(camera_, x, y, sampler_);
     tracer_.sample(ray, sampler_, learn, deviation, to);
   }
 

@@ -18,12 +18,13 @@ struct alignas(128) RenderWorker {
 
 class RenderWorkers {
  public:
-  // All outlive this; `guide` may be null.
+  // All outlive this; `guide` may be null, and so may `split`: light is not told apart.
   RenderWorkers(const PreparedScene& scene, const RenderSettings& settings, const Guide* guide,
-                int threads)
+                int threads, const LightSplit* split = nullptr)
       : uniform_lights_(settings.light_table ? LightPick() : scene.lights.uniform()),
         lights_(settings.light_table ? scene.lights : uniform_lights_) {
-    for (int i = 0; i < threads; ++i) workers_.push_back({{scene, lights_, settings, guide}, {}});
+    for (int i = 0; i < threads; ++i)
+      workers_.push_back({{scene, lights_, settings, guide, split}, {}});
   }
   RenderWorkers(const RenderWorkers&) = delete;
   RenderWorkers& operator=(const RenderWorkers&) = delete;

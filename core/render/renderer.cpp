@@ -29,13 +29,16 @@ Renderer::Renderer(const PreparedScene& scene, const RenderSettings& settings, G
       clock_(clock),
       mode_(std::move(mode)),
       camera_(settings.camera.value_or(scene.scene.camera), settings.width, settings.height),
-      workers_(scene, settings, guide, pool.threads()),
+      split_(light_split(scene.scene, settings).value()),
+      workers_(scene, settings, guide, pool.threads(),
+               split_.layers.count() > 0 ? &split_ : nullptr),
       parts_(render_parts(scene, settings, workers_.lights(), guide)),
       plan_(settings, mode_.most_pass_samples),
       pixels_(settings, mode_.in_rounds),
       updates_(guide, clock),
       start_(clock.seconds()) {
-  QRAY_CHECK(film.width() == settings.width && film.height() == settings.height);
+  QRAY_CHECK(film.width() == settings.width && film.height() == settings.height &&
+             film.layers() == split_.layers);
   if (guide) decision_.emplace(scene, *guide, /*open=*/!settings.gate, mode_.view_lasts);
   if (guide || shows_noise()) noise_.emplace(pixels_.width(), pixels_.height());
 }
@@ -101,7 +104,7 @@ PassView Renderer::pass_view() const {
 bool Renderer::sample_one(size_t unit, RenderWorker& worker, const std::stop_token& stop) {
   const auto tiles = static_cast<size_t>(film_.tile_count());
   TileSamples& samples = worker.samples;
-  samples.start(film_.tile(static_cast<int>(unit % tiles)));
+  samples.start(film_.tile(static_cast<int>(unit % tiles)), film_.layers().count());
   std::unique_ptr<GuideDelta> learned;
   if (learning()) learned = updates_.empty_delta();
   if (!sample_unit(pass_view(), static_cast<int>(unit / tiles), worker.tracer, samples,
@@ -120,7 +123,7 @@ void Renderer::add_samples(size_t unit, TileSamples& samples) {
   if (measures_) add_noise(round, samples);
   // A tile counts the samples of a pass once.
   film_.add(tile, samples.sums(), static_cast<uint32_t>(round == 0 ? pass_.samples : 0),
-            samples.counts(), samples.seen());
+            samples.counts(), samples.seen(), samples.layers());
   if (mode_.on_samples) mode_.on_samples(samples);
 }
 
@@ -144,7 +147,8 @@ bool Renderer::add_units(std::span<const uint8_t> sampled, RenderObserver& obser
   in(first, count, counters, learned);
   if (!in.ok() || first != pass_.next_unit || count > units_left()) return false;
   std::vector<TileSamples> samples(count);
-  for (size_t i = 0; i < count; ++i) samples[i].load(film_.tile(static_cast<int>(first + i)), in);
+  for (size_t i = 0; i < count; ++i)
+    samples[i].load(film_.tile(static_cast<int>(first + i)), film_.layers().count(), in);
   if (!in.whole() || (learning() && !guide_->share()->add_learned(learned))) return false;
   counters += cycles;
   counters_before_ += counters;
@@ -226,6 +230,7 @@ RenderStats Renderer::stats() const {
                             noise_level_, workers_.threads(), counters()};
   RenderStats stats = render_stats(scene_, settings_, totals, guide_, decision());
   stats.parts = parts_;
+  stats.light_groups = split_.groups;
   if (decision_ && !decision_->on()) stats.parts["guide"] = "off: it cost more than it saved";
   stats.passes = plan_.passes();
   if (pass_.running && pass_.next_unit == 0) stats.passes.pop_back();

@@ -37,7 +37,8 @@ struct RenderMode {
 
 class Renderer {
  public:
-  // All outlive this; the film is of the settings' size. `guide` may be null (method none).
+  // All outlive this; the film is of the settings' size, and has the layers that light_split()
+  // says. `guide` may be null (method none).
   Renderer(const PreparedScene& scene, const RenderSettings& settings, Guide* guide, Film& film,
            TaskPool& pool, const Clock& clock, RenderMode mode = {});
 
@@ -128,6 +129,7 @@ class Renderer {
   const Clock& clock_;
   const RenderMode mode_;
   const CameraRays camera_;
+  const LightSplit split_;
   RenderWorkers workers_;
   const std::map<std::string, std::string> parts_;
 

@@ -13,6 +13,8 @@ namespace qray {
 struct AwaitedLight {
   Rgb light;
   Rgb* pixel;
+  Rgb* layer;       // the pixel's, of the light scattered so often; null: not kept apart
+  Rgb* group;       // the same, of the light's group
   Rgb scattered;    // the same, before the path's throughput
   uint32_t vertex;  // PathLearner::current()
   bool punctual;

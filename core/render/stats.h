@@ -35,9 +35,11 @@ struct RenderStats {
   int frames = 1;  // of a job of many: times and counts are all frames'
   int width = 0, height = 0, threads = 0;
 
-  std::string pixels = "all";     // which were sampled: all, quarter, by-noise
-  std::string recovery = "none";  // by what the picture was made whole, if it was
-  double recovery_seconds = 0;    // features counted
+  std::vector<std::string> light_groups;  // whose light was kept apart, by number
+  std::string pixels = "all";             // which were sampled: all, quarter, by-noise
+  std::string recovery = "none";          // by what the picture was made whole, if it was
+  double recovery_seconds = 0;            // features counted
+  double picture_passes_seconds = 0;      // of making them, once the picture was rendered
   // Pixels that the network guessed brighter or darker than all samples around, and held to these.
   uint64_t recovery_held_pixels = 0;
 

@@ -21,13 +21,16 @@ struct SampleHalves {
 
 class TileSamples {
  public:
-  void start(const TileRect& rect) {
+  // `layers`: that each pixel has.
+  void start(const TileRect& rect, int layers = 0) {
     rect_ = rect;
+    layer_count_ = static_cast<size_t>(layers);
     const size_t pixels = static_cast<size_t>(rect.width) * static_cast<size_t>(rect.height);
     quarters_.assign(pixels, {});
     counts_.assign(pixels, 0);
     saved_.assign(pixels, 0);
     seen_.assign(pixels, {});
+    layers_.assign(pixels * layer_count_, {});
   }
   const TileRect& rect() const { return rect_; }
 
@@ -36,7 +39,7 @@ class TileSamples {
   PixelTarget target(int x, int y, uint32_t first, uint32_t count, uint32_t number) {
     const bool later = number - first >= even_count(first, count);
     return {quarters_[index(x, y)][2 * later + (number & 1)], &saved_[index(x, y)],
-            &seen_[index(x, y)]};
+            &seen_[index(x, y)], layer_count_ > 0 ? &layers_[index(x, y) * layer_count_] : nullptr};
   }
   // How many of them have even numbers; as many are earlier ones.
   static uint32_t even_count(uint32_t first, uint32_t count) {
@@ -58,7 +61,8 @@ class TileSamples {
     return sums_;
   }
   std::span<const uint32_t> counts() const { return counts_; }
-  std::span<const Rgb> seen() const { return seen_; }  // of each pixel's sum, PixelTarget::seen
+  std::span<const Rgb> seen() const { return seen_; }      // of each pixel's sum, PixelTarget::seen
+  std::span<const Rgb> layers() const { return layers_; }  // of each pixel, side by side
 
   // All of it, for another process. What is zero everywhere is left out: in early passes that is
   // most.
@@ -72,13 +76,14 @@ class TileSamples {
     save_unless_zero(counts_, out);
     save_unless_zero(saved_, out);
     save_unless_zero(seen_, out);
+    save_unless_zero(layers_, out);
   }
-  // Of a tile that lies there. What does not fit turns `in` not ok.
-  void load(const TileRect& rect, SnapshotReader& in) {
+  // Of a tile that lies there, of so many layers. What does not fit turns `in` not ok.
+  void load(const TileRect& rect, int layers, SnapshotReader& in) {
     int width = 0, height = 0;
     in(width, height);
     if (width != rect.width || height != rect.height) return in.fail();
-    start(rect);
+    start(rect, layers);
     std::vector<Rgb> quarter(quarters_.size());
     for (size_t k = 0; k < kQuarters; ++k) {
       load_unless_zero(quarter, in);
@@ -87,6 +92,7 @@ class TileSamples {
     load_unless_zero(counts_, in);
     load_unless_zero(saved_, in);
     load_unless_zero(seen_, in);
+    load_unless_zero(layers_, in);
   }
 
  private:
@@ -115,7 +121,8 @@ class TileSamples {
 
   TileRect rect_;
   std::vector<Quarters> quarters_;
-  std::vector<Rgb> sums_, seen_;
+  size_t layer_count_ = 0;
+  std::vector<Rgb> sums_, seen_, layers_;
   std::vector<uint32_t> counts_;
   std::vector<double> saved_;
 };

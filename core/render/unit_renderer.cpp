@@ -24,8 +24,10 @@ UnitRenderer::UnitRenderer(const PreparedScene& scene, const RenderSettings& set
       guide_(std::move(guide)),
       pool_(pool),
       camera_(settings.camera.value_or(scene.scene.camera), settings.width, settings.height),
-      tiles_(settings.width, settings.height),
-      workers_(scene, settings, guide_.get(), pool.threads()),
+      split_(light_split(scene.scene, settings).value()),
+      tiles_(settings.width, settings.height, split_.layers),
+      workers_(scene, settings, guide_.get(), pool.threads(),
+               split_.layers.count() > 0 ? &split_ : nullptr),
       pixels_(settings) {}
 
 bool UnitRenderer::set_guide(SnapshotReader& in) {
@@ -51,7 +53,7 @@ std::optional<Bytes> UnitRenderer::sample(size_t first, size_t count, const std:
   std::vector<std::unique_ptr<GuideDelta>> learned(count);
   if (samples_.size() < count) samples_.resize(count);
   for (size_t i = 0; i < count; ++i) {
-    samples_[i].start(tiles_.tile(static_cast<int>(first + i)));
+    samples_[i].start(tiles_.tile(static_cast<int>(first + i)), split_.layers.count());
     if (learns) learned[i] = guide_->make_delta();
   }
   const PathCounters before = workers_.counters();

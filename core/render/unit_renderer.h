@@ -19,15 +19,23 @@ namespace qray {
 struct PassOf {
   std::string scene, method;  // scene: its hash
   uint64_t seed = 0;
-  int width = 0, height = 0, pixels = 0;
+  int width = 0, height = 0, pixels = 0, light_groups = 0;
+  bool splits_light = false;
   static PassOf of(const PreparedScene& scene, const RenderSettings& settings) {
-    return {scene.hash.whole().hex(), settings.method, settings.seed,
-            settings.width,           settings.height, static_cast<int>(settings.pixels)};
+    return {scene.hash.whole().hex(),
+            settings.method,
+            settings.seed,
+            settings.width,
+            settings.height,
+            static_cast<int>(settings.pixels),
+            static_cast<int>(settings.light_groups),
+            settings.splits_light()};
   }
   bool operator==(const PassOf&) const = default;
   template <class Self, class Archive>
   static void exchange(Self& self, Archive& archive) {
-    archive(self.scene, self.method, self.seed, self.width, self.height, self.pixels);
+    archive(self.scene, self.method, self.seed, self.width, self.height, self.pixels,
+            self.light_groups, self.splits_light);
   }
 };
 
@@ -59,6 +67,7 @@ class UnitRenderer {
   const std::unique_ptr<Guide> guide_;  // a copy (guide_share.h)
   TaskPool& pool_;
   const CameraRays camera_;
+  const LightSplit split_;
   const Film tiles_;  // has no samples
   RenderWorkers workers_;
   PixelPlan pixels_;

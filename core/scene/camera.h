@@ -132,6 +132,11 @@ class CameraRays {
     const Vec3 d = p - position_;
     return projection_ == Projection::kOrthographic ? std::abs(dot(d, forward_)) : length(d);
   }
+  // Along the view's axis; of an equirectangular picture from the camera.
+  float depth(Vec3 p) const {
+    const Vec3 d = p - position_;
+    return projection_ == Projection::kEquirectangular ? length(d) : dot(d, forward_);
+  }
   Vec3 position() const { return position_; }
   PixelCone cone() const { return cone_; }
   bool has_lens() const { return aperture_radius_ > 0; }

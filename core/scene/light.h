@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <string>
 
 #include "core/math/vec.h"
 
@@ -25,6 +26,7 @@ struct PunctualLight {
   float inner_rad = 0;        // spot: full intensity up to here, from the axis
   float outer_rad = kPi / 4;  // spot: none from here on; inner_rad or more, at most pi
   SpotFalloff falloff = SpotFalloff::kCosineSquared;
+  std::string light_group;  // empty: none
 
   bool emits() const { return max_component(intensity) > 0; }
   // What leaves toward `wi`, unit. pre: not directional.

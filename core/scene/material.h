@@ -100,6 +100,7 @@ struct Material {
   // Radiance leaving the front (W sr^-1 m^-2 per channel), the side the geometric normal points to.
   ColorParam emission{};
   bool emission_two_sided = false;
+  std::string light_group;  // of what it emits; empty: none
 
   bool anisotropic() const { return anisotropy.value > 0; }
   bool emits() const { return max_component(emission.value) > 0; }

@@ -57,7 +57,8 @@ struct Environment {
   Rgb radiance;  // constant, or the image's factor
   Image image;   // 3 channels, linear; empty: constant
   std::filesystem::path image_path;
-  Mat3 to_world;  // of the image's directions: a rotation, perhaps with a mirroring
+  Mat3 to_world;            // of the image's directions: a rotation, perhaps with a mirroring
+  std::string light_group;  // empty: none
 
   bool present() const { return max_component(radiance) > 0; }
 };

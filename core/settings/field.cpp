@@ -82,9 +82,24 @@ bool read_text(const Field& field, std::string_view text, unsigned caller, Field
     case FieldType::kName:
       out = std::string(text);
       return true;
+    case FieldType::kText:
+      out = std::string(text);
+      return text.size() <= kMaxText;
     case FieldType::kCameras:  // by name; what is not is JSON, which proto/ reads
       out = Cameras{{std::string(text), {}}};
       return !text.empty();
+    case FieldType::kNames: {
+      Names names;
+      for (std::string_view rest = text; !rest.empty();) {
+        const size_t end = std::min(rest.find(','), rest.size());
+        names.emplace_back(rest.substr(0, end));
+        rest.remove_prefix(std::min(end + 1, rest.size()));
+      }
+      out = names;
+      return !names.empty() && std::ranges::all_of(names, [&](const std::string& name) {
+        return is_choice(field, name, caller);
+      });
+    }
   }
   return false;
 }
@@ -142,6 +157,8 @@ std::string expected(const Field& field, unsigned caller) {
              (field.other.empty() || caller == kVariant ? "" : " or " + field.other);
     case FieldType::kName:
       return "a name: 1..64 of a-z, 0-9 and -";
+    case FieldType::kText:
+      return "text of at most " + std::to_string(kMaxText) + " bytes";
     case FieldType::kVector:
       return caller & (kJob | kLive) ? "three numbers [x, y, z]" : "three numbers X,Y,Z";
     case FieldType::kLabels:
@@ -149,6 +166,9 @@ std::string expected(const Field& field, unsigned caller) {
     case FieldType::kCameras:
       return caller & (kJob | kLive) ? "a list of cameras: names of the scene's own, or objects"
                                      : "a camera: the name of one of the scene's, or JSON";
+    case FieldType::kNames:
+      return (caller & (kJob | kLive) ? "a list of some of " : "some, with commas between, of ") +
+             choices_text(field, caller);
   }
   return "";
 }
@@ -166,6 +186,10 @@ Status set_from_text(const Field& field, std::string_view text, unsigned caller,
     if (const FieldValue* before = request.find(field.path))
       cameras->insert(cameras->begin(), std::get<Cameras>(*before).begin(),
                       std::get<Cameras>(*before).end());
+  if (auto* names = std::get_if<Names>(&value))
+    if (const FieldValue* before = request.find(field.path))
+      names->insert(names->begin(), std::get<Names>(*before).begin(),
+                    std::get<Names>(*before).end());
   request.set(field.path, std::move(value));
   return {};
 }

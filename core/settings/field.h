@@ -19,9 +19,11 @@ enum class FieldType {
   kNumber,   // double
   kChoice,   // std::string, one of `choices`, or `other`; anything where there are no choices
   kName,     // std::string: 1..64 of a-z, 0-9 and -
+  kText,     // std::string of at most kMaxText bytes
   kVector,   // Vector3
   kLabels,   // Labels
   kCameras,  // Cameras
+  kNames,    // Names: each one of `choices`
 };
 
 // Who may give a field; bits of Field::callers. The page asks for those of kJob that have a label.
@@ -72,6 +74,8 @@ struct Field {
   std::string variant_key() const;
   bool of_method(std::string_view method) const;
 };
+
+constexpr size_t kMaxText = 4096;  // bytes
 
 using FieldTable = std::vector<Field>;
 

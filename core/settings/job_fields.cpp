@@ -146,6 +146,51 @@ void add_job(FieldTable& out) {
   out.push_back(recover_field());
 }
 
+// What is kept and made beside the picture.
+void add_passes(FieldTable& out) {
+  Field passes{.path = "passes",
+               .type = FieldType::kNames,
+               .help = "What is made beside the picture, as layers of one EXR (docs/passes.md).",
+               .label = "Passes",
+               .callers = kOfJobs,
+               .setting = {[](RenderSettings& s, const FieldValue& value) {
+                             s.picture_passes = {};
+                             for (const std::string& name : std::get<Names>(value))
+                               (void)s.picture_passes.add(name);
+                           },
+                           {}}};
+  passes.choices.push_back({"all"});
+  for (const std::string_view name : kPicturePassNames)
+    passes.choices.push_back({std::string(name)});
+  out.push_back(std::move(passes));
+  Field groups{
+      .path = "light_groups",
+      .type = FieldType::kChoice,
+      .help =
+          "Which lights are one group, whose light is kept apart so that it can be mixed "
+          "afterwards: those that the scene gives one name (scene), those of one material or "
+          "of one name of a mesh, or each its own. At most 64 groups. Left out, none are kept.",
+      .label = "Groups of lights",
+      .callers = kOfJobs,
+      .setting = {[](RenderSettings& s, const FieldValue& value) {
+                    if (const auto named = light_grouping_named(std::get<std::string>(value)))
+                      s.light_groups = *named;
+                  },
+                  {}}};
+  for (const std::string_view name : kLightGroupingNames)
+    groups.choices.push_back({std::string(name)});
+  out.push_back(std::move(groups));
+  out.push_back({.path = "mix",
+                 .type = FieldType::kText,
+                 .help = "Factors of the light of the groups, in their order: such as 1;0;2,1.5,1, "
+                         "which leaves the first as it is, switches the second off, and doubles "
+                         "the third's red. The scene is lit so. It needs light_groups.",
+                 .callers = kOfJobs,
+                 .setting = setting_if(
+                     [](RenderSettings & s) -> auto& { return s.mix; },
+                     [](const RenderSettings& s) { return !s.mix.empty(); })});
+}
+
 void add_renderer(FieldTable& out) {
   out.push_back({.path = "max_depth",
                  .help = "The most surfaces that a path meets." + kSceneElse,
@@ -323,6 +368,7 @@ void add_queue(FieldTable& out) {
 FieldTable make_job_fields() {
   FieldTable out;
   add_job(out);
+  add_passes(out);
   add_renderer(out);
   for (Field& field : guide_fields()) out.push_back(std::move(field));
   add_camera(out);

@@ -15,6 +15,7 @@
 namespace qray {
 
 using Labels = std::map<std::string, std::string>;
+using Names = std::vector<std::string>;
 using Vector3 = std::array<double, 3>;
 
 // Members that are absent are taken from the scene's camera.
@@ -34,7 +35,7 @@ struct CameraChoice {
 using Cameras = std::vector<CameraChoice>;
 
 using FieldValue =
-    std::variant<bool, int64_t, uint64_t, double, std::string, Vector3, Labels, Cameras>;
+    std::variant<bool, int64_t, uint64_t, double, std::string, Vector3, Labels, Cameras, Names>;
 
 // A field that code acts on by name, with the type that its values have there. T is int or one of
 // FieldValue's.
@@ -53,6 +54,8 @@ inline constexpr FieldName<uint64_t> kSeed{"seed"};
 inline constexpr FieldName<bool> kNee{"nee"}, kLearning{"learning"}, kRecovery{"recovery"},
     kReprojection{"reprojection"};
 inline constexpr FieldName<Labels> kLabels{"labels"};
+inline constexpr FieldName<Names> kPasses{"passes"};
+inline constexpr FieldName<std::string> kLightGroups{"light_groups"}, kMix{"mix"};
 // Of jobs of many frames.
 inline constexpr FieldName<int> kTurntable{"frames/turntable"};
 inline constexpr FieldName<Vector3> kCenter{"frames/center"}, kAxis{"frames/axis"};

@@ -9,6 +9,7 @@
 #include "core/base/result.h"
 #include "core/guide/guide.h"
 #include "core/scene/camera.h"
+#include "core/settings/picture_passes.h"
 
 namespace qray {
 
@@ -37,14 +38,24 @@ struct RenderSettings {
   double noise = 0;  // > 0: stop when the picture's relative error (NoiseEstimate::level()) is that
                      // low; samples or seconds bound it
   uint64_t seed = 1;
-  int max_depth = 16;                  // surfaces on a path
-  std::optional<Camera> camera;        // none: the scene's
+  int max_depth = 16;            // surfaces on a path
+  std::optional<Camera> camera;  // none: the scene's
+  PicturePasses picture_passes;  // beside the picture
+  LightGrouping light_groups = LightGrouping::kNone;
+  std::string mix;  // of the groups' light (light_mix.h): the scene is lit so; empty: as it is
   int learning_samples = kMaxSamples;  // a pixel, the guide's at most; never over half of the job
   size_t max_table_bytes = kDefaultTableBytes;  // of memory; a full table adds no states
   HuangParams huang;
   AdaptiveParams adaptive;
   std::vector<int> passes;  // replay: samples of each pass; overrides samples and seconds
   int last_pass_tiles = 0;  // replay: of the last one, the first so many alone; 0: all
+
+  bool splits_light() const {
+    return picture_passes.has_any({PicturePass::kDirect, PicturePass::kIndirect});
+  }
+  bool makes_passes() const {
+    return !picture_passes.empty() || light_groups != LightGrouping::kNone;
+  }
 };
 
 // Against the ranges of the table of fields (job_fields.h). Errors name the field as a pointer:

@@ -29,10 +29,23 @@ void name_file(httplib::Response& res, const std::string& id, const PictureSourc
 void PictureHandlers::add_to(Router& router) {
   router.add("GET", "/v1/jobs/{id}/tiles",
              [this](auto& req, auto& res, auto& id) { tiles(req, res, id); });
+  router.add("GET", "/v1/jobs/{id}/light-groups",
+             [this](auto& req, auto& res, auto& id) { light_groups(req, res, id); });
   router.add("GET", "/v1/jobs/{id}/image.exr",
              [this](auto& req, auto& res, auto& id) { exr(req, res, id); });
   router.add("GET", "/v1/jobs/{id}/image.png",
              [this](auto& req, auto& res, auto& id) { png(req, res, id); });
+}
+
+// The group of lights whose light alone is asked for.
+Result<std::optional<int>> PictureHandlers::group_of(const Request& req,
+                                                     const JobRecord& job) const {
+  if (!req.has_param("group")) return std::optional<int>();
+  const int groups = static_cast<int>(pictures_.light_groups(job).size());
+  if (groups == 0) return Error{ErrorCode::kNotFound, "this job keeps no groups apart", ""};
+  const Result<int> group = query_number(req, "group", 0, groups - 1, 0);
+  if (!group.ok()) return group.error();
+  return std::optional(group.value());
 }
 
 void PictureHandlers::tiles(const Request& req, Response& res, const std::string& id) {
@@ -50,6 +63,8 @@ void PictureHandlers::tiles(const Request& req, Response& res, const std::string
   }
   int width = job.value().request.get(field::kWidth);
   int height = job.value().request.get(field::kHeight);
+  const Result<std::optional<int>> group = group_of(req, job.value());
+  if (!group.ok()) return reply_error(res, group.error());
   Film::Changes changes;
   const PictureKey key(job.value().id, which.value().frame);
   const auto running = runner_.running(key.job);
@@ -57,15 +72,20 @@ void PictureHandlers::tiles(const Request& req, Response& res, const std::string
   if (film) {
     width = film->width();
     height = film->height();
-    changes = film->tiles_since(since.value(), kTilesAtOnce);
+    const std::optional<int> layer =
+        group.value() ? std::optional(film->layers().group(*group.value())) : std::nullopt;
+    changes = film->tiles_since(since.value(), kTilesAtOnce, layer);
   } else if (const auto picture = pictures_.sampled(job.value(), key.frame); picture.ok()) {
     width = picture.value()->image.width();
     height = picture.value()->image.height();
-    if (which.value().kind == Which::Kind::kRecovered) {
-      Result<Image> recovered = stores_.results.load_recovered(key);
-      if (!recovered.ok()) return reply_error(res, recovered.error());
+    if (group.value() || which.value().kind == Which::Kind::kRecovered) {
+      Result<Image> other =
+          group.value()
+              ? pictures_.light_group(job.value(), key.frame, static_cast<size_t>(*group.value()))
+              : stores_.results.load_recovered(key);
+      if (!other.ok()) return reply_error(res, other.error());
       Picture whole = *picture.value();
-      whole.image = std::move(recovered).value();
+      whole.image = std::move(other).value();
       changes = whole.tiles_since(since.value(), kTilesAtOnce);
     } else {
       changes = picture.value()->tiles_since(since.value(), kTilesAtOnce);
@@ -76,6 +96,12 @@ void PictureHandlers::tiles(const Request& req, Response& res, const std::string
     changes.cursor = since.value();  // nothing yet
   }
   reply_bytes(res, encode_tiles(width, height, changes), kBytesType);
+}
+
+void PictureHandlers::light_groups(const Request& req, Response& res, const std::string& id) {
+  const Result<JobRecord> job = stores_.jobs.find(id);
+  if (!job.ok()) return reply_error(res, job.error());
+  reply_tagged(req, res, proto::light_groups_to_json(id, pictures_.light_groups(job.value())));
 }
 
 void PictureHandlers::exr(const Request& req, Response& res, const std::string& id) {
@@ -91,7 +117,8 @@ void PictureHandlers::exr(const Request& req, Response& res, const std::string& 
   const bool moment = which.value().kind == Which::Kind::kMoment;
   const auto running = runner_.running(record.id);
   const int frame = which.value().frame;
-  if (recovered || (!moment && !(running && running->film(frame)))) {
+  const bool mix = !which.value().mix.empty();
+  if (!mix && (recovered || (!moment && !(running && running->film(frame))))) {
     const Result<Bytes> file = stores_.results.load_file({record.id, frame}, recovered,
                                                          record.request.get(field::kHeight));
     if (file.ok()) return reply_tagged(req, res, file.value(), "image/x-exr");
@@ -100,12 +127,12 @@ void PictureHandlers::exr(const Request& req, Response& res, const std::string& 
   }
   const Result<Image> image = pictures_.image(record, which.value());
   if (!image.ok()) return reply_error(res, image.error());
-  const Result<Bytes> bytes =
-      encode_image(ImageFormat::kExr, image.value(),
-                   {{"scene", record.request.get(field::kScene)},
-                    {"method", record.request.get(field::kMethod)},
-                    {"seed", std::to_string(record.request.get(field::kSeed))},
-                    {"unfinished", "true"}});
+  ImageMetadata metadata = {{"scene", record.request.get(field::kScene)},
+                            {"method", record.request.get(field::kMethod)},
+                            {"seed", std::to_string(record.request.get(field::kSeed))}};
+  if (mix) metadata["mix"] = req.get_param_value("mix");
+  if (!has_ended(record.state) || !mix) metadata["unfinished"] = "true";
+  const Result<Bytes> bytes = encode_image(ImageFormat::kExr, image.value(), metadata);
   if (!bytes.ok()) return reply_error(res, bytes.error());
   reply_tagged(req, res, bytes.value(), "image/x-exr");
 }

@@ -22,6 +22,8 @@ class PictureHandlers {
   using Which = PictureSource::Which;
 
   void tiles(const Request& req, Response& res, const std::string& id);
+  void light_groups(const Request& req, Response& res, const std::string& id);
+  Result<std::optional<int>> group_of(const Request& req, const JobRecord& job) const;
   void exr(const Request& req, Response& res, const std::string& id);
   void png(const Request& req, Response& res, const std::string& id);
 

@@ -2,6 +2,7 @@
 
 #include <spdlog/spdlog.h>
 
+#include "core/render/light_mix.h"
 #include "core/settings/frames.h"
 #include "server/http/query.h"
 #include "server/jobs/tile_stream.h"
@@ -48,6 +49,16 @@ Result<PictureSource::Which> PictureSource::which(const httplib::Request& req, c
       return Error{ErrorCode::kInvalid, "moments are not recovered", "/picture"};
     return Which{kMoment, number.value()};
   }
+  if (req.has_param("mix")) {
+    if (wanted == "recovered")
+      return Error{ErrorCode::kInvalid, "mixes are of samples, and not recovered", "/picture"};
+    const std::vector<std::string> groups = light_groups(job);
+    if (groups.empty())
+      return Error{ErrorCode::kNotFound, "this job keeps no groups of lights apart", ""};
+    Result<std::vector<Rgb>> factors = parse_mix(req.get_param_value("mix"), groups.size());
+    if (!factors.ok()) return factors.error();
+    return Which{kSampled, 0, frame.value(), std::move(factors).value()};
+  }
   const bool there = stores_.results.has_recovered({job.id, frame.value()});
   if (wanted.empty()) return Which{best && there ? kRecovered : kSampled, 0, frame.value()};
   if (wanted == "sampled") return Which{kSampled, 0, frame.value()};
@@ -84,8 +95,30 @@ Result<Picture> PictureSource::moment(const JobRecord& job, uint32_t number) con
   return decode_tiles(answer.value());
 }
 
+std::vector<std::string> PictureSource::light_groups(const JobRecord& job) const {
+  if (const auto running = runner_.running(job.id)) return running->light_groups();
+  return proto::light_groups_of_stats(job.stats_json);
+}
+
+Result<Image> PictureSource::light_group(const JobRecord& job, int frame, size_t group) const {
+  if (const auto film = forming(job, frame); film && film->version() > 0)
+    return film->layer(film->layers().group(static_cast<int>(group)));
+  Result<Image> kept = stores_.results.load_light_group({job.id, frame}, group);
+  if (!kept.ok() && kept.error().code == ErrorCode::kNotFound) return nothing_yet();
+  return kept;
+}
+
 Result<Image> PictureSource::image(const JobRecord& job, Which which) const {
   using enum Which::Kind;
+  if (!which.mix.empty()) {
+    std::vector<Image> groups;
+    for (size_t g = 0; g < which.mix.size(); ++g) {
+      Result<Image> group = light_group(job, which.frame, g);
+      if (!group.ok()) return group.error();
+      groups.push_back(std::move(group).value());
+    }
+    return mixed(groups, which.mix);
+  }
   if (which.kind == kRecovered) return stores_.results.load_recovered({job.id, which.frame});
   if (which.kind == kMoment) {
     Result<Picture> picture = moment(job, which.moment);

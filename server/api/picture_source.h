@@ -20,14 +20,19 @@ class PictureSource {
     enum class Kind { kSampled, kRecovered, kMoment } kind = Kind::kSampled;
     uint32_t moment = 0;
     int frame = 0;
+    std::vector<Rgb> mix = {};  // factors of the groups of lights; empty: the picture as it is
   };
   // Which of the job's frames the parameter `frame` names; the first without it. kInvalid.
   static Result<int> frame(const httplib::Request& req, const JobRecord& job);
   // The one that a running job of frames works on.
   std::optional<int> frame_under_way(const JobRecord& job) const;
-  // By the parameters `frame`, `picture` ("sampled" or "recovered"; absent: the recovered one if it
-  // is there and `best` is wanted, else the sampled one) and `moment`, or of another name.
-  // kNotFound, kConflict: there is none, or not yet; kInvalid names the parameter.
+  // The groups of lights whose pictures the job keeps apart; none, where it keeps none.
+  std::vector<std::string> light_groups(const JobRecord& job) const;
+  // One of their pictures. kConflict: before the first tile, or the job did not come to its end.
+  Result<Image> light_group(const JobRecord& job, int frame, size_t group) const;
+  // By the parameters `frame`, `mix`, `picture` ("sampled" or "recovered"; absent: the recovered
+  // one if it is there and `best` is wanted, else the sampled one) and `moment`, or of another
+  // name. kNotFound, kConflict: there is none, or not yet; kInvalid names the parameter.
   Result<Which> which(const httplib::Request& req, const JobRecord& job, bool best,
                       const char* moment = "moment") const;
   // kConflict: before the first tile; kNotFound: the moment is not kept.

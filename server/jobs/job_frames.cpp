@@ -63,6 +63,8 @@ Status JobFrames::end_turn(int frame, const FrameProgress& progress, const Film&
     if (Status s = uses_.results.save_recovered(key, *result.recovered, result.recovered_metadata);
         !s.ok())
       return s;
+  if (result.passes)
+    if (Status s = uses_.results.save_passes(key, *result.passes); !s.ok()) return s;
   if (Status s = uses_.results.save(key, film, result.metadata); !s.ok()) return s;
   proto::FrameInfo& now = info(frame);
   now.state = kDone;

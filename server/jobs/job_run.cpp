@@ -4,6 +4,7 @@
 
 #include "core/job/stats_json.h"
 #include "core/recover/included_networks.h"
+#include "core/render/light_mix.h"
 #include "core/settings/job_settings.h"
 #include "proto/events.h"
 #include "server/jobs/job_frames.h"
@@ -83,16 +84,21 @@ Status JobRun::prepare() {
   settings_.max_table_bytes = context_.stores.tables.max_bytes();
   settings_.estimates_noise = true;  // for who looks at it
   if (Status s = check_settings(settings_, kMaxPicturePixels); !s.ok()) return s;
+  Result<std::shared_ptr<const PreparedScene>> lit = lit_by_mix(scene_, settings_);
+  if (!lit.ok()) return lit.error();
+  scene_ = std::move(lit).value();
+  const Result<LightSplit> split = light_split(scene_->scene, settings_);
+  if (!split.ok()) return split.error();
   Result<std::vector<NamedCamera>> frames = frames_of(job_.request, scene_->scene);
   if (!frames.ok()) return frames.error();
   frames_ = std::move(frames).value();
   of_frames_ = asks_for_frames(job_.request);
   // Where others sample passes with it, it has a copy of the table beside it.
   const bool shares = job_.request.given(field::kWorkers).value_or(1) != 1;
-  memory_ =
-      context_.memory.take(job_memory(settings_, job_.request.get(field::kRecover) != "none") +
-                               (shares ? table_memory(settings_) : 0),
-                           context_.stop);
+  memory_ = context_.memory.take(
+      job_memory(settings_, job_.request.get(field::kRecover) != "none", split.value().layers) +
+          (shares ? table_memory(settings_) : 0),
+      context_.stop);
   if (context_.stop.stop_requested()) return Error{ErrorCode::kCanceled, "canceled", ""};
 
   show_film();
@@ -107,8 +113,13 @@ Status JobRun::prepare() {
 }
 
 void JobRun::show_film() {
-  running_ = std::make_shared<RunningJob>(id_);
-  if (!of_frames_) running_->show(0, std::make_shared<Film>(settings_.width, settings_.height), {});
+  running_ =
+      std::make_shared<RunningJob>(id_, light_split(scene_->scene, settings_).value().groups);
+  if (!of_frames_)
+    running_->show(0,
+                   std::make_shared<Film>(settings_.width, settings_.height,
+                                          film_layers(scene_->scene, settings_)),
+                   {});
   context_.show(running_);
 }
 
@@ -289,6 +300,8 @@ Status JobRun::finish(Rendered rendered) {
       return s;
     }
   }
+  if (const std::optional<LayeredPicture>& passes = rendered.result.passes)
+    if (Status s = context_.stores.results.save_passes(id_, *passes); !s.ok()) return s;
   if (Status s = may_write(); !s.ok()) return s;
   if (!of_frames_)  // whose pictures are there
     if (Status s = context_.stores.results.save(id_, *running_->film(), rendered.result.metadata);

@@ -15,7 +15,8 @@ namespace qray::server {
 
 class RunningJob final : public RenderObserver {
  public:
-  explicit RunningJob(JobId id) : id_(id) {}
+  explicit RunningJob(JobId id, std::vector<std::string> light_groups = {})
+      : id_(id), light_groups_(std::move(light_groups)) {}
   // The frame under way from now on; a plain job's is the first. `others`: what the job's other
   // frames add to its progress, as the share of all and in seconds.
   struct Others {
@@ -40,6 +41,7 @@ class RunningJob final : public RenderObserver {
   }
 
   JobId id() const { return id_; }
+  const std::vector<std::string>& light_groups() const { return light_groups_; }
   // Null: that frame is not under way.
   std::shared_ptr<Film> film(int frame = 0) const {
     std::lock_guard lock(mutex_);
@@ -72,6 +74,7 @@ class RunningJob final : public RenderObserver {
   }
 
   const JobId id_;
+  const std::vector<std::string> light_groups_;
   Others others_;  // the render threads' alone
   std::function<void(const RenderProgress&, const RenderStats&, const Guide*)> on_pass_;
   mutable std::mutex mutex_;

@@ -60,6 +60,22 @@ Status ResultStore::save_recovered(const PictureKey& key, const Image& recovered
   return write_image(file, recovered, metadata);
 }
 
+Status ResultStore::save_passes(const PictureKey& key, const LayeredPicture& passes) {
+  const std::filesystem::path file = passes_file(key);
+  std::error_code ec;
+  std::filesystem::create_directories(file.parent_path(), ec);
+  if (ec) return Error{ErrorCode::kIo, ec.message(), file.parent_path().string()};
+  for (size_t g = 0; g < passes.groups; ++g)
+    if (Status s = write_image(group_file(key, g), passes.layers[passes.first_group + g].image);
+        !s.ok())
+      return s;
+  return write_layers(file, passes.layers, passes.metadata);
+}
+
+Result<Image> ResultStore::load_light_group(const PictureKey& key, size_t group) const {
+  return kept(read_image(group_file(key, group), kMaxPicturePixels));
+}
+
 bool ResultStore::has_recovered(const PictureKey& key) const {
   std::error_code ec;
   return std::filesystem::exists(recovered_file(key), ec);

@@ -6,6 +6,7 @@
 #include <memory>
 #include <mutex>
 
+#include "core/job/picture_passes.h"
 #include "server/model/job.h"
 #include "server/store/picture.h"
 
@@ -30,6 +31,13 @@ class ResultStore {
   // Beside it, before it: what recovery made of the film.
   Status save_recovered(const PictureKey& key, const Image& recovered,
                         const ImageMetadata& metadata);
+  // The pictures of groups of lights are files of their own too: a mix needs no others.
+  Status save_passes(const PictureKey& key, const LayeredPicture& passes);
+  Result<Image> load_light_group(const PictureKey& key, size_t group) const;
+  // The file of the passes: layers of one EXR. kNotFound: the job has none, or not yet.
+  std::filesystem::path passes_file(const PictureKey& key) const {
+    return folder(key) / "passes.exr";
+  }
   Result<Image> load_recovered(const PictureKey& key) const;  // kNotFound: there is none
   void remove(JobId id);                                      // all its frames'
   // What is known of a job's frames, as it was last kept. kNotFound: nothing is.
@@ -57,6 +65,9 @@ class ResultStore {
   }
   std::filesystem::path recovered_file(const PictureKey& key) const {
     return folder(key) / "recovered.exr";
+  }
+  std::filesystem::path group_file(const PictureKey& key, size_t group) const {
+    return folder(key) / ("light-group-" + std::to_string(group) + ".exr");
   }
   std::filesystem::path noise_file(const PictureKey& key) const {
     return folder(key) / "noise.exr";

@@ -4,6 +4,7 @@
 
 #include "core/image/animation.h"
 #include "core/image/image_io.h"
+#include "core/image/picture_layers.h"
 #include "tests/cmd/command.h"
 #include "tests/support/scratch.h"
 
@@ -52,12 +53,21 @@ TEST_F(RenderFramesCommand, CamerasComeByJsonAndFromAFile) {
   EXPECT_TRUE(read_image(file("turn.gif")).ok());
 }
 
+TEST_F(RenderFramesCommand, PassesGoIntoAFolderOfTheirOwn) {
+  const Outcome done = render({"--turntable", "2", "--passes", "motion,depth", "--passes-out",
+                               file("layers"), "-o", file("out")});
+  ASSERT_EQ(done.code, cmd::kExitOk) << done.err;
+  const Result<PictureLayer> motion = read_layer(file("layers/frame-0000.exr"), "forward");
+  ASSERT_TRUE(motion.ok()) << motion.error().text();
+  EXPECT_NE(motion.value().image.at(3, 12, 0), 0);
+}
+
 TEST_F(RenderFramesCommand, WhatCannotBeIsRefused) {
   std::ofstream(file("bad.json")) << R"({"turntable":"many"})";
   for (const std::vector<std::string>& wrong : {
            std::vector<std::string>{"--turntable", "2", "-o", file("a.png")},
            {"--turntable", "2", "--camera", "front", "-o", file("a")},
-           {"--turntable", "2", "--passes", "1", "-o", file("a")},
+           {"--turntable", "2", "--replay", "1", "-o", file("a")},
            {"--turntable", "2", "--view", "albedo", "-o", file("a")},
            {"--turntable", "2", "--exposure", "auto", "-o", file("a")},
            {"--turntable-degrees", "20", "-o", file("a")},

@@ -2,6 +2,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/image/image_io.h"
+#include "core/image/picture_layers.h"
 #include "tests/cmd/command.h"
 #include "tests/support/scratch.h"
 
@@ -31,6 +32,28 @@ class RenderCommand : public ::testing::Test {
   }
   ScratchFolder scratch_;
 };
+
+TEST_F(RenderCommand, PassesAreLayersOfAFileBesideThePicture) {
+  const Outcome done = render({"--method", "none", "--spp", "4", "--passes", "normal,direct",
+                               "--passes", "cryptomatte-object", "--light-groups", "each",
+                               "--passes-out", file("layers.exr"), "-o", file("out.exr")});
+  ASSERT_EQ(done.code, cmd::kExitOk) << done.err;
+  const std::vector<std::string> names = read_layer_names(file("layers.exr")).value();
+  for (const char* name : {"", "normal", "direct", "CryptoObject00", "Combined_light_5"})
+    EXPECT_NE(std::ranges::find(names, name), names.end()) << name;
+  const Outcome dark = render({"--method", "none", "--spp", "4", "--light-groups", "each", "--mix",
+                               "0", "-o", file("dark.exr")});
+  ASSERT_EQ(dark.code, cmd::kExitOk) << dark.err;
+  for (const float v : pixels_of(file("dark.exr"))) ASSERT_EQ(v, 0);
+  for (const std::vector<std::string>& wrong :
+       {std::vector<std::string>{"--passes", "normal", "-o", file("a.exr")},
+        {"--passes-out", file("l.exr"), "-o", file("a.exr")},
+        {"--passes", "norm", "--passes-out", file("l.exr"), "-o", file("a.exr")},
+        {"--passes", "normal", "--passes-out", file("l.png"), "-o", file("a.exr")},
+        {"--mix", "2", "-o", file("a.exr")},
+        {"--light-groups", "each", "--mix", "2;2", "-o", file("a.exr")}})
+    EXPECT_NE(render(wrong).code, cmd::kExitOk) << wrong[0];
+}
 
 TEST_F(RenderCommand, ExposesThePngAndNotTheExr) {
   const auto mean_of = [&](std::vector<std::string> more, const char* name) {
@@ -96,7 +119,7 @@ TEST_F(RenderCommand, ReplaysPasses) {
   std::string passes;
   for (int n : stats["passes"].get<std::vector<int>>())
     passes += (passes.empty() ? "" : ",") + std::to_string(n);
-  const Outcome replayed = render({"--passes", passes, "--learning-samples",
+  const Outcome replayed = render({"--replay", passes, "--learning-samples",
                                    stats["learning_samples"].dump(), "-o", file("b.exr")});
   ASSERT_EQ(replayed.code, 0) << replayed.err;
   EXPECT_EQ(pixels_of(file("a.exr")), pixels_of(file("b.exr")));

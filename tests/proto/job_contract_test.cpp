@@ -113,6 +113,12 @@ void expect_same(const Json& schema, const Field& field, unsigned caller) {
     case FieldType::kCameras:
       EXPECT_EQ(schema["maxItems"], kMaxFrames) << field.path;
       break;
+    case FieldType::kText:
+      EXPECT_EQ(schema["maxLength"], kMaxText) << field.path;
+      break;
+    case FieldType::kNames:
+      expect_choices(schema["items"], field, caller);
+      break;
     case FieldType::kLabels:
       EXPECT_EQ(schema["maxProperties"], kMaxLabels) << field.path;
       break;

@@ -18,7 +18,7 @@ const std::filesystem::path kScenes = test::source_dir() / "scenes";
 
 TEST(LoadScene, IncludedScenesLoadCleanly) {
   for (const char* name : {"ajar-door", "cornell-box", "furnace", "glass-caustic", "lamp-room",
-                           "many-lights", "thesis-room"}) {
+                           "many-lights", "studio", "thesis-room"}) {
     const auto path = resolve_scene_path(name, kScenes);
     ASSERT_TRUE(path.ok()) << path.error().text();
     const auto loaded = load_scene(path.value());
