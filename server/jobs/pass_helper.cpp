@@ -2,6 +2,7 @@
 
 #include <spdlog/spdlog.h>
 
+#include "core/render/light_mix.h"
 #include "core/settings/job_settings.h"
 #include "server/jobs/bits_of_machine.h"
 #include "server/jobs/unit_loop.h"
@@ -66,9 +67,14 @@ Status PassHelper::help(const SharedPasses::Open& job, const std::stop_token& st
   if (!scene.ok()) return scene.error();
   RenderSettings settings = settings_of(request, scene.value()->scene);
   settings.max_table_bytes = uses_.tables.max_bytes();
-  const MemoryBudget::Part memory = uses_.memory.take(job_memory(settings, false), stop);
+  const Result<std::shared_ptr<const PreparedScene>> lit = lit_by_mix(scene.value(), settings);
+  if (!lit.ok()) return lit.error();
+  const Result<LightSplit> split = light_split(lit.value()->scene, settings);
+  if (!split.ok()) return split.error();
+  const MemoryBudget::Part memory =
+      uses_.memory.take(job_memory(settings, false, split.value().layers), stop);
   if (stop.stop_requested()) return {};
-  return sample_passes(job, *scene.value(), settings, stop);
+  return sample_passes(job, *lit.value(), settings, stop);
 }
 
 Status PassHelper::sample_passes(const SharedPasses::Open& job, const PreparedScene& scene,
