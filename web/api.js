@@ -108,6 +108,10 @@ export const put_asset = (sha256, bytes) =>
 export const act_on_job = async (id, action) =>
   (await call(`${job_path(id)}/${action}`, { method: 'POST' })).json();
 
+// `action`: cancel, retry.
+export const act_on_frame = async (id, action, frame) =>
+  (await call(`${job_path(id)}/frames/${action}?frame=${frame}`, { method: 'POST' })).json();
+
 export const list_weights = async () => (await get_json('/v1/weights')).weights;
 
 // `which`: of the job's pictures, 'sampled' or 'recovered', or the number of a group of lights.

@@ -1,10 +1,10 @@
 // The frames of the shown job: a strip of small pictures that comes while they form, a slider, and
 // a film of them over the stage. What is chosen stands in the address; the stage shows it in full.
-import { ApiError, get_frame_preview, get_frames } from './api.js';
+import { ApiError, act_on_frame, get_frame_preview, get_frames } from './api.js';
 import { exact, samples_words, seconds, significant } from './format.js';
 
 const kSide = 320; // pixels of a preview
-const kStates = { waiting: 'waits', rendering: 'renders', done: 'done' };
+const kStates = { waiting: 'waits', rendering: 'renders', done: 'done', canceled: 'left out' };
 
 export class FrameStrip {
   #root;
@@ -30,6 +30,7 @@ export class FrameStrip {
       this.play(false);
       this.#choose(Number(target.value));
     });
+    this.#part('leave').addEventListener('click', () => this.#leave());
     this.#part('strip').addEventListener('click', ({ target }) => {
       const button = target.closest('button');
       if (!button) return;
@@ -107,6 +108,19 @@ export class FrameStrip {
     return frame;
   }
 
+  // Leaves the chosen frame out, or renders it after all.
+  async #leave() {
+    const { frame } = this.#address.view;
+    const canceled = this.#frames[frame]?.state === 'canceled';
+    try {
+      const { frames } = await act_on_frame(this.#job, canceled ? 'retry' : 'cancel', frame);
+      this.#frames = frames;
+    } catch (error) {
+      if (!(error instanceof ApiError)) throw error; // it ended by itself
+    }
+    this.refresh(this.#job);
+  }
+
   #choose(frame) {
     this.#address.set({ frame });
   }
@@ -166,6 +180,8 @@ export class FrameStrip {
       }
     });
     const frame = this.#frames[at];
+    this.#part('leave').textContent = frame?.state === 'canceled' ? 'Render it' : 'Leave out';
+    this.#part('leave').disabled = !frame || frame.state === 'done';
     this.#part('slider').value = String(at);
     this.#part('slider').setAttribute('aria-valuetext', `Frame ${at}`);
     this.#set('words', frame ? [`Frame ${exact(at)}`, frame.camera, samples_words(frame.samples),

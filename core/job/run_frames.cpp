@@ -33,6 +33,11 @@ class FramesRun {
     for (; at_.next < order_.size(); ++at_.next)
       if (Status s = turn(order_[at_.next], std::exchange(turn_from, nullptr)); !s.ok())
         return s.error();
+    for (std::optional<size_t> again; (again = wanted_again());) {
+      at_.next = *again;
+      if (Status s = turn(order_[at_.next], nullptr); !s.ok()) return s.error();
+      at_.next = order_.size();
+    }
     if (keeper_) (void)keeper_->save([this](SnapshotWriter& out) { save_between(out); });
     return result();
   }
@@ -75,7 +80,34 @@ class FramesRun {
     if (guide_) guide_->save_state(out);
   }
 
+  // A frame that was left out when its turn came.
+  std::optional<size_t> wanted_again() const {
+    for (size_t i = 0; i < order_.size(); ++i)
+      if (at_.turns[static_cast<size_t>(order_[i])] == 0 && frames_.wanted(order_[i])) return i;
+    return {};
+  }
+
+  // The job's keeper, which ends a turn between two tiles once its frame is not wanted any more.
+  class TurnKeeper final : public Checkpointer {
+   public:
+    TurnKeeper(Checkpointer* keeper, FrameKeeper& frames, int frame)
+        : keeper_(keeper), frames_(frames), frame_(frame) {}
+    bool due() override { return !frames_.wanted(frame_) || (keeper_ && keeper_->due()); }
+    bool save(const std::function<void(SnapshotWriter&)>& write) override {
+      left_out_ = !frames_.wanted(frame_);
+      return !left_out_ && keeper_ && keeper_->save(write);
+    }
+    bool left_out() const { return left_out_; }
+
+   private:
+    Checkpointer* keeper_;
+    FrameKeeper& frames_;
+    const int frame_;
+    bool left_out_ = false;
+  };
+
   Status turn(int frame, SnapshotReader* from) {
+    if (!from && !frames_.wanted(frame)) return frames_.left_out(frame, nullptr);
     const RenderSettings settings = frame_settings(job_.request, job_.settings, job_.frames, frame);
     const auto film = std::make_shared<Film>(settings.width, settings.height,
                                              film_layers(scene_.scene, settings));
@@ -90,8 +122,9 @@ class FramesRun {
       renderer.save_state(out);
       if (guide_) guide_->save_state(out);
     };
-    if (Status s = step_render(renderer, guide_, observer, stop_, keeper_, write); !s.ok())
-      return s;
+    TurnKeeper keeper(keeper_, frames_, frame);
+    if (Status s = step_render(renderer, guide_, observer, stop_, &keeper, write); !s.ok())
+      return keeper.left_out() ? frames_.left_out(frame, film.get()) : s;
     return end(renderer, settings, frame, *film);
   }
 

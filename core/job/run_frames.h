@@ -30,6 +30,18 @@ class FrameKeeper {
   // It has ended, and the frame is done: its picture and statistics. Its table is null.
   virtual Status end_turn(int frame, const FrameProgress& progress, const Film& film,
                           const JobResult& result) = 0;
+  // Whether the frame is to be rendered: asked before its turn, and before each tile by worker
+  // threads, one at a time, so that it must return at once.
+  virtual bool wanted(int frame) {
+    (void)frame;
+    return true;
+  }
+  // It is not: it has no turn, or its turn has ended with what the film has of it (null: nothing).
+  // Wanted again, it begins anew after the others.
+  virtual Status left_out(int frame, const Film* film) {
+    (void)frame, (void)film;
+    return {};
+  }
   // The state of a frame after one of its turns, beside that of the turn before.
   virtual Status save(int frame, int turn, const WriteState& write) = 0;
   // Gives it to `read`. kCorrupt: it is cut off, or `read` says no.

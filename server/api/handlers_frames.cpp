@@ -33,9 +33,9 @@ Result<float> exposure_of(const httplib::Request& req) {
 
 }  // namespace
 
-FrameHandlers::FrameHandlers(const PictureSource& pictures, Stores stores, const fs::path& data,
-                             std::counting_semaphore<>& encoders)
-    : pictures_(pictures), stores_(stores), data_(data / "answers"), encoders_(encoders) {
+FrameHandlers::FrameHandlers(JobRunner& runner, const PictureSource& pictures, Stores stores,
+                             const fs::path& data, std::counting_semaphore<>& encoders)
+    : runner_(runner), pictures_(pictures), stores_(stores), data_(data / "answers"), encoders_(encoders) {
   std::error_code ec;
   fs::remove_all(data_, ec);  // what a killed server left
 }
@@ -43,6 +43,10 @@ FrameHandlers::FrameHandlers(const PictureSource& pictures, Stores stores, const
 void FrameHandlers::add_to(Router& router) {
   router.add("GET", "/v1/jobs/{id}/frames",
              [this](auto& req, auto& res, auto& id) { list(req, res, id); });
+  router.add("POST", "/v1/jobs/{id}/frames/cancel",
+             [this](auto& req, auto& res, auto& id) { cancel(req, res, id); });
+  router.add("POST", "/v1/jobs/{id}/frames/retry",
+             [this](auto& req, auto& res, auto& id) { retry(req, res, id); });
   router.add("GET", "/v1/jobs/{id}/frames.zip",
              [this](auto& req, auto& res, auto& id) { archive(req, res, id); });
   router.add("GET", "/v1/jobs/{id}/frames.gif", [this](auto& req, auto& res, auto& id) {
@@ -55,6 +59,14 @@ void FrameHandlers::add_to(Router& router) {
 
 // A job that has not run yet has frames that wait.
 FrameHandlers::Frames FrameHandlers::frames_of_job(const JobRecord& job) const {
+  Frames frames = kept_frames(job);
+  for (const int frame : stores_.results.canceled_frames(job.id))
+    if (static_cast<size_t>(frame) < frames.size())
+      frames[static_cast<size_t>(frame)].state = "canceled";
+  return frames;
+}
+
+FrameHandlers::Frames FrameHandlers::kept_frames(const JobRecord& job) const {
   if (const Result<std::string> kept = stores_.results.load_frames(job.id); kept.ok())
     if (Frames frames = proto::parse_frame_infos(kept.value()); !frames.empty()) return frames;
   Frames frames;
@@ -74,9 +86,56 @@ void FrameHandlers::list(const Request& req, Response& res, const std::string& i
   if (!job.ok()) return reply_error(res, job.error());
   Frames frames = frames_of_job(job.value());
   if (const std::optional<int> frame = pictures_.frame_under_way(job.value()))
-    if (static_cast<size_t>(*frame) < frames.size())
+    if (static_cast<size_t>(*frame) < frames.size() &&
+        frames[static_cast<size_t>(*frame)].state != "canceled")
       frames[static_cast<size_t>(*frame)].state = "rendering";
   reply_tagged(req, res, proto::frames_to_json(job.value().id.text(), frames));
+}
+
+Result<FrameHandlers::One> FrameHandlers::one(const Request& req, const std::string& id) const {
+  const Result<JobRecord> job = stores_.jobs.find(id);
+  if (!job.ok()) return job.error();
+  if (!asks_for_frames(job.value().request))
+    return Error{ErrorCode::kNotFound, "this job has no frames", ""};
+  if (!req.has_param("frame"))
+    return Error{ErrorCode::kInvalid, "expected the number of a frame, got nothing", "/frame"};
+  const Result<int> number = PictureSource::frame(req, job.value());
+  if (!number.ok()) return number.error();
+  const Frames frames = frames_of_job(job.value());
+  const auto at = static_cast<size_t>(number.value());
+  if (at >= frames.size())  // the scene, which is not loaded yet, says how many there are
+    return Error{ErrorCode::kConflict, "this job's frames are not known yet", ""};
+  return One{job.value(), frames[at]};
+}
+
+void FrameHandlers::cancel(const Request& req, Response& res, const std::string& id) {
+  std::lock_guard lock(canceled_mutex_);
+  const Result<One> found = one(req, id);
+  if (!found.ok()) return reply_error(res, found.error());
+  const JobId job = found.value().job.id;
+  if (has_ended(found.value().job.state) || found.value().frame.state == "done")
+    return reply_error(res, {ErrorCode::kConflict, "this frame has ended", ""});
+  std::set<int> canceled = stores_.results.canceled_frames(job);
+  canceled.insert(found.value().frame.frame);
+  if (Status s = stores_.results.save_canceled_frames(job, canceled); !s.ok())
+    return reply_error(res, s.error());
+  reply_json(res, 202, proto::frames_to_json(job.text(), frames_of_job(found.value().job)));
+}
+
+void FrameHandlers::retry(const Request& req, Response& res, const std::string& id) {
+  std::lock_guard lock(canceled_mutex_);
+  const Result<One> found = one(req, id);
+  if (!found.ok()) return reply_error(res, found.error());
+  const JobRecord& job = found.value().job;
+  std::set<int> canceled = stores_.results.canceled_frames(job.id);
+  if (canceled.erase(found.value().frame.frame) == 0)
+    return reply_error(res, {ErrorCode::kConflict, "this frame was not canceled", ""});
+  if (has_ended(job.state))
+    if (const Result<JobRecord> again = runner_.go_on(job.id); !again.ok())
+      return reply_error(res, again.error());
+  if (Status s = stores_.results.save_canceled_frames(job.id, canceled); !s.ok())
+    return reply_error(res, s.error());
+  reply_json(res, 202, proto::frames_to_json(job.id.text(), frames_of_job(job)));
 }
 
 Result<Image> FrameHandlers::picture(const JobRecord& job, int frame, float exposure) const {

@@ -10,6 +10,7 @@ namespace {
 
 constexpr std::string_view kWaiting = "waiting";
 constexpr std::string_view kDone = "done";
+constexpr std::string_view kCanceled = "canceled";
 
 }  // namespace
 
@@ -32,8 +33,9 @@ void JobFrames::take_up() {
   std::vector<proto::FrameInfo> before = proto::parse_frame_infos(kept.value());
   if (before.size() != infos_.size()) return;
   infos_ = std::move(before);
-  const bool more_is_asked =
-      std::all_of(infos_.begin(), infos_.end(), [](const auto& one) { return one.state == kDone; });
+  const bool more_is_asked = std::all_of(infos_.begin(), infos_.end(), [](const auto& one) {
+    return one.state == kDone || one.state == kCanceled;
+  });
   for (proto::FrameInfo& one : infos_) {
     if (!more_is_asked && one.state == kDone) continue;
     one.state = kWaiting;
@@ -75,6 +77,28 @@ Status JobFrames::end_turn(int frame, const FrameProgress& progress, const Film&
   RenderStats stats = result.stats;
   stats.guide_passes.clear();  // of a thousand frames they would be most of the file
   now.stats_json = stats_json(stats, /*indent=*/false);
+  const std::string name = id_.text();
+  uses_.jobs.publish_hint({0, name, "frame", proto::frame_event(name, now)});
+  return keep();
+}
+
+bool JobFrames::wanted(int frame) {
+  if (const auto at = uses_.results.canceled_frames_at(id_); at != canceled_at_) {
+    canceled_ = uses_.results.canceled_frames(id_);
+    canceled_at_ = at;
+  }
+  return !canceled_.contains(frame);
+}
+
+Status JobFrames::left_out(int frame, const Film* film) {
+  if (!uses_.lease.holds())
+    return Error{ErrorCode::kCanceled, "another process may have the job by now", ""};
+  if (film && film->version() > 0)
+    if (Status s = uses_.results.save({id_, frame}, *film, {{"unfinished", "true"}}); !s.ok())
+      return s;
+  proto::FrameInfo& now = info(frame);
+  now.state = kCanceled;
+  now.fraction = 1;  // of the job's work nothing of it is left
   const std::string name = id_.text();
   uses_.jobs.publish_hint({0, name, "frame", proto::frame_event(name, now)});
   return keep();

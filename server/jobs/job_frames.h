@@ -31,6 +31,8 @@ class JobFrames final : public FrameKeeper {
   RenderObserver& begin_turn(int frame, std::shared_ptr<Film> film) override;
   Status end_turn(int frame, const FrameProgress& progress, const Film& film,
                   const JobResult& result) override;
+  bool wanted(int frame) override;
+  Status left_out(int frame, const Film* film) override;
   Status save(int frame, int turn, const WriteState& write) override;
   Status load(int frame, int turn, const std::function<bool(SnapshotReader&)>& read) override;
 
@@ -46,6 +48,9 @@ class JobFrames final : public FrameKeeper {
   const std::stop_token stop_;
   std::vector<proto::FrameInfo> infos_;
   std::optional<RenderStats> last_;
+  // As they were last read.
+  std::set<int> canceled_;
+  std::filesystem::file_time_type canceled_at_;
 };
 
 }  // namespace qray::server

@@ -217,8 +217,8 @@ Result<JobRecord> JobRunner::resume(JobId id) {
   return queue_again(id, {});
 }
 
-Result<JobRecord> JobRunner::extend(JobId id, const proto::ExtendRequest& more) {
-  std::lock_guard lock(submit_mutex_);
+// A job that can go on after its end, where the queue has room for it.
+Result<JobRecord> JobRunner::extendable(JobId id) const {
   Result<JobRecord> job = stores_.jobs.get(id);
   if (!job.ok()) return job;
   if (job.value().state != JobState::kSucceeded)
@@ -229,6 +229,24 @@ Result<JobRecord> JobRunner::extend(JobId id, const proto::ExtendRequest& more) 
     return Error{ErrorCode::kConflict,
                  "what the job would go on from is not kept any more: post it anew", ""};
   if (Status s = room(); !s.ok()) return s.error();
+  return job;
+}
+
+Result<JobRecord> JobRunner::go_on(JobId id) {
+  std::lock_guard lock(submit_mutex_);
+  if (const Result<JobRecord> job = extendable(id); !job.ok()) return job.error();
+  JobStore::Change change;
+  change.edit = [](JobRecord& record) {
+    record.progress.fraction = 0;
+    record.attempts = 0;
+  };
+  return queue_again(id, change);
+}
+
+Result<JobRecord> JobRunner::extend(JobId id, const proto::ExtendRequest& more) {
+  std::lock_guard lock(submit_mutex_);
+  const Result<JobRecord> job = extendable(id);
+  if (!job.ok()) return job;
   JobRequest request = job.value().request;
   const proto::JobProgress& done = job.value().progress;
   // Onto what was rendered: the limits that stood before have been reached.

@@ -82,6 +82,8 @@ class JobRunner {
   // More onto a job that has succeeded. kConflict: it has not, or its state is not kept any more;
   // kInvalid: more than a job may have; kBusy as above.
   Result<JobRecord> extend(JobId id, const proto::ExtendRequest& more);
+  // Of a job that has succeeded, but for frames that were canceled: it renders those.
+  Result<JobRecord> go_on(JobId id);
   // Labels of a job in any state; the priority counts where it waits, and in its next run.
   Result<JobRecord> update(JobId id, const proto::JobUpdate& update);
   // Forgets an ended job and its picture. kConflict: it has not ended.
@@ -132,6 +134,7 @@ class JobRunner {
   // runs alone from its last attempt but one, until it has got somewhere.
   bool may_run(JobId id, bool alone) const;
   // Moves it into the queue.
+  Result<JobRecord> extendable(JobId id) const;
   Result<JobRecord> queue_again(JobId id, const JobStore::Change& change);
   // Moves a job that may be queued or running: `to_when` says to what from its present state.
   Result<JobRecord> move_running(JobId id, const std::function<JobState(JobState)>& to_when,

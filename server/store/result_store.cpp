@@ -1,6 +1,7 @@
 #include "server/store/result_store.h"
 
 #include <algorithm>
+#include <fstream>
 
 #include "core/base/file.h"
 
@@ -9,6 +10,7 @@ namespace {
 
 constexpr uint64_t kMaxImageBytes = uint64_t{1} << 30;
 constexpr const char* kFramesFile = "frames.json";
+constexpr const char* kCanceledFramesFile = "frames-canceled.txt";  // a number a line
 constexpr uint64_t kMaxFramesBytes = 64u << 20;
 
 // What was written here and cannot be read any more is nobody's fault who asks for it.
@@ -136,6 +138,30 @@ Result<std::string> ResultStore::load_frames(JobId id) const {
   const Result<Bytes> bytes = read_file(folder(id) / kFramesFile, kMaxFramesBytes);
   if (!bytes.ok()) return bytes.error();
   return std::string(bytes.value().begin(), bytes.value().end());
+}
+
+Status ResultStore::save_canceled_frames(JobId id, const std::set<int>& frames) {
+  const std::filesystem::path folder = this->folder(id);
+  std::error_code ec;
+  std::filesystem::create_directories(folder, ec);
+  if (ec) return Error{ErrorCode::kIo, ec.message(), folder.string()};
+  std::string text;
+  for (const int frame : frames) text += std::to_string(frame) + "\n";
+  return write_file_atomic(folder / kCanceledFramesFile,
+                           {reinterpret_cast<const uint8_t*>(text.data()), text.size()});
+}
+
+std::set<int> ResultStore::canceled_frames(JobId id) const {
+  std::ifstream in(folder(id) / kCanceledFramesFile);
+  std::set<int> frames;
+  for (int frame; in >> frame;) frames.insert(frame);
+  return frames;
+}
+
+std::filesystem::file_time_type ResultStore::canceled_frames_at(JobId id) const {
+  std::error_code ec;
+  const auto at = std::filesystem::last_write_time(folder(id) / kCanceledFramesFile, ec);
+  return ec ? std::filesystem::file_time_type() : at;
 }
 
 void ResultStore::remember(const PictureKey& key, std::shared_ptr<const Picture> picture) {

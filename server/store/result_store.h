@@ -5,6 +5,7 @@
 #include <list>
 #include <memory>
 #include <mutex>
+#include <set>
 
 #include "core/job/picture_passes.h"
 #include "server/model/job.h"
@@ -43,6 +44,11 @@ class ResultStore {
   // What is known of a job's frames, as it was last kept. kNotFound: nothing is.
   Status save_frames(JobId id, std::string_view json);
   Result<std::string> load_frames(JobId id) const;
+  // Which of a job's frames are not to be rendered; of a job that is not there none.
+  Status save_canceled_frames(JobId id, const std::set<int>& frames);
+  std::set<int> canceled_frames(JobId id) const;
+  // Changes whenever that does.
+  std::filesystem::file_time_type canceled_frames_at(JobId id) const;
   // Film::noise() at the end; kNotFound: there is none.
   Result<Image> load_noise(const PictureKey& key) const;
   // The row y alone of these: of a large picture a hundredth of the time.

@@ -96,6 +96,47 @@ TEST(ServiceFrames, TheyComeAsAnArchiveAndAsAFilm) {
   EXPECT_TRUE(std::filesystem::is_empty(s.config.data / "answers"));
 }
 
+TEST(ServiceFrames, OneIsLeftOutAndRenderedAfterAll) {
+  TestService s;
+  s.start();
+  const std::string id = s.submit(turntable(3, 2000)), of = "/v1/jobs/" + id;
+  s.wait(id, {"learning", "rendering", "finalizing", "succeeded"});  // its frames are known
+  // The order that spreads them is 0, 2, 1.
+  s.post(of + "/frames/cancel?frame=1", "", 202);
+  s.post(of + "/frames/cancel", "", 422);
+  s.post(of + "/frames/cancel?frame=3", "", 404);
+  s.post(of + "/frames/retry?frame=2", "", 409);
+  ASSERT_EQ(s.wait_end(id)["state"], "succeeded");
+  Json frames = s.get(of + "/frames")["frames"];
+  EXPECT_EQ(frames[0]["state"], "done");
+  EXPECT_EQ(frames[1]["state"], "canceled");
+  EXPECT_EQ(frames[2]["state"], "done");
+  s.get(of + "/image.png?frame=1", 409);
+  s.post(of + "/frames/cancel?frame=2", "", 409);
+  const std::string first = picture(s, id, 0);
+  s.post(of + "/frames/retry?frame=1", "", 202);
+  ASSERT_EQ(s.wait_end(id)["state"], "succeeded");
+  frames = s.get(of + "/frames")["frames"];
+  EXPECT_EQ(frames[1]["state"], "done");
+  EXPECT_EQ(frames[1]["samples"], 2000);
+  EXPECT_EQ(picture(s, id, 0), first) << "the others stay as they were";
+  picture(s, id, 1);
+}
+
+TEST(ServiceFrames, OneThatIsUnderWayEndsWithWhatItHas) {
+  TestService s;
+  s.start();
+  const std::string id = s.submit(turntable(2, 1'000'000)), of = "/v1/jobs/" + id;
+  for (int i = 0; i < 4000 && s.get("/v1/jobs/" + id)["progress"]["samples"] == 0; ++i)
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  s.post(of + "/frames/cancel?frame=0", "", 202);
+  s.post(of + "/frames/cancel?frame=1", "", 202);
+  ASSERT_EQ(s.wait_end(id)["state"], "succeeded");
+  picture(s, id, 0);
+  const std::string plain = s.submit({{"scene", "box"}, {"samples", 1}});
+  s.post("/v1/jobs/" + plain + "/frames/cancel?frame=0", "", 404);
+}
+
 // Stopped twice in the middle and paused once, a job of frames ends with the same bits.
 TEST(ServiceFrames, InterruptedTheyGoOnWithTheSameBits) {
   TestService s;
