@@ -68,7 +68,7 @@ class SurfaceLooks {
     const MaterialShading& material = scene_.resolve(mesh, at.uv, u_blend);
     const bool from_behind = dot(at.ng, ray.d) > 0;
     const Vec3 ns = from_behind ? -at.ns : at.ns;
-    const Frame frame = scene_.frame_at(material, hit, at.ns);
+    const Frame frame = scene_.frame_at(material, hit, at.ns, at.uv);
     const BsdfPoint bsdf_at =
         material.bsdf->at(scene_.shading_point(material, at), frame.to_local(-ray.d));
     out.mesh = static_cast<int>(hit.mesh.value);
