@@ -81,7 +81,11 @@ class Proxy:
     def accept(self):
         while True:
             client, _ = self.listener.accept()
-            server = socket.create_connection(('127.0.0.1', self.target))
+            try:
+                server = socket.create_connection(('127.0.0.1', self.target))
+            except OSError:  # the database has ended
+                client.close()
+                continue
             last = [None]
             for way, (a, b) in enumerate(((client, server), (server, client))):
                 for s in (a, b):
@@ -123,6 +127,8 @@ class Proxy:
 
 
 class Farm:
+    running = set()
+
     def __init__(self, binary, database, workers, threads, latency):
         self.data = pathlib.Path(tempfile.mkdtemp(prefix='qray-shared-data-'))
         self.name = f'farm{time.monotonic_ns()}'
@@ -133,6 +139,7 @@ class Farm:
         common = ['--data', self.data, '--store',
                   f'postgresql://qray@127.0.0.1:{self.proxy.port}/{self.name}']
         self.log = open(self.data / 'log', 'w')
+        Farm.running.add(self)
         self.processes = []
         for i in range(workers + 1):
             what = (['worker', '--threads', str(threads), '--jobs-at-once', '1'] if i else
@@ -155,7 +162,8 @@ class Farm:
             f'http://127.0.0.1:{self.port}{path}', headers={'Content-Type': 'application/json'},
             data=json.dumps(body).encode() if body else None)
         with urllib.request.urlopen(request, timeout=30) as answer:
-            return json.load(answer)
+            text = answer.read().decode()
+            return text if path.endswith('/log') else json.loads(text)
 
     def render(self, job):
         job = self.get('/v1/jobs', job)
@@ -167,10 +175,11 @@ class Farm:
             sys.exit(f"the job has {job['state']}: {job['error']}")
         job['sent'] = sum(self.proxy.bytes) - sum(before[0])
         job['turns'] = self.proxy.turns - before[1]
-        job['log'] = [line['text'] for line in self.get(f"/v1/jobs/{job['id']}/log")['lines']]
+        job['log'] = self.get(f"/v1/jobs/{job['id']}/log").splitlines()
         return job
 
     def end(self):
+        Farm.running = Farm.running - {self}
         for process in self.processes:
             process.send_signal(signal.SIGTERM)
         for process in self.processes:
@@ -245,7 +254,7 @@ def main():
                     stats = job['stats']
                     rates[kind] = stats['paths'] / stats['seconds']
                     print(f"{method} {kind}: {rates[kind] / 1e6:.3f} M paths/s, "
-                          f"{stats['samples_per_pixel']} samples a pixel in whole passes, "
+                          f"{stats['samples']} samples a pixel in whole passes, "
                           f"{len(stats['passes'])} passes; {job['sent'] / 1e6:.1f} MB, "
                           f"{job['turns'] // 2} ways there and back", flush=True)
                     for line in job['log']:
@@ -255,6 +264,8 @@ def main():
             print(f"{method}: shared over whole {statistics.median(ratios):.3f} "
                   f"({', '.join(f'{r:.3f}' for r in ratios)})", flush=True)
     finally:
+        for farm in Farm.running:
+            farm.end()
         database.end()
 
 
