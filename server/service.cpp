@@ -172,8 +172,8 @@ Result<std::unique_ptr<Service>> Service::start(const Config& config) {
   parts->pictures = std::make_unique<PictureSource>(*parts->runner, stores);
   parts->picture_handlers =
       std::make_unique<PictureHandlers>(*parts->runner, *parts->pictures, stores, parts->encoders);
-  parts->frame_handlers =
-      std::make_unique<FrameHandlers>(*parts->runner, *parts->pictures, stores, config.data, parts->encoders);
+  parts->frame_handlers = std::make_unique<FrameHandlers>(*parts->runner, *parts->pictures, stores,
+                                                          config.data, parts->encoders);
   parts->pass_handlers = std::make_unique<PassHandlers>(stores, parts->encoders);
   parts->compare_handlers =
       std::make_unique<CompareHandlers>(*parts->pictures, stores, parts->encoders);

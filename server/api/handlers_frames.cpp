@@ -35,7 +35,11 @@ Result<float> exposure_of(const httplib::Request& req) {
 
 FrameHandlers::FrameHandlers(JobRunner& runner, const PictureSource& pictures, Stores stores,
                              const fs::path& data, std::counting_semaphore<>& encoders)
-    : runner_(runner), pictures_(pictures), stores_(stores), data_(data / "answers"), encoders_(encoders) {
+    : runner_(runner),
+      pictures_(pictures),
+      stores_(stores),
+      data_(data / "answers"),
+      encoders_(encoders) {
   std::error_code ec;
   fs::remove_all(data_, ec);  // what a killed server left
 }
