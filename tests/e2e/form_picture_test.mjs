@@ -16,14 +16,17 @@ before(async () => {
 after(() => all?.close());
 afterEach(() => all.browser.expect_no_errors());
 
+// 200 x 136: the tiles at the right and lower edges are cut.
+const kFields = { scene: 'cornell-box', method: 'huang', width: 200, height: 136, seed: 7 };
+
 test('the picture forms tile by tile while the job runs', async () => {
-  // 200 x 136: the tiles at the right and lower edges are cut.
-  ({ job } = await post_by_form(page, { scene: 'cornell-box', method: 'huang', budget: 'seconds',
-    amount: 6, width: 200, height: 136, seed: 7 }));
-  assert.match(job, /^j\d+$/);
+  // Far more time than the slowest machine takes for what is looked at here.
+  const { job: long_job } =
+    await post_by_form(page, { ...kFields, budget: 'seconds', amount: 300 });
+  assert.match(long_job, /^j\d+$/);
   const first = await wait_for_tiles(page, 0);
   assert.deepEqual([first.width, first.height], [200, 136]);
-  await wait_for_state(page, job, 'Rendering');
+  await wait_for_state(page, long_job, 'Rendering');
   // From here on only `progress` hints can bring tiles, until the job leaves this state.
   let last = await wait_for_tiles(page, 0);
   for (let i = 0; i < 2; ++i) {
@@ -31,8 +34,14 @@ test('the picture forms tile by tile while the job runs', async () => {
     assert.ok(next.cursor > last.cursor, `cursor ${last.cursor}, then ${next.cursor}`);
     last = next;
   }
-  assert.equal((await all.server.job(job)).state, 'rendering');
+  assert.equal((await all.server.job(long_job)).state, 'rendering');
   await screenshot(page, 'forming-1280');
+  await fetch(`${all.server.url}/v1/jobs/${long_job}/cancel`, { method: 'POST' });
+  await wait_for_state(page, long_job, 'Canceled');
+});
+
+test('the form leads to a finished picture', async () => {
+  ({ job } = await post_by_form(page, { ...kFields, budget: 'samples', amount: 8 }));
   await wait_for_state(page, job, 'Done');
   const row = page.locator(`#jobs [data-job="${job}"]`);
   assert.equal(await row.locator('.row-state').textContent(), 'Done');
