@@ -64,7 +64,7 @@ void filter_hits(const RTCFilterFunctionNArguments* args) {
   }
 }
 
-Result<RTCGeometry> make_geometry(RTCDevice device, const Mesh& mesh, HitFilter* filter) {
+Result<RTCGeometry> make_triangles(RTCDevice device, const Mesh& mesh) {
   RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
   // Embree pads the buffers it allocates, as its vector loads need; a std::vector has no padding.
   void* vertices = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
@@ -77,6 +77,27 @@ Result<RTCGeometry> make_geometry(RTCDevice device, const Mesh& mesh, HitFilter*
   }
   std::memcpy(vertices, mesh.positions.data(), mesh.positions.size() * sizeof(Vec3));
   std::memcpy(indices, mesh.triangles.data(), mesh.triangles.size() * 3 * sizeof(uint32_t));
+  return geometry;
+}
+
+Result<RTCGeometry> make_sphere(RTCDevice device, const Sphere& sphere) {
+  RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_SPHERE_POINT);
+  auto* place = static_cast<float*>(rtcSetNewGeometryBuffer(
+      geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT4, 4 * sizeof(float), 1));
+  if (!place) {
+    rtcReleaseGeometry(geometry);
+    return embree_error(device, "allocating a sphere");
+  }
+  for (int i = 0; i < 3; ++i) place[i] = sphere.center[i];
+  place[3] = sphere.radius;
+  return geometry;
+}
+
+Result<RTCGeometry> make_geometry(RTCDevice device, const Mesh& mesh, HitFilter* filter) {
+  Result<RTCGeometry> made =
+      mesh.sphere ? make_sphere(device, *mesh.sphere) : make_triangles(device, mesh);
+  if (!made) return made;
+  const RTCGeometry geometry = made.value();
   if (filter) {
     rtcSetGeometryUserData(geometry, filter);
     rtcSetGeometryIntersectFilterFunction(geometry, filter_hits);
@@ -158,7 +179,7 @@ Result<std::unique_ptr<EmbreeScene>> EmbreeScene::build(const Scene& scene, int 
     if (!impl->instanced[m]) impl->instanced[m] = make_scene(impl->device);
   }
   for (size_t m = 0; m < scene.meshes.size(); ++m) {
-    if (scene.meshes[m].triangles.empty()) continue;
+    if (scene.meshes[m].empty()) continue;
     Result<RTCGeometry> geometry =
         make_geometry(impl->device, scene.meshes[m], filtered[m] ? &impl->filter : nullptr);
     if (!geometry) return geometry.error();

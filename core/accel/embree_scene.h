@@ -1,5 +1,5 @@
-// Ray queries against a Scene's triangles and instances, by Embree 3.13 or 4. The only place that
-// includes rtcore.h is embree_scene.cpp. Built once; queries: any thread.
+// Ray queries against a Scene's triangles, spheres and instances, by Embree 3.13 or 4. The only
+// place that includes rtcore.h is embree_scene.cpp. Built once; queries: any thread.
 #pragma once
 
 #include <functional>
@@ -15,7 +15,7 @@ namespace qray {
 struct Hit {
   float t = 0;       // metres along the ray
   Vec2 barycentric;  // weights of the triangle's second and third vertex
-  Vec3 ng;           // geometric normal by the winding; not unit
+  Vec3 ng;           // geometric normal by the winding, of a sphere outward; not unit
   MeshId mesh;       // of the scene's meshes; from their count on, of its instances
   uint32_t triangle = 0;
 };

@@ -10,11 +10,11 @@
 namespace qray::cmd {
 namespace {
 
-size_t emitting_triangles(const Scene& scene) {
+size_t emitting_shapes(const Scene& scene) {
   size_t count = 0;
   for (const Placement& placed : scene.placements())
     if (placed.mesh && scene.materials[placed.material.value].emits())
-      count += placed.mesh->triangles.size();
+      count += placed.mesh->sphere ? 1 : placed.mesh->triangles.size();
   return count;
 }
 
@@ -36,14 +36,15 @@ Status run(const std::string& name) {
     std::printf("camera      '%s', at %g,%g,%g, target %g,%g,%g\n", own.name.c_str(),
                 own.camera.position.x, own.camera.position.y, own.camera.position.z,
                 own.camera.target.x, own.camera.target.y, own.camera.target.z);
-  std::printf("meshes      %zu, %zu triangles (%zu without area left out)\n", scene.meshes.size(),
-              scene.triangle_count(), loaded.value().dropped_triangles);
+  std::printf("meshes      %zu, %zu triangles (%zu without area left out), %zu spheres\n",
+              scene.meshes.size(), scene.triangle_count(), loaded.value().dropped_triangles,
+              scene.sphere_count());
   if (!scene.instances.empty())
     std::printf("instances   %zu, %zu triangles in all\n", scene.instances.size(),
                 scene.placed_triangle_count());
   std::printf("materials   %zu, %zu textures\n", scene.materials.size(), scene.textures.size());
-  std::printf("lights      %zu emitting triangles, %zu without an extent, %s\n",
-              emitting_triangles(scene), scene.lights.size(),
+  std::printf("lights      %zu emitting triangles and spheres, %zu without an extent, %s\n",
+              emitting_shapes(scene), scene.lights.size(),
               !scene.environment.present()      ? "no sky"
               : scene.environment.image.empty() ? "a constant sky"
                                                 : "a picture of the sky");

@@ -5,7 +5,8 @@
 namespace qray {
 namespace {
 
-constexpr float kMinLength = 1e-6f;  // metres
+constexpr float kMinLength = 1e-6f;                                       // metres
+constexpr Mat3 kPolesAtY{{Vec3{0, 0, 1}, Vec3{1, 0, 0}, Vec3{0, 1, 0}}};  // of exact spheres
 
 constexpr std::string_view kShapes[] = {"positions", "file",     "quad", "box",
                                         "sphere",    "cylinder", "disk"};
@@ -64,7 +65,15 @@ Mesh read_inline(const JsonNode& node, const SceneLimits& limits) {
 }
 
 Mesh read_sphere(const JsonNode& node) {
-  node.only({"center", "radius", "subdivisions", "smooth"});
+  node.only({"center", "radius", "subdivisions", "smooth", "exact"});
+  const auto exact = node.find("exact");
+  for (const char* key : {"subdivisions", "smooth"})
+    if (const auto v = node.find(key); v && exact) v->fail("expected only without \"exact\"");
+  if (exact && exact->boolean()) {
+    Mesh mesh;
+    mesh.sphere = Sphere{node.get("center").vec3(), positive(node.get("radius")), false, kPolesAtY};
+    return mesh;
+  }
   const auto subdivisions = node.find("subdivisions");
   Mesh mesh = make_sphere(node.get("center").vec3(), positive(node.get("radius")),
                           subdivisions ? subdivisions->integer(0, 7) : 4);
@@ -187,7 +196,12 @@ Transform read_placement(const JsonNode& node) {
 }
 
 void apply_placement(const JsonNode& node, Mesh& mesh) {
-  if (node.has("transform")) read_placement(node).apply(mesh);
+  if (const auto transform = node.find("transform")) {
+    const Transform placement = read_placement(node);
+    if (mesh.sphere && !placement.keeps_spheres())
+      transform->fail("expected one scale for all directions of an exact sphere");
+    placement.apply(mesh);
+  }
   if (const auto flip = node.find("flip"); flip && flip->boolean()) flip_winding(mesh);
 }
 

@@ -114,7 +114,7 @@ class MitsubaReader {
   }
 
   void add_shape(const MitsubaNode& shape) {
-    std::vector<Mesh> meshes = shapes_.read(shape);
+    std::vector<Mesh> meshes = shapes_.read(shape, instanced_);
     if (meshes.empty()) return;
     const ShapeMaterial material = material_of(find_parts(shape), shape);
     for (Mesh& mesh : meshes) {
@@ -145,7 +145,9 @@ class MitsubaReader {
     auto it = groups_.find(group);
     if (it == groups_.end()) {
       const size_t first = meshes.size();
+      const bool outer = std::exchange(instanced_, true);
       read_nested(*group);
+      instanced_ = outer;
       it = groups_.emplace(group, std::pair(first, meshes.size())).first;
     }
     const Transform to_world = find_transform(shape, "to_world").value_or(Transform{});
@@ -202,6 +204,7 @@ class MitsubaReader {
   std::map<const MitsubaNode*, std::pair<size_t, size_t>> groups_;  // their meshes: from, to
   size_t triangles_ = 0;
   int depth_ = 0;
+  bool instanced_ = false;  // the shapes under way are an instance's
 };
 
 }  // namespace

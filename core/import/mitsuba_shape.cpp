@@ -13,7 +13,7 @@ namespace {
 
 constexpr uint64_t kMaxSerializedBytes = uint64_t{1} << 30;
 constexpr int kDiskSegments = 64;
-// All spheres together; a single one has no more than 64 rings, 2 degrees each.
+// Those that are not exact, together; a single one has no more than 64 rings, 2 degrees each.
 constexpr double kSphereTriangles = 200'000;
 constexpr int kMinSphereRings = 12, kMaxSphereRings = 64;
 
@@ -102,10 +102,15 @@ Mesh unit_disk() {
   return mesh;
 }
 
-Mesh sphere(const MitsubaNode& shape, int rings) {
+Mesh sphere(const MitsubaNode& shape, bool exact, int rings) {
   const Vec3 center = find_point(shape, "center").value_or(Vec3{0, 0, 0});
   const auto radius = static_cast<float>(find_number(shape, "radius").value_or(1));
   if (!(radius > 0)) find_parameter(shape, "radius")->fail("expected a radius over 0");
+  if (exact) {
+    Mesh mesh;
+    mesh.sphere = Sphere{center, radius, false, Mat3{}};
+    return mesh;
+  }
   Mesh mesh = unit_sphere(rings);
   for (Vec3& p : mesh.positions) p = center + p * radius;
   return mesh;
@@ -165,11 +170,12 @@ MitsubaShapes::MitsubaShapes(MitsubaImport& import) : import_(import) {
   sphere_rings_ = std::clamp(static_cast<int>(rings), kMinSphereRings, kMaxSphereRings);
 }
 
-std::vector<Mesh> MitsubaShapes::read(const MitsubaNode& shape) {
-  std::vector<Mesh> meshes =
-      is_file_shape(shape) ? read_file_shape(shape) : read_object_space(shape);
-  const bool flip = find_flag(shape, "flip_normals").value_or(false);
+std::vector<Mesh> MitsubaShapes::read(const MitsubaNode& shape, bool instanced) {
   const std::optional<Transform> to_world = find_transform(shape, "to_world");
+  const bool exact = !instanced && (!to_world || to_world->keeps_spheres());
+  std::vector<Mesh> meshes =
+      is_file_shape(shape) ? read_file_shape(shape) : read_object_space(shape, exact);
+  const bool flip = find_flag(shape, "flip_normals").value_or(false);
   for (Mesh& mesh : meshes) {
     if (to_world) {
       to_world->apply(mesh);
@@ -183,9 +189,9 @@ std::vector<Mesh> MitsubaShapes::read(const MitsubaNode& shape) {
   return meshes;
 }
 
-std::vector<Mesh> MitsubaShapes::read_object_space(const MitsubaNode& shape) {
+std::vector<Mesh> MitsubaShapes::read_object_space(const MitsubaNode& shape, bool exact) {
   if (shape.type == "cube") return {unit_cube()};
-  if (shape.type == "sphere") return {sphere(shape, sphere_rings_)};
+  if (shape.type == "sphere") return {sphere(shape, exact, sphere_rings_)};
   if (shape.type == "disk") return {unit_disk()};
   if (shape.type == "cylinder") return {cylinder(shape)};
   if (shape.type == "rectangle") {

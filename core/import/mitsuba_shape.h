@@ -1,5 +1,6 @@
-// Mitsuba's shapes as triangles in the world, uvs with v upward. Spheres, disks and cylinders are
-// tessellated to the exact area, so that as lights they have the exact power. Throws ImportFailure.
+// Mitsuba's shapes in the world, uvs with v upward. Spheres are exact ones, unless they are
+// stretched or instanced; these, disks and cylinders are triangles of the exact area in all, so
+// that as lights they have the exact power. Throws ImportFailure.
 #pragma once
 
 #include "core/import/mitsuba_import.h"
@@ -11,10 +12,11 @@ class MitsubaShapes {
  public:
   explicit MitsubaShapes(MitsubaImport& import);
   // The meshes of a <shape>, materials unset; empty: an unknown plugin, of which was warned.
-  std::vector<Mesh> read(const MitsubaNode& shape);
+  // `instanced`: they are made of triangles alone.
+  std::vector<Mesh> read(const MitsubaNode& shape, bool instanced);
 
  private:
-  std::vector<Mesh> read_object_space(const MitsubaNode& shape);
+  std::vector<Mesh> read_object_space(const MitsubaNode& shape, bool exact);
   std::vector<Mesh> read_file_shape(const MitsubaNode& shape);
   std::vector<Mesh> read_mesh_file(const MitsubaNode& shape, const std::filesystem::path& path);
   SerializedShape read_serialized_shape(const MitsubaNode& shape,

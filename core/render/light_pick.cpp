@@ -4,6 +4,7 @@
 #include <bit>
 #include <cmath>
 
+#include "core/math/frame.h"
 #include "core/math/hash.h"
 #include "core/math/warp.h"
 #include "core/render/light_split.h"
@@ -16,25 +17,34 @@ constexpr uint32_t kNoTriangle = ~0u;
 // Where lights are fewer, weighing them costs more than it brings.
 constexpr size_t kFewestForATree = 8;
 
-// What a triangle's images leave of its emission, about; never so little that it is not picked.
-float brightness_share(const Mesh& mesh, const Material& material, uint32_t triangle,
-                       const MaterialTextures& textures) {
-  constexpr int kSteps = 4;  // squared: lookups
+// What a material's images leave of its emission, about; never so little that it is not picked.
+// uv_at(Vec2): where equal areas of the unit square lie on the images.
+template <class UvAt>
+float brightness_share(const Material& material, const MaterialTextures& textures, int steps,
+                       UvAt uv_at) {
   constexpr float kLeast = 0.05f;
-  const float whole = luminance(material.emission.value);
+  const float whole = luminance(material.emission.value), n = static_cast<float>(steps);
   float sum = 0;
-  for (int i = 0; i < kSteps * kSteps; ++i) {
-    const Vec2 b = square_to_triangle({(static_cast<float>(i / kSteps) + 0.5f) / kSteps,
-                                       (static_cast<float>(i % kSteps) + 0.5f) / kSteps});
-    SurfacePoint surface;
-    interpolate_vertices(mesh, triangle, b, surface);
-    sum += luminance(textures.color(material.emission, surface.uv)) *
-           textures.opacity(material, surface.uv);
+  for (int i = 0; i < steps * steps; ++i) {
+    const Vec2 uv = uv_at(
+        {(static_cast<float>(i / steps) + 0.5f) / n, (static_cast<float>(i % steps) + 0.5f) / n});
+    sum += luminance(textures.color(material.emission, uv)) * textures.opacity(material, uv);
   }
-  return std::max(kLeast, sum / (kSteps * kSteps) / whole);
+  return std::max(kLeast, sum / (n * n) / whole);
+}
+
+bool emission_varies(const Material& material) {
+  return material.emission.texture.valid() || material.opacity.texture.valid() ||
+         material.opacity.value < 1;
 }
 
 bool has_place(const PunctualLight& light) { return light.kind != LightKind::kDirectional; }
+
+// Of the unit sphere's cap that a sphere covers, seen from outside: 1 - the cosine at its edge.
+float cap_height(float radius, float distance2) {
+  const float sin2 = std::min(sqr(radius) / distance2, 1.0f);
+  return sin2 / (1 + std::sqrt(1 - sin2));
+}
 
 LightBounds punctual_bounds(const PunctualLight& light) {
   LightBounds b;
@@ -58,7 +68,7 @@ void LightPick::build(const Scene& scene, const Bounds3& bounds, const MaterialT
   for (size_t i = 0; i < placements.size(); ++i) {
     const Placement& placed = placements[i];
     const Material& material = scene.materials[placed.material.value];
-    if (!placed.mesh || !material.emits()) continue;
+    if (!placed.mesh || !material.emits() || placed.mesh->sphere) continue;
     first_of_mesh_[i] = static_cast<uint32_t>(triangles_.size());
     const bool mirrored = placed.to_world && placed.to_world->determinant() < 0;
     for (const auto& tri : placed.mesh->triangles) {
@@ -73,13 +83,36 @@ void LightPick::build(const Scene& scene, const Bounds3& bounds, const MaterialT
       t.two_sided = material.emission_two_sided;
       t.mesh = MeshId(static_cast<uint32_t>(i));
       t.index = static_cast<uint32_t>(&tri - placed.mesh->triangles.data());
-      t.varies = material.emission.texture.valid() || material.opacity.texture.valid() ||
-                 material.opacity.value < 1;
+      t.varies = emission_varies(material);
       t.brightness = luminance(t.emission);
-      if (t.varies) t.brightness *= brightness_share(*placed.mesh, material, t.index, textures);
+      if (t.varies) {
+        t.brightness *= brightness_share(material, textures, 4, [&](Vec2 u) {
+          SurfacePoint surface;
+          interpolate_vertices(*placed.mesh, t.index, square_to_triangle(u), surface);
+          return surface.uv.uv;
+        });
+      }
       powers.push_back(kPi * t.area * t.brightness * (t.two_sided ? 2.0f : 1.0f));
       triangles_.push_back(t);
     }
+  }
+  for (size_t i = 0; i < scene.meshes.size(); ++i) {
+    const Mesh& mesh = scene.meshes[i];
+    const Material& material = scene.materials[mesh.material.value];
+    if (!mesh.sphere || !material.emits()) continue;
+    first_of_mesh_[i] = static_cast<uint32_t>(triangles_.size() + spheres_.size());
+    EmittingSphere& s = spheres_.emplace_back();
+    s.shape = *mesh.sphere;
+    s.emission = material.emission.value;
+    s.two_sided = material.emission_two_sided;
+    s.mesh = MeshId(static_cast<uint32_t>(i));
+    s.varies = emission_varies(material);
+    s.brightness = luminance(s.emission);
+    if (s.varies) {
+      s.brightness *= brightness_share(
+          material, textures, 16, [&](Vec2 u) { return s.shape.uv(square_to_uniform_sphere(u)); });
+    }
+    powers.push_back(kPi * s.area() * s.brightness * (s.two_sided ? 2.0f : 1.0f));
   }
   double power_inside = 0;
   for (const bool with_place : {true, false})
@@ -102,7 +135,8 @@ void LightPick::build(const Scene& scene, const Bounds3& bounds, const MaterialT
   };
   for (size_t i = 0; i < punctual_.size(); ++i) {
     if (punctual_[i].kind == LightKind::kDirectional)
-      powers[triangles_.size() + i] = from_outside(luminance(punctual_[i].intensity));
+      powers[triangles_.size() + spheres_.size() + i] =
+          from_outside(luminance(punctual_[i].intensity));
   }
   if (scene.environment.present()) {
     environment_ = std::make_shared<EnvironmentLight>(scene.environment);
@@ -114,16 +148,18 @@ void LightPick::build(const Scene& scene, const Bounds3& bounds, const MaterialT
 }
 
 void LightPick::set_tree(std::span<const float> powers) {
+  const size_t with_extent = triangles_.size() + spheres_.size();
   const size_t in_tree =
-      triangles_.size() + static_cast<size_t>(std::ranges::count_if(punctual_, has_place));
+      with_extent + static_cast<size_t>(std::ranges::count_if(punctual_, has_place));
   double inside = 0, outside = 0;
   for (size_t i = 0; i < powers.size(); ++i) (i < in_tree ? inside : outside) += double{powers[i]};
   if (in_tree < kFewestForATree || !(inside > 0)) return;
   std::vector<LightBounds> bounds;
   bounds.reserve(in_tree);
   for (const EmittingTriangle& t : triangles_) bounds.push_back(bounds_of(t));
-  for (size_t i = triangles_.size(); i < in_tree; ++i)
-    bounds.push_back(punctual_bounds(punctual_[i - triangles_.size()]));
+  for (const EmittingSphere& s : spheres_) bounds.push_back(bounds_of(s));
+  for (size_t i = with_extent; i < in_tree; ++i)
+    bounds.push_back(punctual_bounds(punctual_[i - with_extent]));
   tree_ = std::make_shared<const LightTree>(bounds);
   tree_probability_ = static_cast<float>(inside / (inside + outside));
   in_tree_ = in_tree;
@@ -145,6 +181,7 @@ LightPick LightPick::uniform() const {
 void LightPick::set_brightest(float radius) {
   for (const EmittingTriangle& t : triangles_)
     brightest_ = std::max(brightest_, luminance(t.emission));
+  for (const EmittingSphere& s : spheres_) brightest_ = std::max(brightest_, luminance(s.emission));
   for (const PunctualLight& light : punctual_) {
     const float distance = light.kind == LightKind::kDirectional ? 1 : 0.1f * radius;
     brightest_ = std::max(brightest_, luminance(light.intensity) / (kPi * sqr(distance)));
@@ -216,12 +253,65 @@ bool LightPick::sample_by_tree(const LightReceiver& at, float u_light, Vec2 u,
   return sample_of({pick.light, pick.probability * tree_probability_}, at.p, u, out);
 }
 
-float LightPick::pdf_w_triangle(const LightReceiver& at, MeshId mesh, uint32_t triangle,
-                                float distance, float abs_cos_light) const {
-  const uint32_t light = first_of_mesh_[mesh.value] + triangle;
+LightBounds LightPick::bounds_of(const EmittingSphere& s) {
+  LightBounds b;
+  const Vec3 r{s.shape.radius, s.shape.radius, s.shape.radius};
+  b.box.add(s.shape.center - r);
+  b.box.add(s.shape.center + r);
+  b.intensity = s.brightness * s.area() / 4;
+  b.cos_spread = -1;
+  return b;
+}
+
+bool LightPick::sample_sphere(const EmittingSphere& s, float probability, Vec3 p, Vec2 u,
+                              LightSample& out) {
+  const bool inside = s.has_inside(p);
+  if (!s.emits_to(inside)) return false;
+  const Vec3 to_center = s.shape.center - p;
+  const float r = s.shape.radius, d2 = dot(to_center, to_center);
+  Vec3 outward;
+  if (inside) {
+    outward = square_to_uniform_sphere(u);
+    const Vec3 to_light = to_center + outward * r;
+    const float distance2 = dot(to_light, to_light);
+    out.distance = std::sqrt(distance2);
+    out.wi = to_light / out.distance;
+    const float cos_light = dot(out.wi, outward);
+    if (!(cos_light > 0) || !(distance2 > 0)) return false;
+    out.pdf_w = probability * distance2 / (cos_light * s.area());
+  } else {
+    const float cap = cap_height(r, d2), d = std::sqrt(d2);
+    const Vec2 disk = square_to_disk(u);
+    const float height =
+        cap *
+        (disk.x * disk.x + disk.y * disk.y);  // 1 - the cosine with the direction of the center
+    const float sin2 = height * (2 - height);
+    const float scale = std::sqrt(cap * (2 - height));
+    out.wi = Frame(to_center / d).to_world({disk.x * scale, disk.y * scale, 1 - height});
+    out.distance = d * (1 - height) - std::sqrt(std::max(sqr(r) - d2 * sin2, 0.0f));
+    if (!(out.distance > 0)) return false;
+    out.pdf_w = probability / (2 * kPi * cap);
+    if (s.varies) outward = normalize(out.wi * out.distance - to_center);
+  }
+  out.radiance = s.emission;
+  out.source = s.mesh.value;
+  if (s.varies) out.varies = true, out.mesh = s.mesh, out.barycentric = s.shape.uv(outward);
+  return true;
+}
+
+float LightPick::pdf_w_of_hit(const LightReceiver& at, const Hit& hit, float cos_light) const {
+  const uint32_t light = first_of_mesh_[hit.mesh.value] + hit.triangle;
   const float probability =
       tree_ ? tree_probability_ * tree_->probability(at, light) : picker_.probability(light);
-  return probability * sqr(distance) / (abs_cos_light * triangles_[light].area);
+  if (light < triangles_.size())
+    return probability * sqr(hit.t) / (std::abs(cos_light) * triangles_[light].area);
+  const EmittingSphere& s = spheres_[light - triangles_.size()];
+  if (s.has_inside(at.p)) return probability * sqr(hit.t) / (std::abs(cos_light) * s.area());
+  // From outside, its far side is not drawn.
+  const bool far_side = (cos_light > 0) == s.shape.inward;
+  const Vec3 to_center = s.shape.center - at.p;
+  return far_side ? 0
+                  : probability / (2 * kPi * cap_height(s.shape.radius, dot(to_center, to_center)));
 }
 
 }  // namespace qray

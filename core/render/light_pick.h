@@ -1,12 +1,13 @@
-// Picks a point of a light for next event estimation: emitting triangles, lights without an extent,
-// and the environment as one light more. Where lights are few, they are picked by power; many, by
-// what they send to the point, with the environment and directional lights beside the tree by their
-// power. Immutable after build; any thread.
+// Picks a point of a light for next event estimation: emitting triangles and spheres, lights
+// without an extent, and the environment as one light more. Where lights are few, they are picked
+// by power; many, by what they send to the point, with the environment and directional lights
+// beside the tree by their power. Immutable after build; any thread.
 #pragma once
 
 #include <memory>
 #include <vector>
 
+#include "core/accel/embree_scene.h"
 #include "core/math/distribution.h"
 #include "core/math/warp.h"
 #include "core/render/environment_light.h"
@@ -26,7 +27,7 @@ struct LightSample {
   uint32_t source = 0;    // the light's number (light_split.h)
   MeshId mesh;            // not valid: the environment
   uint32_t triangle = 0;
-  Vec2 barycentric;
+  Vec2 barycentric;  // of a sphere: uv
 };
 
 class LightPick {
@@ -48,9 +49,9 @@ class LightPick {
     if (tree_) return sample_by_tree(at, u_light, u, out);
     return sample_of(picker_.sample(u_light), at.p, u, out);
   }
-  // Density with which sample() makes the direction that hits an emitting triangle, or escapes.
-  float pdf_w_triangle(const LightReceiver& at, MeshId mesh, uint32_t triangle, float distance,
-                       float abs_cos_light) const;
+  // Density with which sample() makes the direction that hits an emitting triangle or sphere.
+  // `cos_light`: of that direction's opposite with the front's normal.
+  float pdf_w_of_hit(const LightReceiver& at, const Hit& hit, float cos_light) const;
   EnvironmentLight::Arriving from_environment(Vec3 wi) const {
     const EnvironmentLight::Arriving a = environment_->at(wi);
     return {a.radiance, environment_probability_ * a.pdf_w};
@@ -74,16 +75,35 @@ class LightPick {
     MeshId mesh;
     uint32_t index = 0;  // in its mesh
   };
+  // From outside, what is seen of it is drawn by solid angle; from inside, points by area.
+  struct EmittingSphere {
+    Sphere shape;
+    Rgb emission;
+    float brightness = 0;  // as a triangle's
+    bool two_sided = false, varies = false;
+    MeshId mesh;
+
+    bool has_inside(Vec3 p) const {
+      return dot(p - shape.center, p - shape.center) < sqr(shape.radius);
+    }
+    bool emits_to(bool inside) const { return two_sided || inside == shape.inward; }
+    float area() const { return 4 * kPi * sqr(shape.radius); }
+  };
   bool sample_of(AliasTable::Pick pick, Vec3 p, Vec2 u, LightSample& out) const {
     if (pick.index < triangles_.size())
       return sample_triangle(triangles_[pick.index], pick.probability, p, u, out);
-    const size_t rest = pick.index - triangles_.size();
+    size_t rest = pick.index - triangles_.size();
+    if (rest < spheres_.size()) return sample_sphere(spheres_[rest], pick.probability, p, u, out);
+    rest -= spheres_.size();
     if (rest == punctual_.size()) return sample_environment(u, out);
     out.source = punctual_sources_[rest];
     return sample_punctual(punctual_[rest], pick.probability, p, out);
   }
   bool sample_by_tree(const LightReceiver& at, float u_light, Vec2 u, LightSample& out) const;
   static LightBounds bounds_of(const EmittingTriangle& t);
+  static LightBounds bounds_of(const EmittingSphere& s);
+  static bool sample_sphere(const EmittingSphere& s, float probability, Vec3 p, Vec2 u,
+                            LightSample& out);
   static bool sample_triangle(const EmittingTriangle& t, float probability, Vec3 p, Vec2 u,
                               LightSample& out) {
     const Vec2 b = square_to_triangle(u);
@@ -104,14 +124,16 @@ class LightPick {
   bool sample_environment(Vec2 u, LightSample& out) const;
 
   std::vector<EmittingTriangle> triangles_;
-  std::vector<uint32_t> first_of_mesh_;     // by Hit::mesh: index of its first triangle, or none
-  std::vector<PunctualLight> punctual_;     // those that have a place first
+  std::vector<EmittingSphere> spheres_;
+  std::vector<uint32_t> first_of_mesh_;  // by Hit::mesh: the light of its first triangle, or none
+  std::vector<PunctualLight> punctual_;  // those that have a place first
   std::vector<uint32_t> punctual_sources_;  // parallel: LightSample::source
   uint32_t environment_source_ = 0;
   std::shared_ptr<const EnvironmentLight> environment_;  // null: none
-  AliasTable picker_;  // triangles, punctual lights, then the environment; empty: no light at all
-  // Null: lights are picked by picker_. Else triangles and lights that have a place are picked by
-  // the tree with its probability, the rest by `outside_`.
+  // Triangles, spheres, punctual lights, then the environment; empty: no light at all.
+  AliasTable picker_;
+  // Null: lights are picked by picker_. Else those that have a place are picked by the tree with
+  // its probability, the rest by `outside_`.
   std::shared_ptr<const LightTree> tree_;
   float tree_probability_ = 1;
   size_t in_tree_ = 0;

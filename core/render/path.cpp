@@ -236,8 +236,7 @@ inline void PathTracer::add_emission(PathState& path, const Hit& hit, const Surf
                           : mesh.material->emission.value;
   float mis = 1;
   if (!path.delta && settings_.nee) {
-    mis = power_heuristic(path.pdf_w, lights_.pdf_w_triangle(path.from, hit.mesh, hit.triangle,
-                                                             hit.t, std::abs(cos_light)));
+    mis = power_heuristic(path.pdf_w, lights_.pdf_w_of_hit(path.from, hit, cos_light));
   }
   const Rgb light = path.throughput * emitted * mis;
   path.radiance += light;

@@ -42,7 +42,8 @@ MeshShading mesh_shading(const PreparedScene& prepared, const Placement& placed)
   if (!placed.mesh) return {};
   const Mesh& mesh = *placed.mesh;
   MeshShading m{prepared.materials[placed.material.value], &mesh, placed.to_world, {}, false};
-  m.bends = m.bends && !mesh.uvs.empty();
+  m.sphere = mesh.sphere ? &*mesh.sphere : nullptr;
+  m.bends = m.bends && m.has_uv();
   m.interpolated = !mesh.normals.empty() || !mesh.colors.empty() ||
                    (m.needs_uv() && !(mesh.uvs.empty() && mesh.second_uvs.empty()));
   if (placed.to_world) m.normals_to_world = placed.to_world->normals();
@@ -84,12 +85,25 @@ std::shared_ptr<PreparedScene> prepare(Scene given, SceneHash hash,
 
 }  // namespace
 
+void PreparedScene::put_on_sphere(const MeshShading& mesh, SurfacePoint& surface) {
+  const Sphere& sphere = *mesh.sphere;
+  const Vec3 outward = normalize(surface.p - sphere.center);
+  surface.p = sphere.center + outward * sphere.radius;
+  surface.ng = surface.ns = sphere.inward ? -outward : outward;
+  if (mesh.needs_uv()) surface.uv = sphere.uv(outward);
+}
+
+TriangleEdges PreparedScene::edges_at(const MeshShading& mesh, const Hit& hit) {
+  if (!mesh.sphere) return triangle_edges(*mesh.mesh, mesh.to_world, hit.triangle);
+  const auto [du, dv] = mesh.sphere->tangents(normalize(hit.ng));
+  return {du, dv, {1, 0}, {0, 1}};
+}
+
 void PreparedScene::bend(const MaterialShading& material, const Hit& hit, Vec3 wo,
                          SurfacePoint& surface) const {
   const MeshShading& m = meshes[hit.mesh.value];
-  if (m.mesh->uvs.empty()) return;
-  surface.ns = bent_normal(*textures, *material.material,
-                           triangle_edges(*m.mesh, m.to_world, hit.triangle), surface, wo);
+  if (!m.has_uv()) return;
+  surface.ns = bent_normal(*textures, *material.material, edges_at(m, hit), surface, wo);
 }
 
 Vec3 PreparedScene::coat_normal(const MaterialShading& material, const Hit& hit, Vec3 wo,
@@ -97,27 +111,28 @@ Vec3 PreparedScene::coat_normal(const MaterialShading& material, const Hit& hit,
   const MeshShading& m = meshes[hit.mesh.value];
   SurfacePoint own = surface;
   own.ns = surface.ng;
-  interpolate_vertices(*m.mesh, hit.triangle, hit.barycentric, own,
-                       m.normals_to_world ? &*m.normals_to_world : nullptr);
+  if (!m.sphere)
+    interpolate_vertices(*m.mesh, hit.triangle, hit.barycentric, own,
+                         m.normals_to_world ? &*m.normals_to_world : nullptr);
   own.uv = surface.uv;
   const Material& coated = *material.material;
-  if (coated.coat_normal_map.valid() && !m.mesh->uvs.empty())
+  if (coated.coat_normal_map.valid() && m.has_uv())
     own.ns = mapped_normal(*textures, coated.coat_normal_map, coated.coat_normal_scale,
-                           triangle_edges(*m.mesh, m.to_world, hit.triangle), own);
+                           edges_at(m, hit), own);
   return seen_normal(own.ns, surface.ng, wo);
 }
 
 Frame PreparedScene::turned_frame(const MaterialShading& material, const Hit& hit, Vec3 n,
                                   TexturePoint uv) const {
   const MeshShading& m = meshes[hit.mesh.value];
-  if (m.mesh->uvs.empty()) return Frame(n);
+  if (!m.has_uv()) return Frame(n);
   const Material& brushed = *material.material;
   float turn = brushed.anisotropy_rad;
   if (brushed.anisotropy_directions && brushed.anisotropy.texture.valid()) {
     const Rgb along = textures->rgb(brushed.anisotropy.texture, uv);
     turn += std::atan2(2 * along.g - 1, 2 * along.r - 1);
   }
-  return uv_frame(triangle_edges(*m.mesh, m.to_world, hit.triangle), n, turn);
+  return uv_frame(edges_at(m, hit), n, turn);
 }
 
 float PreparedScene::opacity(const MaterialShading& material, TexturePoint uv) const {
@@ -151,12 +166,14 @@ const MaterialShading& PreparedScene::resolve(const MaterialShading& material, T
 Rgb PreparedScene::emission_at(MeshId mesh, uint32_t triangle, Vec2 barycentric) const {
   const MeshShading& m = meshes[mesh.value];
   SurfacePoint surface;
+  if (m.sphere) surface.uv = barycentric;
   if (m.interpolated) interpolate_vertices(*m.mesh, triangle, barycentric, surface);
   return textures->color(m.material->emission, surface.uv) * opacity(m, surface.uv);
 }
 
 float PreparedScene::uv_per_metre(const MeshShading& mesh, uint32_t triangle,
                                   const std::vector<Vec2>& uvs) {
+  if (mesh.sphere) return 0.5f / (kPi * mesh.sphere->radius);
   if (uvs.empty()) return 0;
   const TriangleEdges e = triangle_edges(*mesh.mesh, mesh.to_world, triangle, uvs);
   const auto ratio2 = [](Vec2 uv, Vec3 edge) {
@@ -169,6 +186,7 @@ float PreparedScene::uv_per_metre(const MeshShading& mesh, uint32_t triangle,
 bool PreparedScene::passes(const Ray& ray, const Hit& hit) const {
   const MeshShading& m = meshes[hit.mesh.value];
   SurfacePoint surface;
+  if (m.sphere) surface.uv = m.sphere->uv(normalize(hit.ng));
   if (m.interpolated) interpolate_vertices(*m.mesh, hit.triangle, hit.barycentric, surface);
   const float opacity = this->opacity(m, surface.uv);
   if (opacity <= 0 || opacity >= 1) return opacity <= 0;

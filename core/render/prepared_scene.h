@@ -24,6 +24,9 @@ struct MeshShading : MaterialShading {
   const Transform* to_world = nullptr;     // an instance's
   std::optional<Mat3> normals_to_world{};  // the same
   bool interpolated = false;
+  const Sphere* sphere = nullptr;  // instead of triangles
+
+  bool has_uv() const { return sphere || !mesh->uvs.empty(); }
 };
 
 struct PreparedScene {
@@ -46,7 +49,9 @@ struct PreparedScene {
     const Vec3 ng = normalize(hit.ng);
     SurfacePoint surface{ray.o + ray.d * hit.t, ng, ng};
     const MeshShading& m = meshes[hit.mesh.value];
-    if (m.interpolated) {
+    if (m.sphere) {
+      put_on_sphere(m, surface);
+    } else if (m.interpolated) {
       interpolate_vertices(*m.mesh, hit.triangle, hit.barycentric, surface,
                            m.normals_to_world ? &*m.normals_to_world : nullptr);
     }
@@ -58,6 +63,8 @@ struct PreparedScene {
     if (m.bends) bend(m, hit, -ray.d, surface);
     return surface;
   }
+  // What is near the sphere, exactly there.
+  static void put_on_sphere(const MeshShading& mesh, SurfacePoint& surface);
   // Turns the shading normal by the material's images, as seen from wo.
   void bend(const MaterialShading& material, const Hit& hit, Vec3 wo, SurfacePoint& surface) const;
   // What the material's BSDF calls local, about the unit normal n.
@@ -71,7 +78,7 @@ struct PreparedScene {
                    const SurfacePoint& surface) const;
   // The material itself, or the part of a blend that u in [0, 1) picks.
   const MaterialShading& resolve(const MaterialShading& material, TexturePoint uv, float u) const;
-  // Radiance that a triangle's front emits; less where it is not opaque.
+  // Radiance that a front emits; less where it is not opaque. Of a sphere, `barycentric` is uv.
   Rgb emission_at(MeshId mesh, uint32_t triangle, Vec2 barycentric) const;
   size_t size_bytes() const;  // of memory, about; grows as textures are looked up
   GuideSetup guide_setup(const RenderSettings& settings) const;
@@ -84,9 +91,11 @@ struct PreparedScene {
   }
   // How much of what arrives there the surface stops, in [0, 1]; of a blend its parts counted.
   float opacity(const MaterialShading& material, TexturePoint uv) const;
-  // Of the triangle's edges the least: 0 where they have no uv.
+  // Of the triangle's edges the least: 0 where they have no uv. Of a sphere, at its equator.
   static float uv_per_metre(const MeshShading& mesh, uint32_t triangle,
                             const std::vector<Vec2>& uvs);
+  // The triangle's, or of a sphere a unit of u and one of v. pre: has_uv().
+  static TriangleEdges edges_at(const MeshShading& mesh, const Hit& hit);
   // Whether a ray passes a hit on a masked mesh: drawn by its bits, the same at every call.
   bool passes(const Ray& ray, const Hit& hit) const;
 };

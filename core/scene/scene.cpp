@@ -30,6 +30,11 @@ std::vector<Placement> Scene::placements() const {
   return all;
 }
 
+size_t Scene::sphere_count() const {
+  return static_cast<size_t>(
+      std::ranges::count_if(meshes, [](const Mesh& mesh) { return mesh.sphere.has_value(); }));
+}
+
 size_t Scene::triangle_count() const {
   size_t count = 0;
   for (const Mesh& mesh : meshes) count += mesh.triangles.size();
@@ -45,9 +50,15 @@ size_t Scene::placed_triangle_count() const {
 
 Bounds3 Scene::bounds() const {
   std::vector<Bounds3> boxes(meshes.size());
-  for (size_t m = 0; m < meshes.size(); ++m)
+  for (size_t m = 0; m < meshes.size(); ++m) {
     for (const auto& tri : meshes[m].triangles)
       for (const uint32_t v : tri) boxes[m].add(meshes[m].positions[v]);
+    if (const auto& sphere = meshes[m].sphere) {
+      const Vec3 r{sphere->radius, sphere->radius, sphere->radius};
+      boxes[m].add(sphere->center - r);
+      boxes[m].add(sphere->center + r);
+    }
+  }
   Bounds3 all;
   for (const Placement& placed : placements()) {
     if (!placed.mesh) continue;

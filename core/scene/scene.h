@@ -5,6 +5,7 @@
 #include <array>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -19,10 +20,12 @@
 #include "core/scene/camera.h"
 #include "core/scene/light.h"
 #include "core/scene/material.h"
+#include "core/scene/sphere.h"
 #include "core/scene/transform.h"
 
 namespace qray {
 
+// Triangles, or a sphere: then there are no vertices.
 struct Mesh {
   std::string name;
   std::vector<Vec3> positions;
@@ -31,7 +34,10 @@ struct Mesh {
   std::vector<Vec2> second_uvs;                    // for textures that ask for them
   std::vector<Rgb> colors;                         // per vertex, times reflectance; empty: white
   std::vector<std::array<uint32_t, 3>> triangles;  // counter-clockwise seen from the front
+  std::optional<Sphere> sphere;                    // instead; no instance may name it
   MaterialId material;
+
+  bool empty() const { return triangles.empty() && !sphere; }
 };
 
 // A mesh placed once more. A mesh that instances name is seen by these alone, any other where
@@ -89,6 +95,7 @@ struct Scene {
 
   // By the index that hits tell: the meshes, then the instances.
   std::vector<Placement> placements() const;
+  size_t sphere_count() const;
   size_t triangle_count() const;         // as stored
   size_t placed_triangle_count() const;  // as seen
   Bounds3 bounds() const;                // an instance's: of its mesh's box

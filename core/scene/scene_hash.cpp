@@ -79,6 +79,12 @@ Digest hash_geometry(const Scene& scene) {
       out.f32(uv.x);
       out.f32(uv.y);
     }
+    if (const auto& sphere = mesh.sphere) {  // others keep the hashes that they had before
+      out.vec3(sphere->center);
+      out.f32(sphere->radius);
+      out.u8(sphere->inward ? 1 : 0);
+      for (const Vec3 row : sphere->to_local.rows) out.vec3(row);
+    }
   }
   out.u64(scene.instances.size());
   for (const Instance& instance : scene.instances) {

@@ -78,7 +78,36 @@ Mat3 Transform::normals() const {
   return out;
 }
 
+bool Transform::keeps_spheres() const {
+  constexpr double kSlack = 1e-4;
+  double columns[3][3] = {};  // their products
+  for (size_t i = 0; i < 3; ++i)
+    for (size_t j = 0; j < 3; ++j)
+      for (const auto& row : rows) columns[i][j] += row[i] * row[j];
+  for (size_t i = 0; i < 3; ++i)
+    for (size_t j = 0; j < 3; ++j)
+      if (!(std::abs(columns[i][j] - (i == j ? columns[0][0] : 0)) <= kSlack * columns[0][0]))
+        return false;
+  return true;
+}
+
 void Transform::apply(Mesh& mesh) const {
+  if (mesh.sphere) {
+    Sphere& s = *mesh.sphere;
+    const double scale = std::cbrt(std::abs(determinant()));
+    s.center = point(s.center);
+    s.radius *= static_cast<float>(scale);
+    // New rows: those of the old, turned along.
+    for (Vec3& row : s.to_local.rows) {
+      Vec3 turned;
+      for (int r = 0; r < 3; ++r)
+        turned[r] = static_cast<float>((rows[static_cast<size_t>(r)][0] * row.x +
+                                        rows[static_cast<size_t>(r)][1] * row.y +
+                                        rows[static_cast<size_t>(r)][2] * row.z) /
+                                       scale);
+      row = turned;
+    }
+  }
   for (Vec3& p : mesh.positions) p = point(p);
   const Mat3 to_world = normals();
   for (Vec3& n : mesh.normals) n = normalize(to_world * n);
@@ -89,6 +118,7 @@ void Transform::apply(Mesh& mesh) const {
 void flip_winding(Mesh& mesh) {
   for (auto& tri : mesh.triangles) std::swap(tri[1], tri[2]);
   for (Vec3& n : mesh.normals) n = -n;
+  if (mesh.sphere) mesh.sphere->inward = !mesh.sphere->inward;
 }
 
 }  // namespace qray

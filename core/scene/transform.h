@@ -26,9 +26,11 @@ struct Transform {
   // Of normals, which are to be made unit: the inverse transpose but for a factor, turned with the
   // winding. pre: determinant() != 0.
   Mat3 normals() const;
-  void apply(Mesh& mesh) const;  // pre: the same
+  bool keeps_spheres() const;  // scales alike in all directions
+  // pre: the same; of a sphere, keeps_spheres().
+  void apply(Mesh& mesh) const;
 };
 
-void flip_winding(Mesh& mesh);  // normals too
+void flip_winding(Mesh& mesh);  // normals too; a sphere's front
 
 }  // namespace qray

@@ -122,6 +122,14 @@ Status check_mesh(const Mesh& mesh, const std::string& at, size_t material_count
     return wrong(at + "/material", "a material below " + std::to_string(material_count),
                  mesh.material.valid() ? std::to_string(mesh.material.value) : "none");
   }
+  if (const auto& sphere = mesh.sphere) {
+    if (!is_coordinate(sphere->center))
+      return wrong(at + "/sphere/center", "numbers within 1e6 m", show(sphere->center));
+    if (!in_range(sphere->radius, 0, kMaxCoordinate))
+      return wrong(at + "/sphere/radius", "0..1e6 m", show(sphere->radius));
+    if (!mesh.positions.empty() || !mesh.triangles.empty())
+      return wrong(at + "/sphere", "no triangles beside it", std::to_string(mesh.triangles.size()));
+  }
   const size_t vertex_count = mesh.positions.size();
   for (const Status& status :
        {check_count(at + "/normals", mesh.normals.size(), vertex_count),
@@ -214,6 +222,8 @@ Status check_instance(const Instance& instance, const std::string& at, const Sce
     return wrong(at + "/mesh", "a mesh below " + std::to_string(scene.meshes.size()),
                  instance.mesh.valid() ? std::to_string(instance.mesh.value) : "none");
   }
+  if (scene.meshes[instance.mesh.value].sphere)
+    return wrong(at + "/mesh", "a mesh of triangles", "an exact sphere");
   if (instance.material.valid() && instance.material.value >= scene.materials.size()) {
     return wrong(at + "/material", "a material below " + std::to_string(scene.materials.size()),
                  std::to_string(instance.material.value));
@@ -291,7 +301,11 @@ Status check_counts(const Scene& scene, const SceneLimits& limits) {
 // What cannot be hit, sampled or given a normal in floats: its length is a sum of squares, which
 // must not fall below the smallest normal float, 1e-38.
 size_t drop_degenerate(Mesh& mesh) {
-  constexpr float kMinDoubleArea = 1e-18f;
+  constexpr float kMinDoubleArea = 1e-18f, kMinRadius = 1e-9f;
+  if (mesh.sphere && mesh.sphere->radius < kMinRadius) {
+    mesh.sphere.reset();
+    return 1;
+  }
   return std::erase_if(mesh.triangles, [&mesh](const auto& tri) {
     const Vec3 p = mesh.positions[tri[0]];
     const Vec3 n = cross(mesh.positions[tri[1]] - p, mesh.positions[tri[2]] - p);
@@ -304,10 +318,10 @@ void drop_empty_meshes(Scene& scene) {
   std::vector<MeshId> kept(scene.meshes.size());
   uint32_t count = 0;
   for (size_t m = 0; m < scene.meshes.size(); ++m)
-    if (!scene.meshes[m].triangles.empty()) kept[m] = MeshId(count++);
+    if (!scene.meshes[m].empty()) kept[m] = MeshId(count++);
   for (Instance& instance : scene.instances) instance.mesh = kept[instance.mesh.value];
   std::erase_if(scene.instances, [](const Instance& instance) { return !instance.mesh.valid(); });
-  std::erase_if(scene.meshes, [](const Mesh& mesh) { return mesh.triangles.empty(); });
+  std::erase_if(scene.meshes, [](const Mesh& mesh) { return mesh.empty(); });
 }
 
 }  // namespace
@@ -380,7 +394,7 @@ Result<ValidateReport> validate(Scene& scene, const SceneLimits& limits) {
   for (Mesh& mesh : scene.meshes) report.dropped_triangles += drop_degenerate(mesh);
   drop_empty_meshes(scene);
   if (scene.meshes.empty())
-    return Error{ErrorCode::kInvalid, "expected at least one triangle with an area", "/meshes"};
+    return Error{ErrorCode::kInvalid, "expected at least one shape with an area", "/meshes"};
   return report;
 }
 

@@ -69,10 +69,11 @@ test('the schema passes the example of the format\'s page', () => {
 // What the loader may refuse though the schema passes: names, indices, counts, files, geometry.
 const beyondSchema = [
   /expected the name of a (material|texture)/, /is taken, expected a name of its own/,
-  /no such file/, /expected at least one triangle with an area/, /one a position/,
+  /no such file/, /expected at least one shape with an area/, /one a position/,
   /expected positions to refer to/, /triangles\/\d+\/\d+: expected an integer/,
   /quads\/\d+\/\d+: expected an integer/, /expected more than "min"/, /that keeps volume/,
-  /expected the name of one mesh/, /transform: expected a place within/,
+  /expected the name of one mesh/, /a mesh of triangles/, /one scale for all directions/,
+  /transform: expected a place within/,
   /inner_deg: expected 0 to the outer angle/,
   /camera(s\/[^/]*)?\/(target|up): expected a (point away|direction other)/,
   /expected at most \d+ pixels/,

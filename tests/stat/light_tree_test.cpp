@@ -227,7 +227,7 @@ TEST(LightTree, TheDensityOfAHitIsThatOfTheDraw) {
     if (std::abs(hit.t / light.distance - 1) > 1e-4f) continue;
     ++hits;
     const float cos_light = std::abs(dot(normalize(hit.ng), light.wi));
-    const float pdf_w = scene->lights.pdf_w_triangle(at, hit.mesh, hit.triangle, hit.t, cos_light);
+    const float pdf_w = scene->lights.pdf_w_of_hit(at, hit, cos_light);
     ASSERT_NEAR(pdf_w / light.pdf_w, 1, 0.01) << i;
   }
   EXPECT_GT(hits, 5'000);

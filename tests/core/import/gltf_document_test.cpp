@@ -223,7 +223,7 @@ TEST(GltfDocument, CountsAreLimitedBeforeMemoryIsTaken) {
   // Of two thousand million vertices three are wanted.
   text.primitive()["indices"] = text.add_indices({0, 1, 65535});
   EXPECT_EQ(folder.failure("a.gltf", text.gltf()),
-            "a.gltf:/meshes: expected at least one triangle with an area");
+            "a.gltf:/meshes: expected at least one shape with an area");
 }
 
 TEST(GltfDocument, HostileJsonIsAnError) {

@@ -112,6 +112,29 @@ TEST(JsonScene, ReadsEveryFieldWhereItBelongs) {
   EXPECT_EQ(s.meshes[0].colors[2], (Rgb{1, 1, 0.5f}));
 }
 
+TEST(JsonScene, ExactSpheresAreTurnedAndScaledAndKeepThePolesUp) {
+  const test::SceneFolder folder;
+  const auto read = [&](const std::string& more) {
+    return folder.load("scene.json", document(kCamera, kMaterials,
+                                              R"("meshes": [{"name": "ball",
+        "material": "a", "sphere": {"center": [1, 0, 0], "radius": 2, "exact": true})" +
+                                                  more));
+  };
+  const auto loaded = read(R"(, "flip": true, "transform": {"scale": 3, "rotate": {"axis":
+      [0, 0, 1], "deg": 90}, "translate": [0, 0, 5]}}])");
+  ASSERT_TRUE(loaded.ok()) << loaded.error().text();
+  ASSERT_TRUE(loaded.value().scene.meshes[0].sphere);
+  const Sphere& sphere = *loaded.value().scene.meshes[0].sphere;
+  EXPECT_LT(length(sphere.center - Vec3{0, 3, 5}), 1e-5f);
+  EXPECT_FLOAT_EQ(sphere.radius, 6);
+  EXPECT_TRUE(sphere.inward);
+  EXPECT_NEAR(sphere.uv({-1, 0, 0}).y, 1, 1e-3f);  // +y, turned
+  const auto instanced = read(R"(}], "instances": [{"mesh": "ball"}])");
+  ASSERT_FALSE(instanced.ok());
+  EXPECT_EQ(instanced.error().text(),
+            "scene.json:/instances/0/mesh: expected a mesh of triangles, got an exact sphere");
+}
+
 TEST(JsonScene, ReadsEveryKindOfMaterial) {
   const test::SceneFolder folder;
   folder.write("t.png", "not opened here");
@@ -332,6 +355,12 @@ TEST(JsonScene, NamesThePlaceOfEveryFault) {
        "scene.json:/meshes/0/uvs: expected 3, one a position, got 1"},
       {with_mesh(R"({"material": "a", "sphere": {"center": [0,0,0], "radius": 0}})"),
        "scene.json:/meshes/0/sphere/radius: expected 1e-06..1e+06, got 0"},
+      {with_mesh(R"({"material": "a", "sphere": {"center": [0,0,0], "radius": 1, "exact": true,
+                     "smooth": true}})"),
+       "scene.json:/meshes/0/sphere/smooth: expected only without \"exact\""},
+      {with_mesh(R"({"material": "a", "sphere": {"center": [0,0,0], "radius": 1, "exact": true},
+                     "transform": {"scale": [1, 2, 1]}})"),
+       "scene.json:/meshes/0/transform: expected one scale for all directions"},
       {with_mesh(R"({"material": "a", "box": {"min": [0,0,0], "max": [1,1,1]},
                      "transform": {"scale": [1, 0, 1]}})"),
        "scene.json:/meshes/0/transform/scale/1: expected a factor of 1e-6 or more in size, got 0"},

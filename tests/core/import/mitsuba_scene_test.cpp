@@ -213,14 +213,13 @@ TEST(MitsubaShape, FrontsFaceAsMitsubasDo) {
   EXPECT_EQ(test::front(meshes(shape("rectangle", flip))[0], 0), (Vec3{0, 0, -1}));
   EXPECT_EQ(test::front(meshes(shape("rectangle", mirror))[0], 0), (Vec3{0, 0, -1}));
   EXPECT_EQ(test::front(meshes(shape("disk", ""))[0], 0), (Vec3{0, 0, 1}));
-  for (const char* type : {"cube", "sphere"}) {
-    for (const bool flipped : {false, true}) {
-      for (const std::string& map : {std::string(), mirror}) {
-        const Mesh mesh = meshes(shape(type, map + (flipped ? flip : "")))[0];
-        for (size_t i = 0; i < mesh.triangles.size(); ++i) {
-          const float out = dot(test::front(mesh, i), mesh.positions[mesh.triangles[i][0]]);
-          EXPECT_EQ(out > 0, !flipped) << type << " " << i;
-        }
+  for (const bool flipped : {false, true}) {
+    for (const std::string& map : {std::string(), mirror}) {
+      const Mesh mesh = meshes(shape("cube", map + (flipped ? flip : "")))[0];
+      ASSERT_FALSE(mesh.triangles.empty());
+      for (size_t i = 0; i < mesh.triangles.size(); ++i) {
+        const float out = dot(test::front(mesh, i), mesh.positions[mesh.triangles[i][0]]);
+        EXPECT_EQ(out > 0, !flipped) << i;
       }
     }
   }
@@ -236,10 +235,6 @@ TEST(MitsubaShape, CurvedShapesHaveTheExactArea) {
     }
     return sum;
   };
-  EXPECT_NEAR(area("<shape type=\"sphere\"><float name=\"radius\" value=\"3\"/>"
-                   "<point name=\"center\" x=\"10\"/></shape>") /
-                  (36 * std::numbers::pi),
-              1, 1e-5);
   EXPECT_NEAR(area("<shape type=\"disk\"/>") / std::numbers::pi, 1, 1e-5);
   EXPECT_NEAR(area("<shape type=\"cylinder\"><float name=\"radius\" value=\"2\"/>"
                    "<point name=\"p0\" x=\"1\"/><point name=\"p1\" value=\"1 0 5\"/></shape>") /

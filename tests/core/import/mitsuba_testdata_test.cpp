@@ -14,13 +14,13 @@ INSTANTIATE_TEST_SUITE_P(All, MitsubaTestdata,
                                          RealScene{"cornell-box/scene_v3.xml", 36, 0},
                                          RealScene{"veach-ajar/scene_v0.5.xml", 382690, 0},
                                          RealScene{"veach-ajar/scene_v3.xml", 382690, 0},
-                                         RealScene{"veach-mis/scene_v0.5.xml", 48436, 1},
-                                         RealScene{"veach-mis/scene_v3.xml", 48436, 0},
+                                         RealScene{"veach-mis/scene_v0.5.xml", 52, 1},
+                                         RealScene{"veach-mis/scene_v3.xml", 52, 0},
                                          RealScene{"living-room/scene_v0.5.xml", 143163, 1},
                                          RealScene{"staircase2/scene_v0.5.xml", 31247, 0},
-                                         RealScene{"cbox-bulb/scene_v0.6.xml", 62518, 0},
-                                         RealScene{"cbox-bulb/include_v0.6.xml", 62518, 0},
-                                         RealScene{"many-lights-a/scene_v0.6.xml", 168556, 0}));
+                                         RealScene{"cbox-bulb/scene_v0.6.xml", 46390, 0},
+                                         RealScene{"cbox-bulb/include_v0.6.xml", 46390, 0},
+                                         RealScene{"many-lights-a/scene_v0.6.xml", 556, 0}));
 
 LoadedScene load_testdata(const std::string& file) {
   auto loaded = load_scene(test::testdata_dir() / file);
