@@ -282,9 +282,8 @@ bool LightPick::sample_sphere(const EmittingSphere& s, float probability, Vec3 p
   } else {
     const float cap = cap_height(r, d2), d = std::sqrt(d2);
     const Vec2 disk = square_to_disk(u);
-    const float height =
-        cap *
-        (disk.x * disk.x + disk.y * disk.y);  // 1 - the cosine with the direction of the center
+    // 1 - the cosine with the direction of the center.
+    const float height = cap * (disk.x * disk.x + disk.y * disk.y);
     const float sin2 = height * (2 - height);
     const float scale = std::sqrt(cap * (2 - height));
     out.wi = Frame(to_center / d).to_world({disk.x * scale, disk.y * scale, 1 - height});
