@@ -341,12 +341,16 @@ inline PathTracer::Connection PathTracer::connect(const PathVertex& v, float u_l
   float unguided_weight = 1;
   if (learner_.on() && !light.punctual)
     unguided_weight = (1 + sqr(ratio)) / (1 + sqr(eval.pdf_w / light.pdf_w));
-  // The ray starts off the surface, perhaps nearer to the light, and must end before it.
-  const float t_max = std::min(light.distance * (1 - 1e-4f), light.distance - 2 * v.ray_offset);
-  return {eval.f_cos * light.radiance * mis_over_pdf,
-          {v.ray_origin(light.wi), light.wi, std::max(t_max, 0.0f)},
-          light.punctual,
-          unguided_weight,
+  // The ray starts off the surface, and must end before the light. It is aimed from there: beside
+  // the direction from the surface, a light seen at a grazing angle would be in its own way.
+  Ray ray{v.ray_origin(light.wi), light.wi};
+  if (std::isfinite(light.distance)) {
+    const Vec3 to_light = v.surface.p + light.wi * light.distance - ray.o;
+    const float distance = length(to_light);
+    if (distance > 0) ray.d = to_light / distance;
+    ray.t_max = std::max(std::min(distance * (1 - 1e-4f), distance - 2 * v.ray_offset), 0.0f);
+  }
+  return {eval.f_cos * light.radiance * mis_over_pdf, ray, light.punctual, unguided_weight,
           light.source};
 }
 

@@ -213,5 +213,32 @@ TEST(Sphere, AFineOneOfTrianglesLooksTheSame) {
   }
 }
 
+// In a vast scene rays start further off a surface. They must not meet the edge of the lamp that
+// they are meant for: it did in 4 of 100.
+TEST(Sphere, ALampInAVastSceneIsAsBrightAsInASmallOne) {
+  const auto lit = [](bool vast) {
+    Scene scene;
+    add_sphere(scene, test::add_material(scene, Rgb{0.0f}, Rgb{30.0f}),
+               sphere_at({1, 2.2f, 1}, 0.2f));
+    const MaterialId ground = test::add_material(scene, Rgb{0.6f});
+    test::add_quad(scene, ground, {-20, 0, 20}, {40, 0, 0}, {0, 0, -40});
+    if (vast) test::add_quad(scene, ground, {0, -1500, 0}, {0, 1, 0}, {0, 0, 1});
+    scene.camera.position = {0, 1, 4};
+    scene.camera.target = {0, 0.5f, 0};
+    return test::prepare(scene);
+  };
+  const auto small = lit(false), vast = lit(true);
+  ASSERT_GT(vast->ray_epsilon, 20 * small->ray_epsilon);
+  test::Moments of_small, of_vast;
+  for (uint64_t seed = 1; seed <= 12; ++seed) {
+    of_small.add(test::mean_luminance(
+        test::render(*small, test::small_settings("none", 48, 64, seed)).image));
+    of_vast.add(test::mean_luminance(
+        test::render(*vast, test::small_settings("none", 48, 64, seed + 100)).image));
+  }
+  EXPECT_NEAR(of_vast.mean() / of_small.mean(), 1, 2e-3)
+      << of_vast.standard_error() / of_vast.mean();
+}
+
 }  // namespace
 }  // namespace qray
