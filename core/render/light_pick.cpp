@@ -26,7 +26,7 @@ float brightness_share(const Material& material, const MaterialTextures& texture
   const float whole = luminance(material.emission.value), n = static_cast<float>(steps);
   float sum = 0;
   for (int i = 0; i < steps * steps; ++i) {
-    const Vec2 uv = uv_at(
+    const TexturePoint uv = uv_at(
         {(static_cast<float>(i / steps) + 0.5f) / n, (static_cast<float>(i % steps) + 0.5f) / n});
     sum += luminance(textures.color(material.emission, uv)) * textures.opacity(material, uv);
   }
@@ -89,7 +89,7 @@ void LightPick::build(const Scene& scene, const Bounds3& bounds, const MaterialT
         t.brightness *= brightness_share(material, textures, 4, [&](Vec2 u) {
           SurfacePoint surface;
           interpolate_vertices(*placed.mesh, t.index, square_to_triangle(u), surface);
-          return surface.uv.uv;
+          return surface.uv;
         });
       }
       powers.push_back(kPi * t.area * t.brightness * (t.two_sided ? 2.0f : 1.0f));
