@@ -14,7 +14,7 @@ namespace qray::server {
 namespace {
 
 using std::chrono::milliseconds;
-constexpr milliseconds kBetweenLooks{1000};
+constexpr milliseconds kLookForRuns{1000};
 constexpr milliseconds kMostBetweenRenewals{2000};
 
 }  // namespace
@@ -31,7 +31,7 @@ void JobRunner::work_shared(std::stop_token stop) {
     } catch (const std::exception& e) {
       if (!std::exchange(told, true)) spdlog::error("no jobs are claimed: {}", e.what());
     }
-    stores_.shared->wait_for_news(stop, kBetweenLooks);
+    stores_.shared->wait_for_news(stop, kLookForRuns);
   }
 }
 

@@ -89,12 +89,12 @@ class Sharing final : public PassSampler {
   size_t bytes_ = 0;
 };
 
-struct Outcome {
+struct InUnits {
   Image image;
   JobResult job;
 };
 
-Outcome run(const PreparedScene& scene, const RenderSettings& settings,
+InUnits run(const PreparedScene& scene, const RenderSettings& settings,
             std::optional<TableFile> table, const Recovery* recovery, int processes) {
   Film film(settings.width, settings.height);
   TaskPool pool(2);
@@ -136,8 +136,8 @@ TEST_P(SharedPasses, HaveTheBitsOfOneProcess) {
   std::optional<Recovery> recovery;
   if (c.recovers) recovery = Recovery{"default", included_network("default").value()};
   const Recovery* with = recovery ? &*recovery : nullptr;
-  const Outcome alone = run(*scene, settings, table, with, 0);
-  const Outcome shared = run(*scene, settings, table, with, 3);
+  const InUnits alone = run(*scene, settings, table, with, 0);
+  const InUnits shared = run(*scene, settings, table, with, 3);
   EXPECT_TRUE(test::same_bits(alone.image, shared.image));
   EXPECT_EQ(alone.job.stats.rays, shared.job.stats.rays);
   EXPECT_EQ(alone.job.stats.passes, shared.job.stats.passes);
