@@ -298,7 +298,8 @@ class Server {
   // A pass is a sample, and takes .4 s.
   Result<JobResult> render(const PreparedScene&, const RenderSettings& settings, StartingGuide,
                            Film& film, TaskPool&, RenderObserver& observer, std::stop_token stop,
-                           const Clock& clock, const Recovery*, const Checkpoints& checkpoints) {
+                           const Clock& clock, const Recovery*, const Checkpoints& checkpoints,
+                           PassSampler*) {
     const JobId id = dynamic_cast<const RunningJob&>(observer).id();
     const Run run(*this, id);
     const Error canceled{ErrorCode::kCanceled, "canceled", ""};
