@@ -103,7 +103,8 @@ class TileSamples {
   static void save_unless_zero(const std::vector<T>& values, SnapshotWriter& out) {
     const bool any = std::any_of(values.begin(), values.end(), [](const T& v) { return v != T{}; });
     out(any);
-    if (any) out(values);
+    // A copy: a snapshot has a vector's capacity, which tells of the tiles before.
+    if (any) out(std::vector<T>(values.begin(), values.end()));
   }
   template <class T>
   static void load_unless_zero(std::vector<T>& values, SnapshotReader& in) {

@@ -66,6 +66,7 @@ std::optional<Bytes> UnitRenderer::sample(size_t first, size_t count, const std:
   if (learns) {
     for (const std::unique_ptr<GuideDelta>& delta : learned) guide_->update(*delta);
     of_guide = guide_->share()->take_learned();
+    of_guide.shrink_to_fit();
   }
   if (stop.stop_requested()) return {};
 

@@ -118,6 +118,8 @@ TEST_F(SharedPassesTest, APictureHasTheBitsOfOneMachine) {
       }
     }
     EXPECT_GT(of_others, 0u) << "nobody helped";
+    const Json listed = front->get("/v1/workers");
+    for (const Json& one : listed["workers"]) EXPECT_EQ(one["aside"], "") << one;
   }
 }
 

@@ -215,6 +215,34 @@ TEST(UnitRenderer, UnitsThatWereDamagedAreRefused) {
   EXPECT_GT(guide->stats().samples_seen, 0u);
 }
 
+// Else two workers would be told apart by what each sampled before.
+TEST(UnitRenderer, ItsBytesDoNotTellOfTheUnitsBefore) {
+  const auto scene = test::prepare(test::room());
+  RenderSettings settings = test::small_settings("none", 72, 4);  // tiles of 64 and of 8 pixels
+  TaskPool pool(1);
+  Film film(settings.width, settings.height);
+  const SteadyClock clock;
+  Renderer renderer(*scene, settings, nullptr, film, pool, clock);
+  ASSERT_TRUE(renderer.start_pass());
+  Bytes pass;
+  SnapshotWriter out(
+      [&](std::span<const uint8_t> part) { pass.insert(pass.end(), part.begin(), part.end()); });
+  renderer.save_pass(out);
+  std::vector<Bytes> sampled;
+  for (const bool large_first : {false, true}) {
+    const auto units = UnitRenderer::make(*scene, settings, pool).value();
+    SnapshotReader in(pass);
+    ASSERT_TRUE(units->start_pass(in));
+    if (large_first) {
+      ASSERT_TRUE(units->sample(0, 1, {}));
+    }
+    Bytes one = units->sample(1, 1, {}).value();
+    one.erase(one.begin(), one.begin() + UnitRenderer::kTimesBytes);
+    sampled.push_back(std::move(one));
+  }
+  EXPECT_EQ(sampled[0], sampled[1]);
+}
+
 TEST(UnitRenderer, OneProcessRendersWhatLearnsInOrder) {
   const auto scene = test::prepare(test::room());
   TaskPool pool(1);
