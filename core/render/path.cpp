@@ -23,8 +23,7 @@ Rgb transmittance(Rgb absorption, float distance) {
 }
 
 float power_heuristic(float pdf, float other_pdf) {
-  const float ratio = other_pdf / pdf;  // of densities, so that their squares cannot overflow
-  return 1 / (1 + ratio * ratio);
+  return 1 / (1 + sqr(other_pdf / pdf));  // of the ratio, so that squares cannot overflow
 }
 
 }  // namespace
@@ -341,8 +340,8 @@ inline PathTracer::Connection PathTracer::connect(const PathVertex& v, float u_l
   float unguided_weight = 1;
   if (learner_.on() && !light.punctual)
     unguided_weight = (1 + sqr(ratio)) / (1 + sqr(eval.pdf_w / light.pdf_w));
-  // The ray starts off the surface, and must end before the light. It is aimed from there: beside
-  // the direction from the surface, a light seen at a grazing angle would be in its own way.
+  // The ray starts off the surface, and must end before the light. It is aimed from there: with the
+  // direction from the surface, a light seen at a grazing angle would be in its own way.
   Ray ray{v.ray_origin(light.wi), light.wi};
   if (std::isfinite(light.distance)) {
     const Vec3 to_light = v.surface.p + light.wi * light.distance - ray.o;

@@ -83,14 +83,15 @@ TEST(Instances, AreTheSameSceneAsItsMeshesWrittenOut) {
       RenderSettings settings = test::small_settings(method, 48, 32);
       settings.nee = nee;
       const Image x = test::render(*a, settings).image, y = test::render(*b, settings).image;
-      // The same random numbers: where rounding parts no path, pixels are alike.
+      // The same random numbers: where rounding parts no path, pixels are alike. But a mirrored
+      // panel written out has its triangles' corners in another order, and so other light points.
       int alike = 0;
       for (int v = 0; v < 48; ++v)
         for (int u = 0; u < 48; ++u)
           alike += std::abs(luminance(x.rgb(u, v)) - luminance(y.rgb(u, v))) <=
                    1e-3f * luminance(y.rgb(u, v)) + 1e-5f;
-      if (std::string(method) == "none") {
-        EXPECT_GT(alike, 0.75 * 48 * 48) << nee;
+      if (std::string(method) == "none" && !nee) {
+        EXPECT_GT(alike, 0.75 * 48 * 48);
       }
       EXPECT_NEAR(test::mean_luminance(x) / test::mean_luminance(y), 1, nee ? 0.01 : 0.1)
           << method << nee;

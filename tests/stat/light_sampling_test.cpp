@@ -54,6 +54,14 @@ Scene room_with_a_panel_that_shines_both_ways() {
   return scene;
 }
 
+// Most of what it lights it lights at a grazing angle.
+Scene room_with_a_panel_that_shines_at_the_ceiling() {
+  Scene scene = test::room();
+  for (Mesh& mesh : scene.meshes)
+    if (scene.materials[mesh.material.value].emits()) flip_winding(mesh);
+  return scene;
+}
+
 // The light's density over the sphere, as seen from a point that lights reach unhindered.
 TEST(LightSampling, EnvironmentDirectionsFollowTheDensity) {
   for (float rotation : {0.0f, 130.0f}) {
@@ -97,6 +105,7 @@ struct Case {
 std::vector<Case> cases() {
   return {{"area light", test::room(), 16},
           {"light that shines up", test::room(/*shaded=*/true), 32},
+          {"panel that shines at the ceiling", room_with_a_panel_that_shines_at_the_ceiling(), 64},
           {"panel that shines both ways", room_with_a_panel_that_shines_both_ways(), 16, true},
           {"image environment", ground_under(sky(), 40), 32, true},
           {"constant environment", ground_under({}, 0), 16, true},
