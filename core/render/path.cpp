@@ -28,32 +28,6 @@ float power_heuristic(float pdf, float other_pdf) {
 
 }  // namespace
 
-PathCounters& PathCounters::operator+=(const PathCounters& o) {
-  paths += o.paths;
-  rays += o.rays;
-  guided_paths += o.guided_paths;
-  guided_rays += o.guided_rays;
-  lookups += o.lookups;
-  dropped_samples += o.dropped_samples;
-  timed_total += o.timed_total;
-  timed_tracing += o.timed_tracing;
-  timed_guiding += o.timed_guiding;
-  return *this;
-}
-
-PathCounters& PathCounters::operator-=(const PathCounters& o) {
-  paths -= o.paths;
-  rays -= o.rays;
-  guided_paths -= o.guided_paths;
-  guided_rays -= o.guided_rays;
-  lookups -= o.lookups;
-  dropped_samples -= o.dropped_samples;
-  timed_total -= o.timed_total;
-  timed_tracing -= o.timed_tracing;
-  timed_guiding -= o.timed_guiding;
-  return *this;
-}
-
 PathTracer::PathTracer(const PreparedScene& scene, const LightPick& lights,
                        const RenderSettings& settings, const Guide* guide, const LightSplit* split)
     : scene_(scene),
