@@ -255,9 +255,7 @@ bool LightPick::sample_by_tree(const LightReceiver& at, float u_light, Vec2 u,
 
 LightBounds LightPick::bounds_of(const EmittingSphere& s) {
   LightBounds b;
-  const Vec3 r{s.shape.radius, s.shape.radius, s.shape.radius};
-  b.box.add(s.shape.center - r);
-  b.box.add(s.shape.center + r);
+  b.box = s.shape.bounds();
   b.intensity = s.brightness * s.area() / 4;
   b.cos_spread = -1;
   return b;

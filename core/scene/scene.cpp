@@ -53,11 +53,7 @@ Bounds3 Scene::bounds() const {
   for (size_t m = 0; m < meshes.size(); ++m) {
     for (const auto& tri : meshes[m].triangles)
       for (const uint32_t v : tri) boxes[m].add(meshes[m].positions[v]);
-    if (const auto& sphere = meshes[m].sphere) {
-      const Vec3 r{sphere->radius, sphere->radius, sphere->radius};
-      boxes[m].add(sphere->center - r);
-      boxes[m].add(sphere->center + r);
-    }
+    if (const auto& sphere = meshes[m].sphere) boxes[m] = sphere->bounds();
   }
   Bounds3 all;
   for (const Placement& placed : placements()) {

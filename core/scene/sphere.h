@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "core/math/mat3.h"
+#include "core/math/ray.h"
 #include "core/math/warp.h"
 
 namespace qray {
@@ -18,6 +19,13 @@ struct Sphere {
 
   bool operator==(const Sphere&) const = default;
 
+  Bounds3 bounds() const {
+    const Vec3 r{radius, radius, radius};
+    Bounds3 box;
+    box.add(center - r);
+    box.add(center + r);
+    return box;
+  }
   // u around the poles from 0 to 1, v from 0 at -z to 1 at +z.
   Vec2 uv(Vec3 outward) const {
     const Vec3 n = to_local * outward;

@@ -86,6 +86,11 @@ Result<PgRows> PgDatabase::Session::run(const char* sql, const std::vector<PgVal
   return connection_->run(sql, values, as_bytes);
 }
 
+Status PgDatabase::Session::change(const char* sql, const std::vector<PgValue>& values) {
+  const Result<PgRows> done = run(sql, values);
+  return done.ok() ? Status() : Status(done.error());
+}
+
 // A connection that lay idle may have broken: that shows here, where nothing is lost.
 PgDatabase::Transaction::Transaction(PgDatabase& db) : Session(db) {
   for (int tries = 0; tries < 2 && !in_transaction_; ++tries) {
@@ -108,11 +113,6 @@ PgDatabase::Transaction::Transaction(PgDatabase& db) : Session(db) {
 PgDatabase::Transaction::~Transaction() {
   if (in_transaction_ && !committed_ && connection_ && connection_->good())
     if (!connection_->run("ROLLBACK", {}).ok()) connection_.reset();
-}
-
-Status PgDatabase::Transaction::change(const char* sql, const std::vector<PgValue>& values) {
-  const Result<PgRows> done = run(sql, values);
-  return done.ok() ? Status() : Status(done.error());
 }
 
 Status PgDatabase::Transaction::run_all(const char* sql) {

@@ -36,6 +36,8 @@ class PgDatabase {
     Result<PgRows> run_bytes(const char* sql, const std::vector<PgValue>& values) {
       return run(sql, values, /*as_bytes=*/true);
     }
+    // Of which no rows are wanted.
+    Status change(const char* sql, const std::vector<PgValue>& values = {});
 
    private:
     Result<PgRows> run(const char* sql, const std::vector<PgValue>& values, bool as_bytes);
@@ -52,8 +54,6 @@ class PgDatabase {
    public:
     explicit Transaction(PgDatabase& db);
     ~Transaction();
-    // Of which no rows are wanted.
-    Status change(const char* sql, const std::vector<PgValue>& values = {});
     Status run_all(const char* sql);  // several statements, without values
     // Where the connection broke meanwhile, the database is asked what became of it; kIo: it did
     // not say, or it is undone.

@@ -75,24 +75,22 @@ Result<SharedPasses::Collected> PgSharedPasses::collect(const Key& key,
 
 Status PgSharedPasses::reopen(const Key& key, std::span<const size_t> units) {
   PgDatabase::Session session(db_);
-  const Result<PgRows> rows = session.run(
+  return session.change(
       "WITH results AS (DELETE FROM pass_results WHERE job=$1 AND claim=$2 AND pass=$3 AND "
       "unit = ANY($4::int[])) UPDATE pass_units SET worker=NULL, given=NULL WHERE job=$1 AND "
       "claim=$2 AND pass=$3 AND unit = ANY($4::int[])",
       {key.job.value, key.claim, key.pass, array(units)});
-  return rows.ok() ? Status() : Status(rows.error());
 }
 
 Status PgSharedPasses::end(JobId job, uint64_t claim) {
   PgDatabase::Session session(db_);
-  const Result<PgRows> rows = session.run(
+  return session.change(
       "WITH ended AS (DELETE FROM shared_passes WHERE job=$1 AND claim <= $2), "
       "units AS (DELETE FROM pass_units WHERE job=$1 AND claim <= $2), "
       "results AS (DELETE FROM pass_results WHERE job=$1 AND claim <= $2), "
       "disputes AS (DELETE FROM pass_disputes WHERE job=$1 AND claim <= $2) "
       "DELETE FROM pass_helpers WHERE job=$1 AND claim <= $2",
       {job.value, claim});
-  return rows.ok() ? Status() : Status(rows.error());
 }
 
 // Of a run that is not lost; first one that has few helpers.
@@ -133,9 +131,8 @@ Result<bool> PgSharedPasses::join(const Open& job) {
 
 Status PgSharedPasses::leave(const Open& job) {
   PgDatabase::Session session(db_);
-  const Result<PgRows> rows =
-      session.run("DELETE FROM pass_helpers WHERE job=$1 AND worker=$2", {job.job.value, worker_});
-  return rows.ok() ? Status() : Status(rows.error());
+  return session.change("DELETE FROM pass_helpers WHERE job=$1 AND worker=$2",
+                        {job.job.value, worker_});
 }
 
 Result<std::optional<SharedPasses::Pass>> PgSharedPasses::next(const Open& job,
@@ -211,9 +208,8 @@ Result<SharedPasses::Put> PgSharedPasses::put(const Key& key, const Unit& unit) 
 
 Status PgSharedPasses::put_aside(const std::string& worker, const std::string& why) {
   PgDatabase::Session session(db_);
-  const Result<PgRows> rows = session.run(
-      "UPDATE workers SET draining=true, aside=$2 WHERE id=$1 AND aside=''", {worker, why});
-  return rows.ok() ? Status() : Status(rows.error());
+  return session.change("UPDATE workers SET draining=true, aside=$2 WHERE id=$1 AND aside=''",
+                        {worker, why});
 }
 
 Result<int> PgSharedPasses::others_of_other_bits(const std::string& bits) {
