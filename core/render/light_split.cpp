@@ -1,6 +1,6 @@
 #include "core/render/light_split.h"
 
-#include <algorithm>
+#include <unordered_map>
 
 namespace qray {
 namespace {
@@ -12,15 +12,16 @@ class Groups {
   explicit Groups(const Scene& scene) : of_source_(source_of_environment(scene) + 1, 0) {}
 
   void put(uint32_t source, const std::string& name) {
-    const auto found = std::ranges::find(names_, name);
-    of_source_[source] = static_cast<size_t>(found - names_.begin());
-    if (found == names_.end()) names_.push_back(name);
+    const auto [number, is_new] = numbers_.try_emplace(name, names_.size());
+    of_source_[source] = number->second;
+    if (is_new) names_.push_back(name);
   }
   const std::vector<std::string>& names() const { return names_; }
   const std::vector<size_t>& of_source() const { return of_source_; }
 
  private:
   std::vector<std::string> names_;
+  std::unordered_map<std::string, size_t> numbers_;  // by name: there may be as many as meshes
   std::vector<size_t> of_source_;
 };
 
