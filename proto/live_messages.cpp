@@ -41,6 +41,17 @@ void read_live(const Json& tree, const RequestLimits& limits, LiveRequest& out,
 
 Json vec3_json(const std::optional<Vector3>& v) { return v ? Json(*v) : Json(nullptr); }
 
+Json camera_json(const CameraRequest& c) {
+  return {{"position", vec3_json(c.position)},
+          {"target", vec3_json(c.target)},
+          {"up", vec3_json(c.up)},
+          {"vertical_fov_deg", c.vertical_fov_deg.value_or(0)},
+          {"aperture_radius", c.aperture_radius.value_or(0)},
+          {"focus_distance", c.focus_distance.value_or(0)},
+          {"projection", c.projection.value_or("")},
+          {"height", c.height.value_or(0)}};
+}
+
 }  // namespace
 
 std::variant<LiveRequest, Problem> parse_live_request(std::string_view json,
@@ -63,6 +74,7 @@ std::variant<LiveCameraRequest, Problem> parse_live_camera(std::string_view json
         JobRequest given;
         read_group(in, "camera", live_fields(), kLive, limits, given, errors);
         require_camera(tree, errors);
+        in.boolean("walls", request.walls);
         request.camera = camera_request(given).value_or(CameraRequest());
         in.refuse_unknown();
       });
@@ -112,7 +124,9 @@ std::variant<std::vector<double>, Problem> parse_live_lights(std::string_view js
 }
 
 std::string live_to_json(const LiveInfo& live) {
-  const CameraRequest& c = live.camera;
+  Json cameras = Json::array();
+  for (const auto& [name, camera] : live.cameras)
+    cameras.push_back({{"name", name}, {"camera", camera_json(camera)}});
   const Json out = {{"id", live.id},
                     {"scene", live.scene},
                     {"method", live.method},
@@ -123,25 +137,21 @@ std::string live_to_json(const LiveInfo& live) {
                     {"height", live.height},
                     {"frame_ms", live.frame_ms},
                     {"camera_number", live.camera_number},
-                    {"camera",
-                     {{"position", vec3_json(c.position)},
-                      {"target", vec3_json(c.target)},
-                      {"up", vec3_json(c.up)},
-                      {"vertical_fov_deg", c.vertical_fov_deg.value_or(0)},
-                      {"aperture_radius", c.aperture_radius.value_or(0)},
-                      {"focus_distance", c.focus_distance.value_or(0)},
-                      {"projection", c.projection.value_or("")},
-                      {"height", c.height.value_or(0)}}},
+                    {"camera", camera_json(live.camera)},
+                    {"cameras", cameras},
                     {"learning", live.switches.learning},
                     {"recovery", live.switches.recovery},
                     {"reprojection", live.switches.reprojection},
                     {"lights", live.lights},
                     {"factors", live.factors},
+                    {"mix", live.mix},
                     {"frames", live.frames},
                     {"readers", live.readers}};
   return out.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 
-std::string live_camera_to_json(uint64_t number) { return Json{{"number", number}}.dump(); }
+std::string live_camera_to_json(const LiveCameraAnswer& answer) {
+  return Json{{"number", answer.number}, {"position", vec3_json(answer.position)}}.dump();
+}
 
 }  // namespace qray::proto

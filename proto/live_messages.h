@@ -27,6 +27,12 @@ struct LiveRequest {
 struct LiveCameraRequest {
   uint64_t number = 0;  // the latest wins
   CameraRequest camera;
+  bool walls = false;  // stop it
+};
+// What became of it.
+struct LiveCameraAnswer {
+  uint64_t number = 0;              // of the newest camera known
+  std::optional<Vector3> position;  // where a wall stopped it
 };
 
 struct LiveInfo {
@@ -39,6 +45,8 @@ struct LiveInfo {
   LiveSwitchesRequest switches;
   std::vector<std::string> lights;
   std::vector<double> factors;  // of the lights
+  std::string mix;              // the same for a job; empty: it has too many groups
+  std::vector<std::pair<std::string, CameraRequest>> cameras;  // of the scene, complete
   uint64_t frames = 0;
   int readers = 0;
 };
@@ -57,6 +65,6 @@ std::variant<std::vector<double>, Problem> parse_live_lights(std::string_view js
                                                              const RequestLimits& limits,
                                                              size_t lights);
 std::string live_to_json(const LiveInfo& live);
-std::string live_camera_to_json(uint64_t number);
+std::string live_camera_to_json(const LiveCameraAnswer& answer);
 
 }  // namespace qray::proto

@@ -1,7 +1,9 @@
 #include "core/live/lights.h"
 
 #include "core/base/check.h"
+#include "core/render/light_split.h"
 #include "core/scene/scene_hash.h"
+#include "core/settings/field.h"
 
 namespace qray {
 namespace {
@@ -37,6 +39,33 @@ Result<std::shared_ptr<const PreparedScene>> with_lights(
   const Result<SceneHash> hash = hash_other_lights(changed, scene->hash);
   if (!hash.ok()) return hash.error();
   return prepare_same_surfaces(std::move(changed), hash.value(), scene);
+}
+
+Result<std::string> mix_of_lights(const Scene& scene, std::span<const double> factors) {
+  RenderSettings settings;
+  settings.light_groups = LightGrouping::kMaterial;
+  const Result<LightSplit> split = light_split(scene, settings);
+  if (!split.ok()) return split.error();
+  size_t light = 0;
+  std::vector<double> of_material(scene.materials.size(), 1);
+  for (size_t i = 0; i < scene.materials.size(); ++i)
+    if (scene.materials[i].emits()) of_material[i] = factors[light++];
+  std::vector<double> of_group(split.value().groups.size(), 1);
+  const auto put = [&](uint32_t source, double factor) {
+    of_group[split.value().group_of_source[source]] = factor;
+  };
+  const std::vector<Placement> placements = scene.placements();
+  for (uint32_t i = 0; i < placements.size(); ++i) {
+    const MaterialId material = placements[i].material;
+    if (placements[i].mesh && scene.materials[material.value].emits())
+      put(i, of_material[material.value]);
+  }
+  for (size_t i = 0; i < scene.lights.size(); ++i, ++light)
+    if (scene.lights[i].emits()) put(source_of_punctual(scene, i), factors[light]);
+  if (scene.environment.present()) put(source_of_environment(scene), factors[light]);
+  std::string mix;
+  for (const double factor : of_group) mix += (mix.empty() ? "" : ";") + number_text(factor);
+  return mix;
 }
 
 }  // namespace qray

@@ -18,4 +18,8 @@ std::vector<std::string> light_names(const Scene& scene);
 Result<std::shared_ptr<const PreparedScene>> with_lights(
     const std::shared_ptr<const PreparedScene>& scene, std::span<const float> factors);
 
+// The same light as the mix of a job with `"light_groups":"material"`. kInvalid: the scene has more
+// groups than a job may have.
+Result<std::string> mix_of_lights(const Scene& scene, std::span<const double> factors);
+
 }  // namespace qray

@@ -106,11 +106,12 @@ void LiveHandlers::set_camera(const Request& req, Response& res, LiveSession& se
   const auto parsed = proto::parse_live_camera(req.body, limits_);
   if (const auto* problem = std::get_if<proto::Problem>(&parsed))
     return reply_problem(res, *problem);
-  const Result<uint64_t> number = session.set_camera(std::get<proto::LiveCameraRequest>(parsed));
-  if (!number.ok())
+  const Result<proto::LiveCameraAnswer> answer =
+      session.set_camera(std::get<proto::LiveCameraRequest>(parsed));
+  if (!answer.ok())
     return reply_problem(
-        res, {422, "Wrong camera", number.error().message, {{"/camera", number.error().message}}});
-  reply_json(res, 200, proto::live_camera_to_json(number.value()));
+        res, {422, "Wrong camera", answer.error().message, {{"/camera", answer.error().message}}});
+  reply_json(res, 200, proto::live_camera_to_json(answer.value()));
 }
 
 void LiveHandlers::set_switches(const Request& req, Response& res, LiveSession& session) {

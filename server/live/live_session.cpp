@@ -3,6 +3,7 @@
 #include <spdlog/spdlog.h>
 
 #include "core/live/lights.h"
+#include "core/live/walls.h"
 #include "core/scene/validate.h"
 #include "core/settings/job_settings.h"
 
@@ -31,6 +32,18 @@ CameraRequest request_of(const Camera& c) {
           static_cast<double>(c.focus_distance),
           std::string(name_of(c.projection)),
           static_cast<double>(c.height)};
+}
+
+std::string mix_of(const Scene& scene, const std::vector<double>& factors) {
+  const Result<std::string> mix = mix_of_lights(scene, factors);
+  return mix.ok() ? mix.value() : "";
+}
+
+std::vector<std::pair<std::string, CameraRequest>> cameras_of(const Scene& scene) {
+  std::vector<std::pair<std::string, CameraRequest>> cameras;
+  for (const NamedCamera& named : scene.cameras)
+    cameras.emplace_back(named.name, request_of(named.camera));
+  return cameras;
 }
 
 }  // namespace
@@ -78,21 +91,30 @@ proto::LiveInfo LiveSession::info() const {
           wanted_.switches,
           lights_,
           wanted_.factors,
+          mix_of(start_.scene->scene, wanted_.factors),
+          cameras_of(start_.scene->scene),
           newest_ ? newest_->frame.number : 0,
           readers_};
 }
 
-Result<uint64_t> LiveSession::set_camera(const proto::LiveCameraRequest& request) {
-  const Camera camera = camera_of(request.camera, scene_camera_);
+Result<proto::LiveCameraAnswer> LiveSession::set_camera(const proto::LiveCameraRequest& request) {
+  Camera camera = camera_of(request.camera, scene_camera_);
   if (Status s = validate_camera(camera); !s.ok()) return s.error();
   std::lock_guard lock(mutex_);
   last_call_ = clock_.seconds();
-  if (request.number > wanted_.number) {
-    wanted_.camera = camera;
-    wanted_.number = request.number;
-    changed_.notify_all();
+  proto::LiveCameraAnswer answer{wanted_.number, {}};
+  if (request.number <= wanted_.number) return answer;
+  answer.number = request.number;
+  if (request.walls) {
+    const Vec3 stop = stop_before_walls(*start_.scene, wanted_.camera.position, camera.position);
+    if (stop != camera.position) answer.position = array_of(stop);
+    camera.position = stop;
   }
-  return wanted_.number;
+  if (Status s = validate_camera(camera); !s.ok()) return s.error();  // it came to its target
+  wanted_.camera = camera;
+  wanted_.number = request.number;
+  changed_.notify_all();
+  return answer;
 }
 
 void LiveSession::set_switches(const proto::LiveSwitchesRequest& switches) {

@@ -45,9 +45,8 @@ class LiveSession {
 
   const std::string& id() const { return start_.id; }
   proto::LiveInfo info() const;
-  // The number of the newest camera known. kInvalid: no camera. One older than that changes
-  // nothing.
-  Result<uint64_t> set_camera(const proto::LiveCameraRequest& request);
+  // kInvalid: no camera. One older than the newest known changes nothing.
+  Result<proto::LiveCameraAnswer> set_camera(const proto::LiveCameraRequest& request);
   void set_switches(const proto::LiveSwitchesRequest& switches);
   void set_lights(std::vector<double> factors);
 

@@ -257,6 +257,31 @@ TEST_F(ServiceLiveTest, LeavesATableForTheNextAndStartsFromIt) {
   EXPECT_NE(s_.wait_end(job)["table_in"], nullptr);
 }
 
+TEST_F(ServiceLiveTest, WallsStopACameraThatAsksForIt) {
+  const std::string path = "/v1/live/" + open()["id"].get<std::string>() + "/camera";
+  const auto at = [](uint64_t number, double z, bool walls) {
+    return Json{{"number", number},
+                {"camera", {{"position", {0, 1, z}}, {"target", {0, 1, -3}}}},
+                {"walls", walls}};
+  };
+  EXPECT_EQ(put(path, at(1, 1, true))["position"], nullptr);
+  const Json stopped = put(path, at(2, -2, true));  // the back wall is at -1
+  ASSERT_TRUE(stopped["position"].is_array()) << stopped;
+  EXPECT_GT(stopped["position"][2], -1);
+  EXPECT_LT(stopped["position"][2], -0.9);
+  EXPECT_EQ(put(path, at(3, -2, false))["position"], nullptr);
+}
+
+TEST_F(ServiceLiveTest, AJobIsLitAsTheSessionIs) {
+  const std::string id = open()["id"];
+  EXPECT_EQ(s_.get("/v1/live/" + id)["mix"], "1");
+  const std::string mix = put("/v1/live/" + id + "/lights", {{"factors", {0.25}}})["mix"];
+  EXPECT_EQ(mix, "0.25");
+  const std::string job =
+      s_.submit({{"scene", "box"}, {"samples", 1}, {"light_groups", "material"}, {"mix", mix}});
+  EXPECT_EQ(s_.wait_end(job)["state"], "succeeded");
+}
+
 TEST_F(ServiceLiveTest, LightsAndSwitches) {
   const std::string id = open({{"table", "none"}})["id"];
   Frames stream = frames(id);
