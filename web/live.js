@@ -20,6 +20,7 @@ on_unauthorized(() => sign_in.ask());
 export const live = { main: null, other: null };
 let scenes = [];
 let job_settings = {};
+let mix = ''; // how a job is lit as the lights are switched
 
 const fixed = (v, digits) => (Number.isFinite(v) ? v.toFixed(digits) : '–');
 const kMeasures = [
@@ -124,6 +125,10 @@ async function open(name) {
       camera.mode = by_id('move').value = 'fly';
       live.main.look(camera.camera);
     }
+    live.main.on_stop = (position) => camera.stop_at(position);
+    mix = '';
+    show_walls();
+    show_cameras(info.cameras);
     show_lights(info.lights);
     by_id('connection').dataset.live = 'true';
     by_id('connection').textContent = 'Live';
@@ -167,16 +172,36 @@ function close() {
   }
 }
 
+function show_walls() {
+  if (live.main) live.main.walls = by_id('walls').checked;
+}
+
+// Those that the scene names.
+function show_cameras(cameras) {
+  by_id('camera-tool').hidden = cameras.length === 0;
+  by_id('camera').replaceChildren(new Option('choose one', ''),
+    ...cameras.map(({ name }, index) => new Option(name, index)));
+}
+
+async function switch_lights() {
+  try {
+    live.other?.put('lights', { factors: factors() });
+    const info = await live.main.put('lights', { factors: factors() });
+    mix = info.factors.some((factor) => factor !== 1) ? info.mix : '';
+    if (!info.mix) say('This scene has more lights than a job can keep apart: a job of this view ' +
+      'has them all.');
+  } catch (error) {
+    say(error.message);
+  }
+}
+
 function show_lights(names) {
   const labels = names.map((name) => {
     const label_of_light = document.createElement('label');
     const box = document.createElement('input');
     box.type = 'checkbox';
     box.checked = true;
-    box.addEventListener('change', () => {
-      for (const session of [live.main, live.other])
-        session?.put('lights', { factors: factors() }).catch((error) => say(error.message));
-    });
+    box.addEventListener('change', switch_lights);
     label_of_light.append(box, ` ${name}`);
     return label_of_light;
   });
@@ -187,7 +212,8 @@ async function render_view() {
   const { camera: view } = camera;
   const { width, height } = scenes.find(({ name }) => name === job_settings.scene);
   try {
-    const job = await post_job({ ...job_settings, width, height, samples: 64, camera: view });
+    const job = await post_job({ ...job_settings, width, height, samples: 64, camera: view,
+      ...(mix && { light_groups: 'material', mix }) });
     const link = document.createElement('a');
     link.href = `/#job=${job.id}`;
     link.textContent = job.id;
@@ -216,6 +242,11 @@ by_id('exposure').addEventListener('input', () => {
 });
 by_id('split').addEventListener('input', () => {
   by_id('stage').style.setProperty('--split', `${by_id('split').value}%`);
+});
+by_id('walls').addEventListener('change', show_walls);
+by_id('stage').addEventListener('keydown', ({ code }) => code === 'KeyG' && by_id('walls').click());
+by_id('camera').addEventListener('change', ({ target }) => {
+  if (target.value && live.main) camera.go_to(live.main.info.cameras[target.value].camera);
 });
 by_id('home').addEventListener('click', () => camera.go_home());
 by_id('render').addEventListener('click', render_view);

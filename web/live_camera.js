@@ -51,18 +51,30 @@ export class LiveCamera {
   }
 
   get camera() {
-    const { position, target, up, vertical_fov_deg, projection, height } = this.#camera;
-    return { position, target, up, vertical_fov_deg, projection, height };
+    return structuredClone(this.#camera);
   }
   set camera(camera) {
     this.#camera = structuredClone(camera);
     this.#home ??= structuredClone(camera);
     this.#pace = kMovePerSecond * length(sub(camera.target, camera.position));
   }
+  // A wall stopped it here. In flight it looks on in the same direction.
+  stop_at(position) {
+    const c = this.#camera;
+    const back = sub(position, c.position);
+    c.position = position;
+    if (this.mode !== 'fly') return;
+    c.target = add(c.target, back);
+    this.#on_move();
+  }
+  // As if it had been moved there.
+  go_to(camera) {
+    this.camera = camera;
+    this.#on_move();
+  }
   // The first camera again; `forget`: another scene's comes next.
   go_home() {
-    this.camera = this.#home;
-    this.#on_move();
+    this.go_to(this.#home);
   }
   forget() {
     this.#home = null;

@@ -19,6 +19,8 @@ export class LiveSession {
   #frame = null;
   #on_frame;
   #on_end;
+  walls = false; // surfaces stop the camera
+  on_stop = () => {}; // (position): where one did
 
   constructor(element, on_frame, on_end) {
     this.#canvas = new LiveCanvas(element, 2, 2);
@@ -112,7 +114,9 @@ export class LiveSession {
       const { camera, number } = this.#wanted;
       this.#wanted = null;
       try {
-        await put_live(this.#info.id, 'camera', { number, camera });
+        const { position } = await put_live(this.#info.id, 'camera',
+          { number, camera, walls: this.walls });
+        if (position) this.on_stop(position);
       } catch (error) {
         if (!(error instanceof ApiError)) throw error; // the stream tells that it has ended
       }

@@ -104,7 +104,44 @@ test('a light switched off is off', async () => {
     copy.drawImage(document.getElementById('left'), 0, 0, 8, 8);
     return copy.getImageData(0, 0, 8, 8).data.every((v, i) => i % 4 === 3 || v === 0);
   });
+  await page.locator('#render').click(); // the job is dark too
+  await page.locator('#rendered a').waitFor();
+  const { request } = await all.server.job(await page.locator('#rendered a').textContent());
+  assert.deepEqual([request.light_groups, request.mix], ['material', '0']);
+  await page.locator('#rendered').evaluate((place) => place.replaceChildren());
   await page.locator('#lights input').check();
+});
+
+// Of the box, which is .56 m deep and open towards the camera.
+test('a wall stops the camera, and one key lets it through', async () => {
+  await page.locator('#stage').focus();
+  await page.locator('#walls').uncheck();
+  const step = (z) => page.evaluate(async (depth) => {
+    const { camera } = await import('/live.js');
+    const position = [0.2, 0.45, depth];
+    camera.go_to({ ...camera.camera, position, target: [0.2, 0.45, depth + 1] });
+  }, z);
+  const depth = async () => (await newest_camera(page)).camera.position[2];
+  const until = async (good) => {
+    for (;;) {
+      const z = await depth();
+      if (good(z)) return z;
+      await page.waitForTimeout(50);
+    }
+  };
+  await step(0.2);
+  await until((z) => Math.abs(z - 0.2) < 1e-3);
+  await page.locator('#walls').check();
+  await step(2);
+  const stopped = await until((z) => z > 0.21);
+  assert.ok(stopped > 0.5 && stopped < 0.56, `stopped at ${stopped}`);
+  await wait_for(page, async () => (await import('/live.js')).camera.camera.position[2] < 0.56);
+  await page.locator('#stage').press('g');
+  assert.equal(await page.locator('#walls').isChecked(), false);
+  await step(2);
+  await until((z) => z > 1.9);
+  await page.locator('#home').click();
+  await page.locator('#walls').check();
 });
 
 test('a job renders the view', async () => {
