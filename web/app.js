@@ -28,6 +28,7 @@ import { TablesPage } from './tables_page.js';
 import { ViewControls } from './view_controls.js';
 import { Viewer } from './viewer.js';
 
+const kSearchMs = 200; // after the last letter
 const by_id = (id) => document.getElementById(id);
 
 const sign_in = new SignIn(by_id('sign-in'));
@@ -156,8 +157,9 @@ function show_all() {
   const { job, with: other, page } = address.view;
   list.update(jobs, [job, other]);
   by_id('no-jobs').hidden = all.length > 0;
-  by_id('filtered').textContent = jobs.length < all.length
-    ? `${jobs.length} of the newest ${all.length} jobs` : '';
+  const filtered = address.view.find || address.view.state;
+  by_id('filtered').textContent = filtered
+    ? `${jobs.length}${store.has_older ? ' or more' : ''} of all jobs` : '';
   by_id('older').hidden = !store.has_older;
   form.show_tables(store.tables());
   for (const name of ['jobs', 'tables', 'figures']) by_id(`${name}-page`).hidden = page !== name;
@@ -176,9 +178,16 @@ function announce(text) {
   by_id('announcer').textContent = text;
 }
 
+let search_timer = 0;
+function search_soon() {
+  clearTimeout(search_timer);
+  search_timer = setTimeout(() => store.search(address.view).catch(() => {}), kSearchMs);
+}
+
 address.addEventListener('change', ({ detail: old }) => {
   const { view } = address;
   filters.update();
+  if (old.find !== view.find || old.state !== view.state) search_soon();
   if (old.job !== view.job || old.with !== view.with || old.ref !== view.ref) ask_for_selected();
   viewer.follow(old);
   show_all();
@@ -205,7 +214,7 @@ async function sync() {
     frames.refresh(address.view.job);
     for (const id of viewer.shown_jobs) job_moments.refresh(id);
     form.show_fields(await list_fields());
-    await Promise.all([store.load(), show_scenes(),
+    await Promise.all([store.search(address.view), store.load_tables(), show_scenes(),
       list_weights().then((weights) => form.show_weights(weights))]);
   } catch (error) {
     if (!(error instanceof ApiError)) throw error;

@@ -23,6 +23,9 @@ const kMethodWords = {
 
 const kLoadWords = { reading: 'reading the scene', building: 'building its tree' };
 
+// The server's states that a filter of the list means; none: any.
+export const states_of = (state) => (state === 'running'
+  ? Object.keys(kStateWords).filter((one) => !kEnded.includes(one)) : state ? [state] : []);
 export const state_words = (state) => kStateWords[state] ?? state;
 export const method_words = (method) => kMethodWords[method] ?? method;
 export const has_ended = (job) => kEnded.includes(job.state);

@@ -1,13 +1,14 @@
 // What the page knows about jobs and tables, as the server last told it. Fires `change` (detail:
 // the job, or null when many may have changed). Events from the stream only say what to ask for.
 import { ApiError, get_job, list_jobs, list_tables } from './api.js';
-import { has_ended } from './format.js';
+import { has_ended, states_of } from './format.js';
 
 export class JobStore extends EventTarget {
   #jobs = new Map();
   #tables = new Map();
   #missing = new Set();
   #asking = new Map(); // id -> whether to ask once more after the answer
+  #search = { find: '', state: '', states: [] };
   #next; // where older jobs go on; undefined before the first answer, null after the last
 
   get(id) {
@@ -33,17 +34,23 @@ export class JobStore extends EventTarget {
         b.id.localeCompare(a.id, 'en', { numeric: true }));
   }
 
-  // Everything anew; older pages that were asked for before stay as they are.
-  async load() {
-    const answer = await list_jobs();
+  // From now on these are listed: of all jobs those that fit, the newest of them first.
+  // Older pages that were asked for before stay as they are.
+  async search({ find, state }) {
+    const old = this.#search;
+    if (find !== old.find || state !== old.state) {
+      this.#search = { find, state, states: states_of(state) };
+      this.#next = undefined;
+    }
+    const asked = this.#search;
+    const answer = await list_jobs(null, asked);
     this.#keep(answer.jobs);
-    if (this.#next === undefined) this.#next = answer.next ?? null;
+    if (asked === this.#search && this.#next === undefined) this.#next = answer.next ?? null;
     this.#changed(null);
-    await this.load_tables();
   }
 
   async load_older() {
-    const answer = await list_jobs(this.#next);
+    const answer = await list_jobs(this.#next, this.#search);
     this.#keep(answer.jobs);
     this.#next = answer.next ?? null;
     this.#changed(null);

@@ -1,4 +1,6 @@
 // Many jobs: the list, and the deletion of those that a filter finds.
+#include <sstream>
+
 #include "server/api/handlers_jobs.h"
 #include "server/http/query.h"
 #include "server/http/reply.h"
@@ -26,7 +28,26 @@ Status read_times(const httplib::Request& req, JobStore::Filter& filter) {
   return {};
 }
 
-Result<JobStore::Filter> read_filter(const httplib::Request& req) {
+std::string in_small_letters(std::string text) {
+  for (char& c : text)
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  return text;
+}
+
+// Each word of `q`, with the scenes whose titles contain it.
+void read_words(const std::string& q, SceneStore& scenes, JobStore::Filter& filter) {
+  std::vector<proto::SceneInfo> listed;
+  std::istringstream words(in_small_letters(q));
+  for (std::string word; words >> word; filter.words.push_back({word})) {
+    if (listed.empty()) listed = scenes.list();
+  }
+  for (JobStore::Word& word : filter.words)
+    for (const proto::SceneInfo& scene : listed)
+      if (in_small_letters(scene.title).find(word.text) != std::string::npos)
+        word.scenes += (word.scenes.empty() ? "," : "") + scene.name + ",";
+}
+
+Result<JobStore::Filter> read_filter(const httplib::Request& req, SceneStore& scenes) {
   JobStore::Filter filter;
   if (req.has_param("before")) {
     filter.before = JobId::parse(req.get_param_value("before"));
@@ -52,6 +73,8 @@ Result<JobStore::Filter> read_filter(const httplib::Request& req) {
     return wrong("expected at most 16 states and 16 labels",
                  filter.labels.size() > kMostFilters ? "/label" : "/state");
   if (Status s = read_times(req, filter); !s.ok()) return s.error();
+  read_words(req.get_param_value("q"), scenes, filter);
+  if (filter.words.size() > kMostFilters) return wrong("expected at most 16 words", "/q");
   return filter;
 }
 
@@ -60,7 +83,7 @@ Result<JobStore::Filter> read_filter(const httplib::Request& req) {
 void JobHandlers::list(const Request& req, Response& res) {
   const Result<int> limit = query_number(req, "limit", 1, 200, 50);
   if (!limit.ok()) return reply_error(res, limit.error());
-  const Result<JobStore::Filter> filter = read_filter(req);
+  const Result<JobStore::Filter> filter = read_filter(req, stores_.scenes);
   if (!filter.ok()) return reply_error(res, filter.error());
   const size_t wanted = static_cast<size_t>(limit.value());
   Result<std::vector<JobRecord>> jobs = stores_.jobs.list(wanted + 1, filter.value());
@@ -77,7 +100,7 @@ void JobHandlers::list(const Request& req, Response& res) {
 void JobHandlers::remove_many(const Request& req, Response& res) {
   const Result<int> limit = query_number(req, "limit", 1, 200, 200);
   if (!limit.ok()) return reply_error(res, limit.error());
-  Result<JobStore::Filter> filter = read_filter(req);
+  Result<JobStore::Filter> filter = read_filter(req, stores_.scenes);
   if (!filter.ok()) return reply_error(res, filter.error());
   std::vector<JobState>& states = filter.value().states;
   for (const JobState state : states)

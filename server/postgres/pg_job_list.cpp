@@ -3,6 +3,18 @@
 #include "server/postgres/pg_job_store.h"
 
 namespace qray::server {
+namespace {
+
+// What is searched for words.
+std::string searched() {
+  return "lower('j'||lpad(jobs.id::text,greatest(6,length(jobs.id::text)),'0')||' '||jobs.scene||' "
+         "'||"
+         "coalesce(substring(request from '\"method\":\"([^\"]*)\"'),'" +
+         JobRequest().get(field::kMethod) +
+         "')||' '||replace(replace(labels::text,'\": \"',':'),'\"',''))";
+}
+
+}  // namespace
 
 Result<std::vector<JobRecord>> PgJobStore::list(size_t limit, const Filter& filter) const {
   std::string where = "true";
@@ -32,6 +44,9 @@ Result<std::vector<JobRecord>> PgJobStore::list(size_t limit, const Filter& filt
       {"ended_ms<", filter.ended.before}};
   for (const auto& [column, bound] : bounds)
     if (bound) where += std::string(" AND ") + column + value(*bound);
+  for (const auto& [text, scenes] : filter.words)
+    where += std::string(" AND (strpos(") + searched() + "," + value(text) + ")>0 OR strpos(" +
+             value(scenes) + ",','||jobs.scene||',')>0)";
   PgDatabase::Session session(db_);
   const Result<PgRows> rows =
       session.run(std::string("SELECT ") + kPgJobColumns + " FROM " + kPgJobTables + " WHERE " +

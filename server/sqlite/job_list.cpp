@@ -9,6 +9,15 @@ namespace {
 
 constexpr int64_t kMany = 1000;
 
+// Of a row that can be read: what is searched for words, and the scene.
+std::string searched() {
+  return "lower(printf('j%06d ',jobs.id)||json_extract(jobs.request,'$.scene')||' '||"
+         "coalesce(json_extract(jobs.request,'$.method'),'" +
+         JobRequest().get(field::kMethod) +
+         "')||' '||replace(coalesce(json_extract(jobs.request,'$.labels'),''),'\"',''))";
+}
+constexpr const char* kScene = "','||json_extract(jobs.request,'$.scene')||','";
+
 // How many rows there are; kMany: as many or more.
 int64_t count_few(sqlite3* db, const std::string& from_where,
                   const std::vector<std::string>& values) {
@@ -70,7 +79,7 @@ Result<std::vector<JobRecord>> SqliteJobStore::list(size_t limit, const Filter& 
   const bool by_state = walk == Walk::kStates, by_table = walk == Walk::kTable,
              by_label = walk == Walk::kLabel, by_time = walk == Walk::kTimes;
   // Numbered parameters: ?1 ids below, ?2 limit, ?3 table, then states, then labels, then the
-  // bounds of times.
+  // bounds of times, then words.
   constexpr size_t kFirstState = 4;
   const auto parameter = [](size_t number) { return "?" + std::to_string(number); };
   const auto state_at = [&](size_t i) { return parameter(kFirstState + i); };
@@ -101,6 +110,11 @@ Result<std::vector<JobRecord>> SqliteJobStore::list(size_t limit, const Filter& 
   if (!times.empty() && !by_time)
     others += " AND EXISTS(SELECT 1 FROM jobs AS t INDEXED BY jobs_by_times WHERE t.id=jobs.id" +
               times + ")";
+  const size_t first_word = first_time + (times.empty() ? 0 : std::size(bounds));
+  for (size_t i = 0; i < filter.words.size(); ++i)
+    others += std::string(" AND CASE WHEN json_valid(jobs.request) THEN instr(") + searched() +
+              "," + parameter(first_word + 2 * i) + ") OR instr(" +
+              parameter(first_word + 2 * i + 1) + "," + kScene + ") END";
   std::string ids;
   const auto add = [&](const std::string& from_where, const char* id = "id") {
     ids += (ids.empty() ? "" : " UNION ") +
@@ -119,7 +133,7 @@ Result<std::vector<JobRecord>> SqliteJobStore::list(size_t limit, const Filter& 
         "t.id");
   }
   const std::string sql = std::string("SELECT ") + kJobColumns + " FROM jobs WHERE id<?1 AND " +
-                          (ids.empty() ? "1" : "id IN (" + ids + ")") +
+                          (ids.empty() ? "1" + others : "id IN (" + ids + ")") +
                           " ORDER BY id DESC LIMIT ?2";
   Query query(reading.handle(), sql.c_str());
   query.bind(filter.before ? static_cast<int64_t>(filter.before->value) : INT64_MAX);
@@ -129,6 +143,7 @@ Result<std::vector<JobRecord>> SqliteJobStore::list(size_t limit, const Filter& 
   for (const auto& [name, value] : filter.labels) query.bind(name).bind(value);
   if (!times.empty())
     for (const auto& [column, bound] : bounds) query.bind(bound);
+  for (const auto& [text, scenes] : filter.words) query.bind(text).bind(scenes);
   std::vector<JobRecord> jobs;
   while (query.next()) jobs.push_back(read_job(query));
   if (Status s = query.status(); !s.ok()) return s.error();

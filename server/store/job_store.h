@@ -49,12 +49,18 @@ class JobStore {
   struct Times {
     std::optional<int64_t> from{}, before{};
   };
+  // That a job's id, scene, method or one of its labels ("name:value") contains, in small letters.
+  struct Word {
+    std::string text;
+    std::string scenes{};  // ",one,two,": their jobs have the word too, in their scene's title
+  };
   struct Filter {
     std::optional<JobId> before{};                              // ids below this one
     std::vector<JobState> states{};                             // one of these; none: any
     std::vector<std::pair<std::string, std::string>> labels{};  // name, value; all of these
     std::optional<std::string> table{};                         // that they used or made
     Times created{}, ended{};
+    std::vector<Word> words{};  // all of these
   };
   // Newest first. A job whose row cannot be read is listed too (JobRecord::damaged).
   virtual Result<std::vector<JobRecord>> list(size_t limit, const Filter& filter) const = 0;

@@ -38,7 +38,7 @@ test('filters leave what fits, and a reload keeps them', async () => {
   await page.locator('#find').fill('project:lobby');
   await row(jobs.guided).waitFor({ state: 'detached' });
   assert.equal(await page.locator('#jobs li').count(), 1);
-  assert.equal(await page.locator('#filtered').textContent(), '1 of the newest 3 jobs');
+  assert.equal(await page.locator('#filtered').textContent(), '1 of all jobs');
   await page.reload();
   await row(jobs.plain).waitFor();
   assert.equal(await page.locator('#jobs li').count(), 1);
@@ -48,6 +48,19 @@ test('filters leave what fits, and a reload keeps them', async () => {
   await page.waitForFunction(() => !document.querySelector('#jobs li'));
   await page.locator('#state-filter').selectOption('');
   await row(jobs.guided).waitFor();
+});
+
+test('words find jobs that are older than those listed', async () => {
+  const newer = Array.from({ length: 60 }, () => ({ ...kSmall, samples: 1, width: 8, height: 8,
+    method: 'none', table: 'none' }));
+  await Promise.all(newer.map((request) => all.server.post(request)));
+  const other = await all.browser.page(all.server.url);
+  await other.locator('#older').waitFor();
+  assert.equal(await other.locator(`#jobs [data-job="${jobs.plain}"]`).count(), 0);
+  await other.locator('#find').fill('LOBBY');
+  await other.locator(`#jobs [data-job="${jobs.plain}"]`).waitFor();
+  assert.equal(await other.locator('#filtered').textContent(), '1 of all jobs');
+  await other.context().close();
 });
 
 test('a job says why it stopped', async () => {

@@ -102,6 +102,8 @@ TEST_F(ServiceManyJobs, AreListedByTime) {
   EXPECT_EQ(listed("ended_from=" + ended), std::vector{second});
   EXPECT_EQ(listed("ended_before=" + ended + "&state=succeeded"), std::vector{first});
   EXPECT_TRUE(listed("created_from=2100-01-01T00:00:00.5Z").empty());
+  EXPECT_EQ(listed("q=" + second + "%20BOX"), std::vector{second});
+  EXPECT_TRUE(listed("q=" + second + "%20none-such").empty());
 }
 
 }  // namespace

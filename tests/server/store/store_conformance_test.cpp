@@ -162,6 +162,36 @@ TEST_P(StoreConformance, ListsByTime) {
   EXPECT_EQ(ids({2000, {}}, {{}, 9000}, {{}, {kCanceled}, {{"odd", "no"}}}), (Ids{2}));
 }
 
+TEST_P(StoreConformance, ListsJobsByWords) {
+  JobRequest request;
+  request.set(field::kScene, "box");
+  insert(request);
+  request.set(field::kMethod, "huang");
+  insert(request);
+  request.set(field::kScene, "up-1f");
+  request.set(field::kLabels, {{"project", "Lobby"}, {"odd", "a\"b%"}});
+  insert(request);
+  using Ids = std::vector<uint64_t>;
+  const auto ids = [&](std::vector<JobStore::Word> words, JobStore::Filter filter = {}) {
+    filter.words = std::move(words);
+    Ids ids;
+    const Result<std::vector<JobRecord>> jobs = store_->list(10, filter);
+    for (const JobRecord& job : jobs.value()) ids.push_back(job.id.value);
+    return ids;
+  };
+  EXPECT_EQ(ids({{"box"}}), (Ids{2, 1}));
+  EXPECT_EQ(ids({{"adaptive"}}), (Ids{1}));
+  EXPECT_EQ(ids({{"j000002"}}), (Ids{2}));
+  EXPECT_EQ(ids({{"project:lobby"}}), (Ids{3}));
+  EXPECT_EQ(ids({{"b%"}}), (Ids{3}));
+  EXPECT_EQ(ids({{"huang"}, {"up"}}), (Ids{3}));
+  EXPECT_EQ(ids({{"samples"}}), Ids{});  // names of members are not searched
+  EXPECT_EQ(ids({{"kitchen", ",none,up-1f,"}}), (Ids{3}));
+  EXPECT_EQ(ids({{"kitchen", ",up-1,"}}), Ids{});
+  EXPECT_EQ(ids({{"huang"}}, {JobId{3}, {kQueued}}), (Ids{2}));
+  EXPECT_EQ(ids({{"huang"}}, {{}, {}, {{"project", "Lobby"}}}), (Ids{3}));
+}
+
 // Whatever filters are combined, in a list long enough that it matters which is asked first.
 TEST_P(StoreConformance, ListsWhatAllFiltersFind) {
   std::mt19937 random(7);
