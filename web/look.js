@@ -23,6 +23,19 @@ export function viridis(share) {
 
 export const luminance = ([r, g, b]) => 0.2126 * r + 0.7152 * g + 0.0722 * b;
 
+// Sets the uniforms of these functions; `view`: {ev, offset, channel, curve, gamma}.
+export function set_look(gl, program, view) {
+  const place = (name) => gl.getUniformLocation(program, name);
+  gl.uniform1f(place('gain'), 2 ** view.ev);
+  gl.uniform1f(place('offset'), view.offset);
+  gl.uniform1i(place('channel'), kChannels.indexOf(view.channel));
+  gl.uniform1i(place('curve'), kCurves.indexOf(view.curve));
+  gl.uniform1f(place('gamma'), view.gamma);
+  gl.uniform3fv(place('map'), kViridis.flatMap(rgb_of));
+}
+// As a picture is shown at first.
+export const kFirstLook = { ev: 0, offset: 0, channel: '', curve: 'srgb', gamma: 2.2, clipped: '' };
+
 // The shader's functions: scaled(radiance), which is white at 1, and shown(scaled). Uniforms: gain,
 // offset, channel, curve and gamma.
 // Filmic: Narkowicz, "ACES filmic tone mapping curve" (2015).

@@ -179,6 +179,7 @@ export class Picture {
   // Enlarged pixels stay sharp squares; a reduced picture is smoothed.
   #choose_scaling() {
     const shown_px = this.#canvas.clientWidth * this.#zoom * devicePixelRatio;
-    this.#root.classList.toggle('enlarged', shown_px >= this.#canvas.width);
+    this.#tiles.shown_px = shown_px;
+    this.#root.classList.toggle('enlarged', shown_px >= this.width);
   }
 }

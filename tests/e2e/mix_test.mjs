@@ -70,6 +70,44 @@ test('a mix of the lights is the picture that the server makes of it', async () 
   assert.ok(far < after.bytes.length / 200, `${far} of ${after.bytes.length} bytes differ`);
 });
 
+test('while a slider moves a large picture is drawn as it is shown, then in full', async () => {
+  const large = await all.server.post({ ...kJob, samples: 1, width: 1024, height: 768 });
+  await all.server.wait_until(large, ({ state }) => state === 'succeeded');
+  const mix = '1;1;1;1;1;4';
+  await page.goto('about:blank');
+  await page.goto(`${all.server.url}/#job=${large}&mix=${encodeURIComponent(mix)}`);
+  await row(kGroups - 1).waitFor();
+  await groups_there();
+  const moving = await page.evaluate(async (places) => {
+    const canvas = document.querySelector('canvas.picture');
+    const slider = document.querySelectorAll('.mixer-groups [type=range]')[5];
+    slider.value = 1;
+    slider.dispatchEvent(new Event('input', { bubbles: true }));
+    await new Promise(requestAnimationFrame); // the viewer's own comes first
+    const copy = new OffscreenCanvas(canvas.width, canvas.height).getContext('2d');
+    copy.drawImage(canvas, 0, 0);
+    const { viewer } = await import('/app.js');
+    return { width: canvas.width, pixels: places.map(([x, y]) => ({
+      drawn: [...copy.getImageData(x, y, 1, 1).data.subarray(0, 3)],
+      texels: [[0, 0], [1, 0], [0, 1], [1, 1]].map(([dx, dy]) =>
+        viewer.pictures[0].radiance(2 * x + dx, 2 * y + dy)) })) };
+  }, Array.from({ length: 24 }, (_, i) => [20 * i + 11, 15 * i + 9]));
+  assert.equal(moving.width, 512);
+  for (const { drawn: shown, texels } of moving.pixels) {
+    shown.forEach((value, channel) => {
+      const mean = texels.reduce((sum, texel) => sum + texel[channel], 0) / 4;
+      const v = Math.min(mean, 1);
+      const expected = 255 * (v <= 0.0031308 ? 12.92 * v : 1.055 * v ** (1 / 2.4) - 0.055);
+      assert.ok(Math.abs(value - expected) <= 1, `${value} for ${expected}`);
+    });
+  }
+  await settled(() => document.querySelector('canvas.picture').width === 1024);
+  await page.goto('about:blank');
+  await page.goto(`${all.server.url}/#job=${job}&mix=${encodeURIComponent('4;0;1;1;1;1')}`);
+  await row(kGroups - 1).waitFor();
+  await groups_there();
+});
+
 test('the readout and the downloads are of the mix', async () => {
   const href = await page.locator('.panel-exr').first().getAttribute('href');
   assert.match(decodeURIComponent(href), /mix=4;0;1;1;1;1/);
