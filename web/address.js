@@ -27,6 +27,11 @@ const kMembers = {
   find: ['', text], // words that listed jobs contain
   state: ['', text], // and their states
   job: [null, text],
+  scene: [null, text], // that is looked at live where there is no job
+  live: ['', text], // 'on', or where the camera of the live view is (live.js)
+  off: ['', text], // what the live view does without
+  dark: ['', text], // numbers of its lights that are off
+  beside: ['', one_of('learning', 'recovery', 'reprojection', 'all')], // off in a second one
   with: [null, text],
   mode: ['split', one_of('split', 'row', 'flip', 'signed', 'flip-map')],
   side: ['right', one_of('left', 'right')], // which one mode `flip` shows
@@ -49,8 +54,8 @@ const kMembers = {
   axis: ['seconds', one_of('seconds', 'samples')], // of the chart
   ref: [null, text], // the job whose picture errors are against
 };
-const kLook = ['find', 'state', 'ev', 'curve', 'gamma', 'offset', 'channel', 'clipped', 'overlay',
-  'axis'];
+export const kLook = ['find', 'state', 'ev', 'curve', 'gamma', 'offset', 'channel', 'clipped',
+  'overlay', 'axis'];
 
 const first_view = () =>
   Object.fromEntries(Object.entries(kMembers).map(([name, [first]]) => [name, first]));
@@ -64,6 +69,8 @@ function read_address(hash) {
   }
   if (view.with === view.job) view.with = null;
   if (!view.job) view.with = null;
+  if (view.job) view.scene = null;
+  else view.live = view.scene ? view.live || 'on' : '';
   return view;
 }
 
@@ -79,8 +86,16 @@ function write_address(view) {
   return `#${parts.join('&')}`;
 }
 
+// Browsers drop what a page writes into the address more than 200 times in ten seconds, which a
+// slider at 60 frames a second does, and each takes milliseconds.
+const kWrites = 20; // at once
+const kWriteMs = 200; // from one to the next, once they are spent
+
 export class Address extends EventTarget {
   #view = read_address(location.hash);
+  #writes = kWrites;
+  #written_ms = 0;
+  #write_timer = 0; // what is shown waits to be written
 
   constructor() {
     super();
@@ -97,8 +112,33 @@ export class Address extends EventTarget {
     const next = { ...this.#view, ...change };
     const hash = write_address(next);
     if (hash === write_address(this.#view)) return;
-    history[step ? 'pushState' : 'replaceState'](null, '', hash);
+    if (step) {
+      this.write();
+      history.pushState(null, '', hash);
+    }
     this.#take(next);
+    if (!step) this.#write_soon();
+  }
+
+  // What is shown stands in the address from now on.
+  write() {
+    clearTimeout(this.#write_timer);
+    this.#write_timer = 0;
+    const hash = write_address(this.#view);
+    if (hash !== (location.hash || '#')) history.replaceState(null, '', hash);
+  }
+
+  #write_soon() {
+    if (this.#write_timer) return;
+    const now = performance.now();
+    this.#writes = Math.min(kWrites, this.#writes + (now - this.#written_ms) / kWriteMs);
+    this.#written_ms = now;
+    if (this.#writes < 1) {
+      this.#write_timer = setTimeout(() => this.write(), kWriteMs);
+      return;
+    }
+    this.#writes -= 1;
+    this.write();
   }
 
   // Where these jobs are shown with the look and the list of now.
@@ -109,6 +149,7 @@ export class Address extends EventTarget {
 
   // Shows these jobs, as a link of link() does.
   go(job_id, with_id = null) {
+    this.write();
     location.hash = this.link(job_id, with_id);
   }
 

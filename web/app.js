@@ -3,7 +3,7 @@ import {
   ApiError, check_access, list_fields, list_scenes, list_weights, list_workers, on_unauthorized,
   post_job,
 } from './api.js';
-import { Address } from './address.js';
+import { Address, kLook } from './address.js';
 import { ErrorPanel } from './error_panel.js';
 import { EventStream } from './event_stream.js';
 import { FrameStrip } from './frame_strip.js';
@@ -18,6 +18,7 @@ import { fits, JobList } from './job_list.js';
 import { JobStore } from './job_store.js';
 import { Keys } from './keys.js';
 import { LightMixer } from './light_mixer.js';
+import { LiveGate } from './live_gate.js';
 import { kChannels } from './look.js';
 import { SceneDrop } from './scene_drop.js';
 import { SceneLibrary } from './scene_library.js';
@@ -29,6 +30,7 @@ import { ViewControls } from './view_controls.js';
 import { Viewer } from './viewer.js';
 
 const kSearchMs = 200; // after the last letter
+const kListed = ['page', 'job', 'with', ...kLook]; // members that the list or the page's parts show
 const by_id = (id) => document.getElementById(id);
 
 const sign_in = new SignIn(by_id('sign-in'));
@@ -48,11 +50,14 @@ export const viewer = new Viewer(by_id('viewer'),
 const errors = new ErrorPanel(by_id('errors'), viewer, store, job_moments, address);
 const frames = new FrameStrip(by_id('frames'), by_id('frames-player'), store, address);
 viewer.addEventListener('update', () => frames.update());
-const mixer = new LightMixer(by_id('mixer'), store, viewer, address, async (request) => {
+async function post(request) {
   const job = await post_job(request);
   store.put(job);
   address.go(job.id);
-});
+}
+const mixer = new LightMixer(by_id('mixer'), store, viewer, address, post);
+export const live_gate = new LiveGate(by_id('viewer'), viewer, store, address, post);
+viewer.addEventListener('update', () => live_gate.update());
 viewer.addEventListener('update', () => mixer.update());
 new Inspector(by_id('pixel'), viewer, address, announce);
 new Hover(by_id('readout'), viewer, address);
@@ -63,7 +68,8 @@ const tables = new TablesPage(by_id('tables-page'), store, (id) => address.link(
 const figures = new FiguresPage(by_id('figures-page'), store,
   (id, with_id) => address.link(id, with_id));
 
-const library = new SceneLibrary(by_id('library'), (name) => form.choose(name), show_scenes);
+const library = new SceneLibrary(by_id('library'), (name) => form.choose(name), show_scenes,
+  (scene) => address.link(null, null, { scene, live: 'on' }));
 const form = new JobForm(by_id('job-form'), (jobs) => {
   jobs.forEach((job) => store.put(job));
   const narrow = matchMedia('(max-width: 800px)').matches;
@@ -78,6 +84,7 @@ async function show_scenes() {
   const scenes = await list_scenes();
   library.show(scenes);
   form.show_scenes(scenes);
+  live_gate.scenes = scenes;
   show_all(); // their titles
 }
 
@@ -103,6 +110,11 @@ function step_job(by) {
 function cycle(name, values) {
   const at = values.indexOf(address.view[name]);
   address.set({ [name]: values[(at + 1) % values.length] });
+}
+
+function share() {
+  address.write();
+  share_link(by_id('share-status'));
 }
 
 const expose = (by) => address.set(
@@ -131,9 +143,9 @@ new Keys(by_id('keys'), by_id('show-keys'), [
   [']', 'The moment after', () => errors.step(1)],
   ['j', 'Next job of the list', () => step_job(1)],
   ['k', 'Previous job of the list', () => step_job(-1)],
-  ['l', 'Copy a link to this view', () => share_link(by_id('share-status'))],
+  ['l', 'Copy a link to this view', share],
 ]);
-by_id('share').addEventListener('click', () => share_link(by_id('share-status')));
+by_id('share').addEventListener('click', share);
 const kArrows = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
 document.querySelector('.view-stage').addEventListener('keydown', (event) => {
   const arrow = kArrows[event.key];
@@ -190,7 +202,9 @@ address.addEventListener('change', ({ detail: old }) => {
   if (old.find !== view.find || old.state !== view.state) search_soon();
   if (old.job !== view.job || old.with !== view.with || old.ref !== view.ref) ask_for_selected();
   viewer.follow(old);
-  show_all();
+  // The list's links keep the look. What moves with a slider or the picture is the viewer's alone.
+  if (kListed.some((name) => old[name] !== view[name])) show_all();
+  else viewer.update();
 });
 
 store.addEventListener('change', ({ detail: job }) => {

@@ -1,78 +1,39 @@
-// The live page: a session that follows the mouse, the fingers and the keys, perhaps a second one
-// without what is being compared, and what both take. The scene stands in the address
-// (#scene=thesis-room).
-import { check_access, list_scenes, on_unauthorized, post_job } from './api.js';
+// Live over the stage of the viewer: a session that follows mouse, fingers and keys, perhaps a
+// second one without what is being compared. Controls set the address (`live`: the camera, `off`,
+// `dark`, `beside`), and follow() shows what it says. Loaded when it is first needed
+// (live_gate.js).
 import { LiveCamera } from './live_camera.js';
+import { show_measures } from './live_measures.js';
 import { LiveSession } from './live_session.js';
-import { SignIn } from './sign_in.js';
 
-const by_id = (id) => document.getElementById(id);
 const kSwitches = ['learning', 'recovery', 'reprojection'];
 const kStageWords = { moving: 'moving: history and recovery',
   settling: 'at rest: new samples displace the history',
   still: 'at rest: samples, recovered where they are few' };
 const kMostSide = 640; // pixels of a picture on the page
 const kFrameMs = 75; // a camera waits for up to two frames, the one under way and its own
+const kMeasuresMs = 250;
+const kRestMs = 300; // until a camera stands in the address
 
-const sign_in = new SignIn(by_id('sign-in'));
-on_unauthorized(() => sign_in.ask());
+const parts_of = (text) => (text ? text.split(',') : []);
 
-export const live = { main: null, other: null };
-let scenes = [];
-let job_settings = {};
-let mix = ''; // how a job is lit as the lights are switched
-
-const fixed = (v, digits) => (Number.isFinite(v) ? v.toFixed(digits) : '–');
-const kMeasures = [
-  ['frames/s', (s) => fixed(s.frames_per_second, 1)],
-  ['latency, median', (s) => `${fixed(s.latency_ms(0.5), 0)} ms`],
-  ['latency, p95', (s) => `${fixed(s.latency_ms(0.95), 0)} ms`],
-  ['frame', (s) => `${fixed(s.frame.ms.whole, 0)} ms`],
-  ['· features', (s) => `${fixed(s.frame.ms.features, 1)} ms`],
-  ['· reprojection', (s) => `${fixed(s.frame.ms.reprojection, 1)} ms`],
-  ['· samples', (s) => `${fixed(s.frame.ms.samples, 1)} ms`],
-  ['· learning', (s) => `${fixed(s.frame.ms.learning, 1)} ms`],
-  ['· recovery', (s) => `${fixed(s.frame.ms.recovery, 1)} ms`],
-  ['rays a frame', (s) => `${fixed(s.frame.rays / 1000, 0)} k`],
-  ['samples a pixel', (s) => fixed(s.frame.samples_per_pixel, 1)],
-  ['noise of samples', (s) => (s.frame.noise ? `${fixed(100 * s.frame.noise, 1)} %` : '–')],
-  ['sent as', (s) => (s.encoding === 'rgb9e5' ? 'HDR' : s.encoding.toUpperCase())],
-  ['rendered at', (s) => `${s.frame.percent} % of ${s.frame.width} × ${s.frame.height}`],
-  ['guided', (s) => (s.frame.guided ? 'yes' : 'not yet')],
-];
-
-export const camera = new LiveCamera(by_id('stage'), () => {
-  live.main?.look(camera.camera);
-  live.other?.look(camera.camera);
-});
-
-function show_measures() {
-  const rows = kMeasures.map(([name, text]) => {
-    const row = document.createElement('tr');
-    const head = document.createElement('th');
-    head.scope = 'row';
-    head.textContent = name;
-    row.append(head);
-    for (const session of [live.main, live.other]) {
-      if (!session?.frame) continue;
-      row.insertCell().textContent = text(session);
-    }
-    return row;
-  });
-  by_id('measures').replaceChildren(...rows);
-}
-setInterval(() => live.main?.frame && show_measures(), 250);
-
-function say(problem) {
-  by_id('notice').textContent = problem;
-  by_id('notice').hidden = !problem;
+// As the address has it: six numbers, and f (field of view) or h (height of parallel rays).
+function camera_text({ position, target, projection, vertical_fov_deg: fov, height }) {
+  const short = (v) => String(Number(v.toPrecision(5)));
+  const more = projection === 'orthographic' ? height && `h${short(height)}`
+    : fov && `f${short(fov)}`;
+  return [...position, ...target].map(short).concat(more || []).join();
 }
 
-function on_end(error) {
-  by_id('connection').dataset.live = 'false';
-  by_id('connection').textContent = 'Ended';
-  say(error ? `The session is lost: ${error.message}. Choose the scene again for a new one.`
-    : 'The session has ended. Choose the scene again for a new one.');
+// `base` as the text changes it; null where it is no camera.
+function with_text(base, text) {
+  const parts = text.split(',');
+  const numbers = parts.slice(0, 6).map(Number);
+  if (numbers.length < 6 || !numbers.every(Number.isFinite)) return null;
+  const camera = { ...base, position: numbers.slice(0, 3), target: numbers.slice(3) };
+  const more = Number(parts[6]?.slice(1));
+  if (more > 0) camera[parts[6][0] === 'h' ? 'height' : 'vertical_fov_deg'] = more;
+  return camera;
 }
 
 function size_of({ width, height }) {
@@ -81,186 +42,248 @@ function size_of({ width, height }) {
   return { width: even(width), height: even(height) };
 }
 
-const switches = () => Object.fromEntries(kSwitches.map((name) => [name, by_id(name).checked]));
-function switches_without() {
-  const without = by_id('compare').value;
-  return Object.fromEntries(kSwitches.map((name) =>
-    [name, by_id(name).checked && without !== 'all' && without !== name]));
-}
-const factors = () => [...by_id('lights').querySelectorAll('input')]
-  .map((light) => (light.checked ? 1 : 0));
+export class Live {
+  #root;
+  #layer;
+  #address;
+  #say;
+  #base = null; // the first camera
+  #first = 0; // number of the camera that is shown first
+  #given = {}; // what the sessions have of the address
+  #pulled = [0, 0]; // pixels of a drag that no session has seen
+  #rest_timer = 0;
+  main = null;
+  other = null;
+  camera;
+  mix = ''; // how a job is lit as the lights are switched
 
-function label() {
-  const off = kSwitches.filter((name) => !by_id(name).checked);
-  const stage = live.main?.frame ? kStageWords[live.main.frame.stage] : '';
-  by_id('stage-label').textContent = stage + (off.length ? `, without ${off.join(', ')}` : '');
-}
+  // say(problem, ended): in words; `ended`: the first session is gone.
+  constructor(root, address, say) {
+    this.#root = root;
+    this.#layer = this.#part('layer');
+    this.#address = address;
+    this.#say = say;
+    this.camera = new LiveCamera(this.#layer, () => this.#look());
+    setInterval(() => {
+      const seen = [this.main, this.other].filter((session) => session?.frame);
+      if (this.main?.frame) show_measures(this.#part('measures'), seen);
+    }, kMeasuresMs);
+    this.#part('switches').addEventListener('change', () => this.#set_off('switches', 'off'));
+    this.#part('lights').addEventListener('change', () => this.#set_off('lights', 'dark'));
+    this.#part('move').addEventListener('change', ({ target }) => {
+      this.camera.mode = target.value;
+    });
+    this.#part('walls').addEventListener('change', () => this.#show_walls());
+    this.#part('camera').addEventListener('change', ({ target }) => {
+      if (target.value && this.main) this.camera.go_to(this.main.info.cameras[target.value].camera);
+    });
+    this.#part('home').addEventListener('click', () => this.camera.go_home());
+    this.#layer.addEventListener('keydown', ({ code }) => {
+      if (code === 'KeyG') this.#part('walls').click();
+    });
+    addEventListener('pagehide', () => this.close());
+  }
 
-function make_session(canvas_id, on_frame) {
-  return new LiveSession(by_id(canvas_id), on_frame, on_end);
-}
-
-async function open(name) {
-  close();
-  say('');
-  const scene = scenes.find((s) => s.name === name);
-  job_settings = { scene: name };
-  by_id('waiting').hidden = false;
-  const size = size_of(scene);
-  by_id('stage').style.setProperty('--w', size.width);
-  by_id('stage').style.setProperty('--h', size.height);
-  live.main = make_session('left', () => {
-    by_id('waiting').hidden = true;
-    label();
-  });
-  if (!live.main.supported) return say('This browser has no WebGL2, which the picture needs.');
-  try {
-    const info = await live.main.open({ scene: name, ...size, ...switches(), frame_ms: kFrameMs });
-    camera.forget();
+  // `source`: {scene, camera, width, height}; without a camera it is the scene's. Throws when the
+  // server or this browser cannot.
+  async open({ scene, camera, width, height }) {
+    const { view } = this.#address;
+    this.main = this.#new_session('left', () => this.#on_frame(), (error) => this.#say(error
+      ? `The live view is lost: ${error.message}.` : 'The live view has ended.', true));
+    const main = this.main;
+    if (!main.supported) throw new Error('This browser has no WebGL2, which it needs.');
+    const size = size_of({ width, height });
+    const info = await main.open({ scene, ...size, ...this.#switches(), frame_ms: kFrameMs,
+      ...(camera && { camera }) });
+    if (main !== this.main) return;
+    this.#given = { off: view.off, dark: '', beside: '', live: 'on' };
     // In a picture of all directions one looks around.
     const around = info.camera.projection === 'equirectangular';
-    camera.camera = around
-      ? { ...info.camera, projection: 'perspective', vertical_fov_deg: 75 } : info.camera;
-    if (around) {
-      camera.mode = by_id('move').value = 'fly';
-      live.main.look(camera.camera);
+    this.#base = around ? { ...info.camera, projection: 'perspective', vertical_fov_deg: 75 }
+      : info.camera;
+    this.camera.mode = this.#part('move').value = around ? 'fly' : 'orbit';
+    this.camera.forget();
+    this.camera.camera = this.#base;
+    this.#first = around ? main.look(this.#base) : 0;
+    main.on_stop = (position) => this.camera.stop_at(position);
+    this.#show_walls();
+    this.#show_cameras(info.cameras);
+    this.#show_lights(info.lights);
+    this.follow();
+    const pulled = this.#pulled.splice(0, 2, 0, 0);
+    if (pulled.some((v) => v !== 0)) this.drag(...pulled);
+  }
+
+  close() {
+    clearTimeout(this.#rest_timer);
+    for (const name of ['main', 'other']) {
+      this[name]?.close();
+      this[name] = null;
     }
-    live.main.on_stop = (position) => camera.stop_at(position);
-    mix = '';
-    show_walls();
-    show_cameras(info.cameras);
-    show_lights(info.lights);
-    by_id('connection').dataset.live = 'true';
-    by_id('connection').textContent = 'Live';
-  } catch (error) {
-    live.main = null;
-    say(error.message);
-    return undefined;
+    this.#pulled = [0, 0];
+    this.#layer.hidden = true;
+    this.#part('label').textContent = '';
+    this.mix = '';
   }
-  return compare();
-}
 
-// A second session beside the first, without what is compared.
-async function compare() {
-  live.other?.close();
-  live.other = null;
-  const without = by_id('compare').value;
-  for (const id of ['right', 'other-label', 'split-tool']) by_id(id).hidden = !without;
-  document.querySelector('.measures .second').hidden = !without;
-  by_id('stage').classList.toggle('split', Boolean(without));
-  if (!without || !live.main) return;
-  by_id('other-label').textContent = `without ${without === 'all' ? 'any of them' : without}`;
-  const { scene, width, height } = live.main.info;
-  live.other = make_session('right', () => {});
-  live.other.exposure_ev = Number(by_id('exposure').value);
-  try {
-    await live.other.open({ scene, width, height, ...switches_without(), frame_ms: kFrameMs });
-    live.other.look(camera.camera);
-    await live.other.put('lights', { factors: factors() });
-  } catch (error) {
-    live.other = null;
-    by_id('compare').value = '';
-    say(`There is no second view: ${error.message}`);
-    await compare();
+  // By pixels; before there is a session they are kept for it.
+  drag(dx, dy) {
+    if (this.main?.info) this.camera.drag([dx, dy]);
+    else this.#pulled = [this.#pulled[0] + dx, this.#pulled[1] + dy];
+  }
+
+  // The address changed.
+  follow() {
+    const { view } = this.#address;
+    this.#layer.style.setProperty('--split', `${view.split}%`);
+    for (const session of [this.main, this.other]) if (session) session.look_of = view;
+    if (!this.main?.info) return;
+    const old = this.#given;
+    this.#given = { off: view.off, dark: view.dark, beside: view.beside, live: view.live };
+    if (view.live !== old.live) this.#go_to(view.live);
+    if (view.off !== old.off) this.#put('switches');
+    if (view.dark !== old.dark) this.#put('lights');
+    if (view.beside !== old.beside) this.#compare();
+    this.#show_boxes('switches', view.off);
+    this.#show_boxes('lights', view.dark);
+    this.#label();
+  }
+
+  #go_to(text) {
+    const camera = with_text(this.#base, text) ?? this.#base;
+    this.camera.camera = camera;
+    const number = this.main.look(camera);
+    this.other?.look(camera);
+    if (this.#layer.hidden) this.#first = number;
+  }
+
+  // It moved.
+  #look() {
+    if (!this.main?.info) return;
+    const { camera } = this.camera;
+    this.main.look(camera);
+    this.other?.look(camera);
+    clearTimeout(this.#rest_timer);
+    this.#rest_timer = setTimeout(() => {
+      this.#given.live = camera_text(this.camera.camera);
+      this.#address.set({ live: this.#given.live });
+    }, kRestMs);
+  }
+
+  // What was there stays until the first frame of what is asked for.
+  #on_frame() {
+    if (this.#layer.hidden && this.main.frame.camera >= this.#first) {
+      this.#layer.hidden = false;
+      this.#say('');
+    }
+    this.#label();
+  }
+
+  #label() {
+    const off = parts_of(this.#address.view.off);
+    const stage = this.main?.frame ? kStageWords[this.main.frame.stage] : '';
+    const text = stage + (off.length ? `, without ${off.join(', ')}` : '');
+    if (this.#part('label').textContent !== text) this.#part('label').textContent = text;
+  }
+
+  #new_session(name, on_frame, on_end) {
+    return new LiveSession(this.#part(name), on_frame, on_end);
+  }
+
+  // What a session does; `without`: 'all', or one of them that it does not do either.
+  #switches(without = '') {
+    const off = parts_of(this.#address.view.off);
+    return Object.fromEntries(kSwitches.map((name) =>
+      [name, !off.includes(name) && without !== 'all' && without !== name]));
+  }
+  #factors() {
+    const dark = parts_of(this.#address.view.dark);
+    return this.main.info.lights.map((_, index) => (dark.includes(String(index)) ? 0 : 1));
+  }
+
+  async #put(what) {
+    const main = this.main;
+    try {
+      if (what === 'switches') {
+        this.other?.put(what, this.#switches(this.#address.view.beside)).catch(() => {});
+        await main.put(what, this.#switches());
+        return;
+      }
+      const factors = this.#factors();
+      this.other?.put(what, { factors }).catch(() => {});
+      const info = await main.put(what, { factors });
+      if (main !== this.main) return;
+      this.mix = info.factors.some((factor) => factor !== 1) ? info.mix : '';
+      if (!info.mix) {
+        this.#say('This scene has more lights than a job can keep apart: a job of this view has ' +
+          'them all.');
+      }
+    } catch (error) {
+      this.#say(error.message);
+    }
+  }
+
+  // A second session beside the first, without what is compared.
+  async #compare() {
+    const { beside } = this.#address.view;
+    this.other?.close();
+    this.other = null;
+    for (const name of ['right', 'other-label', 'split-tool', 'second']) {
+      this.#part(name).hidden = !beside;
+    }
+    this.#layer.classList.toggle('split', Boolean(beside));
+    if (!beside) return;
+    this.#part('other-label').textContent = `without ${beside === 'all' ? 'any of them' : beside}`;
+    const { scene, width, height } = this.main.info;
+    const other = this.#new_session('right', () => {}, () => {});
+    this.other = other;
+    other.look_of = this.#address.view;
+    try {
+      await other.open({ scene, width, height, ...this.#switches(beside), frame_ms: kFrameMs });
+      if (other !== this.other) return;
+      other.look(this.camera.camera);
+      await other.put('lights', { factors: this.#factors() });
+    } catch (error) {
+      if (other !== this.other) return;
+      this.#say(`There is no second view: ${error.message}`);
+      this.#address.set({ beside: '' });
+    }
+  }
+
+  #show_walls() {
+    if (this.main) this.main.walls = this.#part('walls').checked;
+  }
+
+  // Those that the scene names.
+  #show_cameras(cameras) {
+    this.#part('camera-tool').hidden = cameras.length === 0;
+    this.#part('camera').replaceChildren(new Option('choose one', ''),
+      ...cameras.map(({ name }, index) => new Option(name, index)));
+  }
+
+  #show_lights(names) {
+    const labels = names.map((name, index) => {
+      const label = document.createElement('label');
+      label.append(Object.assign(document.createElement('input'),
+        { type: 'checkbox', value: index, checked: true }), ` ${name}`);
+      return label;
+    });
+    this.#part('lights').hidden = !names.length;
+    this.#part('lights').replaceChildren(this.#part('lights').querySelector('legend'), ...labels);
+  }
+
+  // What is not checked stands in the address.
+  #set_off(boxes, member) {
+    this.#address.set({ [member]: [...this.#part(boxes).querySelectorAll('input')]
+      .filter(({ checked }) => !checked).map(({ value }) => value).join() });
+  }
+  #show_boxes(boxes, off) {
+    for (const box of this.#part(boxes).querySelectorAll('input')) {
+      box.checked = !parts_of(off).includes(box.value);
+    }
+  }
+
+  #part(name) {
+    return this.#root.querySelector(`.live-${name}`);
   }
 }
-
-function close() {
-  for (const name of ['main', 'other']) {
-    live[name]?.close();
-    live[name] = null;
-  }
-}
-
-function show_walls() {
-  if (live.main) live.main.walls = by_id('walls').checked;
-}
-
-// Those that the scene names.
-function show_cameras(cameras) {
-  by_id('camera-tool').hidden = cameras.length === 0;
-  by_id('camera').replaceChildren(new Option('choose one', ''),
-    ...cameras.map(({ name }, index) => new Option(name, index)));
-}
-
-async function switch_lights() {
-  try {
-    live.other?.put('lights', { factors: factors() });
-    const info = await live.main.put('lights', { factors: factors() });
-    mix = info.factors.some((factor) => factor !== 1) ? info.mix : '';
-    if (!info.mix) say('This scene has more lights than a job can keep apart: a job of this view ' +
-      'has them all.');
-  } catch (error) {
-    say(error.message);
-  }
-}
-
-function show_lights(names) {
-  const labels = names.map((name) => {
-    const label_of_light = document.createElement('label');
-    const box = document.createElement('input');
-    box.type = 'checkbox';
-    box.checked = true;
-    box.addEventListener('change', switch_lights);
-    label_of_light.append(box, ` ${name}`);
-    return label_of_light;
-  });
-  by_id('lights').replaceChildren(by_id('lights').querySelector('legend'), ...labels);
-}
-
-async function render_view() {
-  const { camera: view } = camera;
-  const { width, height } = scenes.find(({ name }) => name === job_settings.scene);
-  try {
-    const job = await post_job({ ...job_settings, width, height, samples: 64, camera: view,
-      ...(mix && { light_groups: 'material', mix }) });
-    const link = document.createElement('a');
-    link.href = `/#job=${job.id}`;
-    link.textContent = job.id;
-    by_id('rendered').replaceChildren('This view is job ', link, '.');
-  } catch (error) {
-    say(error.message);
-  }
-}
-
-for (const name of kSwitches)
-  by_id(name).addEventListener('change', () => {
-    live.main?.put('switches', switches()).catch((error) => say(error.message));
-    live.other?.put('switches', switches_without()).catch((error) => say(error.message));
-  });
-by_id('compare').addEventListener('change', compare);
-by_id('scene').addEventListener('change', () => {
-  history.replaceState(null, '', `#scene=${encodeURIComponent(by_id('scene').value)}`);
-  open(by_id('scene').value);
-});
-by_id('move').addEventListener('change', () => {
-  camera.mode = by_id('move').value;
-});
-by_id('exposure').addEventListener('input', () => {
-  for (const session of [live.main, live.other])
-    if (session) session.exposure_ev = Number(by_id('exposure').value);
-});
-by_id('split').addEventListener('input', () => {
-  by_id('stage').style.setProperty('--split', `${by_id('split').value}%`);
-});
-by_id('walls').addEventListener('change', show_walls);
-by_id('stage').addEventListener('keydown', ({ code }) => code === 'KeyG' && by_id('walls').click());
-by_id('camera').addEventListener('change', ({ target }) => {
-  if (target.value && live.main) camera.go_to(live.main.info.cameras[target.value].camera);
-});
-by_id('home').addEventListener('click', () => camera.go_home());
-by_id('render').addEventListener('click', render_view);
-addEventListener('pagehide', close);
-
-async function start() {
-  await check_access();
-  scenes = (await list_scenes()).filter(({ width }) => width);
-  by_id('scene').replaceChildren(...scenes.map(({ name, title }) => new Option(title, name)));
-  const asked = new URLSearchParams(location.hash.slice(1)).get('scene');
-  const names = scenes.map(({ name }) => name);
-  const first = [asked, 'thesis-room', names[0]].find((name) => names.includes(name));
-  if (!first) return say('The server has no scene.');
-  by_id('scene').value = first;
-  return open(first);
-}
-start().catch((error) => say(error.message));

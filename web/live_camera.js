@@ -127,10 +127,14 @@ export class LiveCamera {
       const other = others[0][1];
       this.#nearer(length(sub(before, other)) / Math.max(length(sub(now, other)), 1));
     } else {
-      const sign = this.mode === 'orbit' ? -1 : 1;
-      this.step([delta[0] * kTurnPerPx * sign, delta[1] * kTurnPerPx * (sign === -1 ? 1 : 1)],
-        [0, 0, 0]);
+      this.drag(delta);
     }
+  }
+
+  // By pixels.
+  drag([dx, dy]) {
+    const sign = this.mode === 'orbit' ? -1 : 1;
+    this.step([dx * kTurnPerPx * sign, dy * kTurnPerPx], [0, 0, 0]);
   }
 
   #key(event) {

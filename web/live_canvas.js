@@ -1,5 +1,6 @@
 // A live frame in WebGL2: a texture of linear light (RGB9E5, or sRGB of a decoded JPEG) that fills
-// the canvas, smoothed where the frame is smaller; exposure and the sRGB curve in the shader.
+// the canvas, smoothed where the frame is smaller; exposure and curve in the shader.
+import { kFirstLook, kShownGlsl, set_look } from './look.js';
 
 const kVertexShader = `#version 300 es
 out vec2 at;
@@ -11,14 +12,13 @@ void main() {  // one triangle over the whole canvas
 
 const kFragmentShader = `#version 300 es
 precision highp float;
+precision highp int;
 uniform highp sampler2D picture;
-uniform float gain;
 in vec2 at;
 out vec4 color;
+${kShownGlsl}
 void main() {
-  vec3 v = clamp(texture(picture, at).rgb * gain, 0.0, 1.0);
-  vec3 curve = 1.055 * pow(max(v, vec3(1e-6)), vec3(1.0 / 2.4)) - 0.055;
-  color = vec4(mix(curve, 12.92 * v, vec3(lessThanEqual(v, vec3(0.0031308)))), 1.0);
+  color = vec4(shown(scaled(texture(picture, at).rgb)), 1.0);
 }`;
 
 export class LiveCanvas {
@@ -29,7 +29,7 @@ export class LiveCanvas {
   #width = 0;
   #height = 0;
   #is_bitmap = false;
-  #gain = 1;
+  #look = kFirstLook;
 
   // `width`, `height`: of the picture at its largest.
   constructor(canvas, width, height) {
@@ -47,8 +47,9 @@ export class LiveCanvas {
   get supported() {
     return this.#gl !== null;
   }
-  set exposure_ev(value) {
-    this.#gain = 2 ** value;
+  // {ev, offset, channel, curve, gamma} as in the address
+  set look(value) {
+    this.#look = value;
     this.#draw();
   }
   resize(width, height) {
@@ -106,7 +107,7 @@ export class LiveCanvas {
     if (!this.#gl || !this.#texture) return;
     const gl = this.#gl;
     gl.viewport(0, 0, this.#canvas.width, this.#canvas.height);
-    gl.uniform1f(gl.getUniformLocation(this.#program, 'gain'), this.#gain);
+    set_look(gl, this.#program, this.#look);
     gl.drawArrays(gl.TRIANGLES, 0, 3);
   }
 }

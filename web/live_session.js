@@ -10,6 +10,7 @@ export class LiveSession {
   #canvas;
   #stream = null;
   #info = null;
+  #closed = false;
   #number = 0;
   #sent_ms = new Map(); // camera number -> when it was wanted
   #wanted = null; // a camera that waits for the one before it
@@ -56,28 +57,37 @@ export class LiveSession {
     const sorted = [...this.#latencies].sort((a, b) => a - b);
     return sorted.length ? sorted[Math.floor(part * (sorted.length - 1))] : NaN;
   }
-  set exposure_ev(value) {
-    this.#canvas.exposure_ev = value;
+  // How light becomes colour: members of the address.
+  set look_of(view) {
+    this.#canvas.look = view;
   }
 
   async open(request) {
-    this.#info = await open_live(request);
+    const info = await open_live(request);
+    if (this.#closed) {
+      delete_live(info.id).catch(() => {});
+      return info;
+    }
+    this.#info = info;
     this.#canvas.resize(this.#info.width, this.#info.height);
     this.#read();
     return this.#info;
   }
 
   close() {
+    this.#closed = true;
     this.#stream?.stop();
     this.#stream = null;
     if (this.#info) delete_live(this.#info.id).catch(() => {});
     this.#info = null;
   }
 
+  // The answer is the number that frames of this camera have.
   look(camera) {
     this.#wanted = { camera, number: ++this.#number };
     this.#sent_ms.set(this.#number, performance.now());
     this.#send();
+    return this.#number;
   }
 
   put(what, body) {
@@ -95,6 +105,7 @@ export class LiveSession {
 
   // Drawn, and about to be on the screen.
   #shown(frame) {
+    if (this.#closed) return;
     const now = performance.now();
     this.#shown_ms = [...this.#shown_ms.slice(-kRemembered), now];
     for (const [number, wanted] of this.#sent_ms) {

@@ -14,6 +14,7 @@ export class SceneLibrary {
   #root;
   #on_choose;
   #on_change;
+  #live_link;
   #scenes = [];
   #cards = new Map(); // name -> button
   #chosen = '';
@@ -29,7 +30,9 @@ export class SceneLibrary {
   });
 
   // on_choose(name): a card was chosen. on_change(): the server's list is another now.
-  constructor(root, on_choose, on_change) {
+  // live_link(name): where the scene is looked at live.
+  constructor(root, on_choose, on_change, live_link) {
+    this.#live_link = live_link;
     this.#root = root;
     this.#on_choose = on_choose;
     this.#on_change = on_change;
@@ -65,7 +68,7 @@ export class SceneLibrary {
     const { uploaded = false } = this.#scenes.find((scene) => scene.name === name) ?? {};
     for (const part of ['rename', 'delete']) this.#part(part).hidden = !uploaded;
     this.#part('live').hidden = !names_live(this.#scenes, name);
-    this.#part('live').href = `live.html#scene=${encodeURIComponent(name)}`;
+    this.#part('live').href = this.#live_link(name);
   }
 
   #new_card(name) {

@@ -2,10 +2,13 @@
 // click and keys move it. The centre is kept as shares of the picture, so pictures of other sizes
 // follow. Tells on_place(place) with every move, on_settled(place) once it rests, and
 // on_click(share_x, share_y) when a point was chosen, on_hover(share_x, share_y | null).
+// A mouse that drags the whole picture, which cannot move, is told by on_pull([dx, dy]), and null
+// once it lets go.
 
 const kMostPixelPx = 128; // how large one pixel gets
 const kSettleMs = 250;
 const kDragFromPx = 4;
+const kPullFromPx = 12;
 
 export class StagePlace {
   #stage;
@@ -148,12 +151,16 @@ export class StagePlace {
       const share = 1 / this.#pointers.size;
       this.#go({ zoom, x: x - share * delta[0] / box.width / zoom,
         y: y - share * delta[1] / box.height / zoom });
+    } else if (this.#moved >= kPullFromPx && event.pointerType === 'mouse') {
+      this.#handlers.on_pull(delta);
     }
     this.#pointers.set(event.pointerId, now);
   }
 
   #up(event) {
-    if (!this.#pointers.delete(event.pointerId) || event.type === 'pointercancel') return;
+    if (!this.#pointers.delete(event.pointerId)) return;
+    this.#handlers.on_pull(null);
+    if (event.type === 'pointercancel') return;
     if (this.#moved < kDragFromPx && this.#pointers.size === 0) {
       this.#handlers.on_click(...this.#in_picture(event));
     }

@@ -47,6 +47,7 @@ export class Viewer extends EventTarget {
       on_click: (x, y) => this.inspect(this.#pixel_at(x, y)),
       on_hover: (x, y) => this.dispatchEvent(new CustomEvent('hover', {
         detail: x === null ? null : this.#pixel_at(x, y) })),
+      on_pull: (delta) => this.dispatchEvent(new CustomEvent('pull', { detail: delta })),
     });
     this.#part('flip').addEventListener('click', () => this.flip());
     for (const [name, act] of [['zoom-in', () => this.zoom_by(2)],
@@ -81,14 +82,13 @@ export class Viewer extends EventTarget {
     return this.#pictures.find((picture) => picture.job_id === job_id)?.moment ?? null;
   }
 
-  // The address changed from `old`.
+  // The address changed from `old`; update() comes next.
   follow(old) {
     const { view } = this.#address;
     if (old.job !== view.job || old.with !== view.with) this.#problem = '';
     if (['zoom', 'cx', 'cy', 'job'].some((name) => old[name] !== view[name])) {
       this.#restore_place();
     }
-    this.update();
   }
 
   // {job, factors}: what its groups of lights are mixed by; null: as they are.
@@ -155,16 +155,19 @@ export class Viewer extends EventTarget {
 
   update() {
     this.#tools.update();
-    const { job: job_id, with: with_id } = this.#address.view;
+    const { job: job_id, with: with_id, scene } = this.#address.view;
     const ids = [job_id, with_id].filter((id) => id !== null);
     const jobs = ids.map((id) => this.#store.get(id));
     const missing = ids.find((id) => this.#store.is_missing(id));
     this.#part('missing').hidden = !missing;
     this.#part('missing').textContent = missing ? `There is no job ${missing}.` : '';
-    this.#part('empty').hidden = job_id !== null;
+    const is_scene = job_id === null && scene !== null; // live, without a job
+    this.#part('empty').hidden = job_id !== null || is_scene;
     const known = jobs.length > 0 && jobs.every((job) => job);
-    this.#part('shown').hidden = !known;
-    this.#root.classList.toggle('has-job', job_id !== null);
+    this.#part('shown').hidden = !known && !is_scene;
+    this.#root.classList.toggle('has-job', job_id !== null || is_scene);
+    this.#root.classList.toggle('live-only', is_scene);
+    if (is_scene) this.#part('title').textContent = title_of(scene);
     if (known) this.#show(jobs);
     else this.pictures.forEach((picture) => picture.show(null));
     this.dispatchEvent(new Event('update'));
@@ -238,8 +241,9 @@ export class Viewer extends EventTarget {
   #show_stage(jobs) {
     const stage = this.#part('stage');
     const size = this.#size(jobs[0]);
-    stage.style.setProperty('--w', size.width || kUnknownSize.width);
-    stage.style.setProperty('--h', size.height || kUnknownSize.height);
+    const frame = stage.parentElement;
+    frame.style.setProperty('--w', size.width || kUnknownSize.width);
+    frame.style.setProperty('--h', size.height || kUnknownSize.height);
     stage.style.setProperty('--split', `${this.#address.view.split}%`);
     if (size.width) this.#place.picture_width = size.width;
     this.#show_zoom(this.#place.place);

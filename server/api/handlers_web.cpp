@@ -70,6 +70,11 @@ void WebHandlers::add_to(Router& router) {
 }
 
 bool WebHandlers::serve(const httplib::Request& req, httplib::Response& res) const {
+  // Links of when the live view was a page of its own. A browser keeps what stands after the #.
+  if (req.path == "/live.html") {
+    res.set_redirect("/", 301);
+    return true;
+  }
   const auto found = files_.find(req.path);
   if (found == files_.end()) return false;
   const File& file = found->second;

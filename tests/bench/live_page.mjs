@@ -1,4 +1,4 @@
-// How fast the live page is, in a real browser on this machine:
+// How fast the live view is, in a real browser on this machine:
 //   QRAYD=build/release/bin/qrayd QRAY_E2E_DIR=build/release/e2e node tests/bench/live_page.mjs \
 //     [scene] [seconds]
 // flies for `seconds`, a camera each animation frame, and prints frames a second, and the time from
@@ -8,10 +8,11 @@ import { start_all, wait_for } from '../e2e/support.mjs';
 const [scene = 'thesis-room', seconds = '10'] = process.argv.slice(2);
 const all = await start_all();
 try {
-  const page = await all.browser.page(`${all.server.url}/live.html#scene=${scene}`);
-  await wait_for(page, async () => Boolean((await import('/live.js')).live.main?.frame));
+  const page = await all.browser.page(`${all.server.url}/#scene=${scene}`);
+  await wait_for(page, async () => Boolean((await import('/app.js')).live_gate.live?.main?.frame));
   const measured = await page.evaluate(async (time_ms) => {
-    const { camera, live } = await import('/live.js');
+    const { live } = (await import('/app.js')).live_gate;
+    const { camera } = live;
     const begin = { frames: live.main.frame.number, at: performance.now() };
     let shown = 0;
     let last = live.main.frame;

@@ -1,14 +1,15 @@
-// The live page: frames follow mouse, touch and keys, switches and a second view, a light switched
-// off, a job of what is seen, and a closed page that leaves nothing behind. Leaves screenshots.
+// Live over the stage: frames follow mouse, touch and keys, switches and a second view, a light
+// switched off, a job of what is seen, a job's picture that is pulled, a server without room, and a
+// closed page that leaves nothing behind. Leaves screenshots.
 import assert from 'node:assert/strict';
 import { after, afterEach, before, test } from 'node:test';
-import { screenshot, start_all, wait_for } from './support.mjs';
+import { screenshot, start_all, wait_for, wait_for_tiles } from './support.mjs';
 
 let all;
 let page;
 before(async () => {
   all = await start_all();
-  page = await all.browser.page(`${all.server.url}/live.html#scene=cornell-box`);
+  page = await all.browser.page(`${all.server.url}/#scene=cornell-box`);
   await frame_with(page);
 });
 after(() => all?.close());
@@ -17,28 +18,29 @@ afterEach(() => all.browser.expect_no_errors());
 // Waits for a frame of this stage, if one is given, that shows a later camera than `after`.
 const frame_with = (at, { stage = null, after = -1, session = 'main' } = {}) =>
   wait_for(at, async (wanted) => {
-    const frame = (await import('/live.js')).live[wanted.session]?.frame;
+    const frame = (await import('/app.js')).live_gate.live?.[wanted.session]?.frame;
     return Boolean(frame) && frame.camera > wanted.after &&
       [null, frame.stage].includes(wanted.stage);
   }, { stage, after, session });
 
 // What the left canvas shows: means of red, green and blue.
 const colour = (at) => at.evaluate(() => {
-  const canvas = document.getElementById('left');
+  const canvas = document.querySelector('.live-left');
   const copy = new OffscreenCanvas(16, 16).getContext('2d');
   copy.drawImage(canvas, 0, 0, 16, 16);
   const { data } = copy.getImageData(0, 0, 16, 16);
   const mean = (k) => data.filter((_, i) => i % 4 === k).reduce((a, b) => a + b, 0) / 256;
   return [mean(0), mean(1), mean(2)];
 });
-const newest_camera = (at) => at.evaluate(async () => (await import('/live.js')).live.main.info.id)
-  .then(async (id) => (await all.server.get(`/v1/live/${id}`)).json());
+const newest_camera = (at) => at.evaluate(async () =>
+  (await import('/app.js')).live_gate.live.main.info.id).then(async (id) =>
+  (await all.server.get(`/v1/live/${id}`)).json());
 
 test('the picture is there, and says that it comes to rest', async () => {
   await frame_with(page, { stage: 'settling' });
-  await page.locator('#stage-label').filter({ hasText: 'at rest' }).waitFor();
+  await page.locator('.live-label').filter({ hasText: 'at rest' }).waitFor();
   assert.ok((await colour(page)).every((v) => v > 8));
-  const [stage, picture, side] = await Promise.all(['#stage', '#left', '.live-side']
+  const [stage, picture, side] = await Promise.all(['.stage', '.live-left', '.live-side']
     .map((part) => page.locator(part).boundingBox()));
   assert.deepEqual(picture, stage); // fills it
   assert.ok(side.x >= stage.x + stage.width, 'measures stand beside the picture');
@@ -47,7 +49,7 @@ test('the picture is there, and says that it comes to rest', async () => {
 
 test('a drag orbits, the wheel goes nearer, keys fly; the focus stays', async () => {
   const before = (await newest_camera(page)).camera.position;
-  const stage = await page.locator('#stage').boundingBox();
+  const stage = await page.locator('.live-layer').boundingBox();
   const [x, y] = [stage.x + stage.width / 2, stage.y + stage.height / 2];
   await page.mouse.move(x, y);
   await page.mouse.down();
@@ -62,62 +64,70 @@ test('a drag orbits, the wheel goes nearer, keys fly; the focus stays', async ()
   const nearer = await newest_camera(page);
   assert.ok(distance(nearer.camera) < distance(orbited.camera));
 
-  await page.locator('#stage').focus();
+  await page.locator('.live-layer').focus();
   await page.keyboard.down('KeyD');
   await frame_with(page, { after: nearer.camera_number });
   await page.keyboard.up('KeyD');
   const flown = await newest_camera(page);
   assert.notDeepEqual(flown.camera.target, nearer.camera.target);
-  assert.equal(await page.evaluate(() => document.activeElement.id), 'stage');
+  assert.equal(await page.evaluate(() => document.activeElement.className), 'live-layer');
   await wait_for(page, async () =>
-    Number.isFinite((await import('/live.js')).live.main.latency_ms(0.95)));
+    Number.isFinite((await import('/app.js')).live_gate.live.main.latency_ms(0.95)));
 });
 
 test('switches reach the session', async () => {
-  await page.locator('#recovery').uncheck();
+  await page.locator('.live-switches [value=recovery]').uncheck();
   await page.waitForFunction(() =>
-    document.getElementById('stage-label').textContent.includes('without recovery'));
+    document.querySelector('.live-label').textContent.includes('without recovery'));
   assert.equal((await newest_camera(page)).recovery, false);
-  await page.locator('#recovery').check();
+  await page.locator('.live-switches [value=recovery]').check();
 });
 
 test('a second view without what helps stands beside the first', async () => {
-  await page.locator('#compare').selectOption('all');
+  await page.locator('#live-beside').selectOption('all');
   await frame_with(page, { session: 'other' });
-  await page.locator('#stage').focus();
+  await page.locator('.live-layer').focus();
   await page.keyboard.press('KeyA', { delay: 60 });
-  assert.equal(await page.locator('#other-label').textContent(), 'without any of them');
-  await page.waitForFunction(() => document.querySelectorAll('#measures tr:first-child td')
+  assert.equal(await page.locator('.live-other-label').textContent(), 'without any of them');
+  await page.waitForFunction(() => document.querySelectorAll('.live-measures tr:first-child td')
     .length === 2);
   await frame_with(page, { after: 1, session: 'other' });
   const widest = () => document.documentElement.scrollWidth - innerWidth;
   assert.ok(await page.evaluate(widest) <= 0, 'both views\' measures fit');
   await screenshot(page, 'live-split');
-  await page.locator('#compare').selectOption('');
-  await wait_for(page, async () => (await import('/live.js')).live.other === null);
+  await page.locator('#live-beside').selectOption('');
+  await wait_for(page, async () => (await import('/app.js')).live_gate.live.other === null);
 });
 
 test('a light switched off is off', async () => {
-  await page.locator('#lights input').uncheck();
+  await page.locator('.live-lights input').uncheck();
   await page.waitForFunction(() => {
     const copy = new OffscreenCanvas(8, 8).getContext('2d');
-    copy.drawImage(document.getElementById('left'), 0, 0, 8, 8);
+    copy.drawImage(document.querySelector('.live-left'), 0, 0, 8, 8);
     return copy.getImageData(0, 0, 8, 8).data.every((v, i) => i % 4 === 3 || v === 0);
   });
-  await page.locator('#render').click(); // the job is dark too
-  await page.locator('#rendered a').waitFor();
-  const { request } = await all.server.job(await page.locator('#rendered a').textContent());
+  const { request } = await all.server.job(await render()); // the job is dark too
   assert.deepEqual([request.light_groups, request.mix], ['material', '0']);
-  await page.locator('#rendered').evaluate((place) => place.replaceChildren());
-  await page.locator('#lights input').check();
+  await page.goBack(); // and the way back leads to the light as it was
+  await frame_with(page);
+  assert.equal(await page.locator('.live-lights input').isChecked(), false);
+  await page.locator('.live-lights input').check();
 });
+
+// Resolves to the id of the job that is shown then.
+async function render() {
+  await page.locator('.live-render').click();
+  await page.waitForFunction(() => location.hash.includes('job='));
+  return shown_of(page).get('job');
+}
+const shown_of = (at) => new URLSearchParams(new URL(at.url()).hash.slice(1));
 
 // Of the box, which is .56 m deep and open towards the camera.
 test('a wall stops the camera, and one key lets it through', async () => {
-  await page.locator('#stage').focus();
-  await page.locator('#walls').uncheck();
+  await page.locator('.live-layer').focus();
+  await page.locator('.live-walls').uncheck();
   const step = (z) => page.evaluate(async (depth) => {
-    const { camera } = await import('/live.js');
+    const { camera } = (await import('/app.js')).live_gate.live;
     const position = [0.2, 0.45, depth];
     camera.go_to({ ...camera.camera, position, target: [0.2, 0.45, depth + 1] });
   }, z);
@@ -131,27 +141,118 @@ test('a wall stops the camera, and one key lets it through', async () => {
   };
   await step(0.2);
   await until((z) => Math.abs(z - 0.2) < 1e-3);
-  await page.locator('#walls').check();
+  await page.locator('.live-walls').check();
   await step(2);
   const stopped = await until((z) => z > 0.21);
   assert.ok(stopped > 0.5 && stopped < 0.56, `stopped at ${stopped}`);
-  await wait_for(page, async () => (await import('/live.js')).camera.camera.position[2] < 0.56);
-  await page.locator('#stage').press('g');
-  assert.equal(await page.locator('#walls').isChecked(), false);
+  await wait_for(page, async () => {
+    const { camera } = (await import('/app.js')).live_gate.live.camera;
+    return camera.position[2] < 0.56;
+  });
+  await page.locator('.live-layer').press('g');
+  assert.equal(await page.locator('.live-walls').isChecked(), false);
   await step(2);
   await until((z) => z > 1.9);
-  await page.locator('#home').click();
-  await page.locator('#walls').check();
+  await page.locator('.live-home').click();
+  await page.locator('.live-walls').check();
 });
 
-test('a job renders the view', async () => {
-  await page.locator('#render').click();
-  const link = page.locator('#rendered a');
-  await link.waitFor();
-  const id = await link.textContent();
-  const { request } = await all.server.job(id);
-  const { camera } = await newest_camera(page);
+test('a job renders the view, and shows it in the place of the live one', async () => {
+  const { id: session, camera } = await newest_camera(page);
+  const { request } = await all.server.job(await render());
   request.camera.position.forEach((v, i) => assert.ok(Math.abs(v - camera.position[i]) < 1e-4));
+  await wait_for_tiles(page, 0);
+  assert.equal(await page.locator('.live-layer').isVisible(), false);
+  await ended(session);
+  await page.goBack();
+  await frame_with(page);
+});
+
+const ended = async (session) => {
+  while ((await fetch(`${all.server.url}/v1/live/${session}`)).status !== 404)
+    await new Promise((resolve) => setTimeout(resolve, 50));
+};
+const pull = async (at, dx) => {
+  const stage = await at.locator('.stage').boundingBox();
+  const [x, y] = [stage.x + stage.width / 2, stage.y + stage.height / 2];
+  await at.mouse.move(x, y);
+  await at.mouse.down();
+  await at.mouse.move(x + dx, y, { steps: 8 });
+  await at.mouse.up();
+};
+
+test('the picture of a job, pulled, is live; it stays until the first frame', async () => {
+  const camera = { position: [0.3, 0.27, -0.6], target: [0.278, 0.27, 0.28] };
+  const id = await all.server.post({ scene: 'cornell-box', width: 96, height: 96, samples: 2,
+    method: 'none', camera });
+  await all.server.wait_until(id, ({ state }) => state === 'succeeded');
+  const other = await all.browser.page(`${all.server.url}/#job=${id}`);
+  await wait_for_tiles(other, 0);
+  await other.evaluate(() => { // what is seen below the layer until it is there
+    globalThis.seen = [];
+    const layer = document.querySelector('.live-layer');
+    new MutationObserver(() => globalThis.seen.push(layer.hidden))
+      .observe(layer, { attributes: true, attributeFilter: ['hidden'] });
+  });
+  await pull(other, 60);
+  assert.equal(await other.locator('.pane canvas.picture').first().isVisible(), true);
+  await frame_with(other);
+  await other.locator('.live-layer').waitFor();
+  assert.deepEqual(await other.evaluate(() => globalThis.seen.filter((is) => !is)), [false]);
+  const turned = async () => {
+    const { id: session, camera: seen } = await newest_camera(other);
+    return [session, seen.position];
+  };
+  await other.waitForFunction(() => /live=[^o]/.test(location.hash));
+  const [, position] = await turned();
+  const distance = (a, b) => Math.hypot(...a.map((v, i) => v - b[i]));
+  assert.ok(Math.abs(distance(position, camera.target) - distance(camera.position, camera.target))
+    < 1e-3, 'it orbits the target of the job\'s camera');
+  assert.ok(distance(position, camera.position) > 0.1);
+  await screenshot(other, 'live-job-1280');
+
+  await other.reload(); // a link of the view
+  await frame_with(other);
+  await other.locator('.live-layer').waitFor();
+  const [session, again] = await turned();
+  assert.ok(distance(again, position) < 1e-3, `${again} for ${position}`);
+  await other.locator('.live-layer').press('Escape');
+  await other.locator('.live-layer').waitFor({ state: 'hidden' });
+  assert.deepEqual([...shown_of(other).keys()], ['job']);
+  assert.equal(await other.evaluate(() => document.activeElement.className),
+    'live-toggle quiet');
+  await ended(session);
+  await other.context().close();
+});
+
+test('a server without room says so, and the picture of the job stays', async () => {
+  const full = await start_all({ more: ['--live-sessions', '1'] });
+  try {
+    const id = await full.server.post({ scene: 'cornell-box', width: 96, height: 96, samples: 2,
+      method: 'none' });
+    await full.server.wait_until(id, ({ state }) => state === 'succeeded');
+    await fetch(`${full.server.url}/v1/live`, { method: 'POST',
+      headers: { 'content-type': 'application/json' },
+      body: JSON.stringify({ scene: 'cornell-box', width: 64, height: 64 }) });
+    const other = await full.browser.page(`${full.server.url}/#job=${id}`);
+    await wait_for_tiles(other, 0);
+    await pull(other, 60);
+    await other.locator('.live-status').filter({ hasText: 'no room for a live view' }).waitFor();
+    assert.equal(await other.locator('.pane canvas.picture').first().isVisible(), true);
+    assert.equal(await other.locator('.live-layer').isVisible(), false);
+    assert.deepEqual([...shown_of(other).keys()], ['job']);
+    await screenshot(other, 'live-refused');
+    full.browser.expect_no_errors();
+  } finally {
+    await full.close();
+  }
+});
+
+test('a link of when it was a page of its own still leads to the scene', async () => {
+  const old = await all.browser.page(`${all.server.url}/live.html#scene=cornell-box`);
+  assert.equal(new URL(old.url()).pathname, '/');
+  await frame_with(old);
+  await old.context().close();
 });
 
 test('an equirectangular picture is looked around in', async () => {
@@ -195,10 +296,10 @@ test('an equirectangular picture is looked around in', async () => {
 });
 
 test('nothing scrolls sideways on a phone, where a finger orbits', async () => {
-  const phone = await all.browser.page(`${all.server.url}/live.html#scene=cornell-box`,
+  const phone = await all.browser.page(`${all.server.url}/#scene=cornell-box`,
     { width: 390, height: 844, hasTouch: true, colorScheme: 'dark' });
   await frame_with(phone);
-  await phone.locator('#waiting').waitFor({ state: 'hidden' });
+  await phone.locator('.live-layer').waitFor();
   const widest = await phone.evaluate(() => document.documentElement.scrollWidth);
   assert.ok(widest <= 390, `${widest} px wide`);
   await screenshot(phone, 'live-390');
@@ -206,7 +307,7 @@ test('nothing scrolls sideways on a phone, where a finger orbits', async () => {
 });
 
 test('over a line that is too slow for HDR, frames come as JPEG and look the same', async () => {
-  const far = await all.browser.page(`${all.server.url}/live.html#scene=cornell-box`);
+  const far = await all.browser.page(`${all.server.url}/#scene=cornell-box`);
   await frame_with(far, { stage: 'settling' });
   const before = await colour(far);
   const line = await far.context().newCDPSession(far);
@@ -215,11 +316,11 @@ test('over a line that is too slow for HDR, frames come as JPEG and look the sam
     downloadThroughput: 2_000_000, uploadThroughput: 2_000_000 });
   await far.reload(); // streams that are open already stay fast
   const state = () => far.evaluate(async () => {
-    const { main } = (await import('/live.js')).live;
+    const main = (await import('/app.js')).live_gate.live?.main;
     return { received: main.received, number: main.frame.number };
   });
   const is_jpeg = async (number) => {
-    const { main } = (await import('/live.js')).live;
+    const main = (await import('/app.js')).live_gate.live?.main;
     return main?.encoding === 'jpeg' && main.frame?.encoding === 'jpeg' &&
       main.frame.number >= number;
   };
@@ -238,9 +339,5 @@ test('over a line that is too slow for HDR, frames come as JPEG and look the sam
 test('a closed page leaves no session', async () => {
   const { id } = await newest_camera(page);
   await page.close();
-  for (;;) {
-    const answer = await fetch(`${all.server.url}/v1/live/${id}`);
-    if (answer.status === 404) break;
-    await new Promise((resolve) => setTimeout(resolve, 50));
-  }
+  await ended(id);
 });

@@ -37,7 +37,8 @@ const views = () => ({
   states: [`#job=${guided}&overlay=state&curve=false`, 'img.overlay:visible'],
   tables: ['#tables', 'tbody tr'],
   figures: ['#figures', '.figure-card'],
-  live: ['live.html#scene=cornell-box', '#measures tr'],
+  live: ['#scene=cornell-box', '.live-layer:visible'],
+  'live job': [`#job=${guided}&live=on`, '.live-layer:visible'],
 });
 
 async function violations(page) {
