@@ -20,6 +20,7 @@ import { Keys } from './keys.js';
 import { LightMixer } from './light_mixer.js';
 import { LiveGate } from './live_gate.js';
 import { kChannels } from './look.js';
+import { Panes } from './panes.js';
 import { SceneDrop } from './scene_drop.js';
 import { SceneLibrary } from './scene_library.js';
 import { share_link } from './share_link.js';
@@ -39,6 +40,7 @@ export const address = new Address();
 export const store = new JobStore();
 const job_moments = new JobMoments(() => viewer.update());
 let announced = '';
+const panes = new Panes(by_id('panes'));
 
 const list = new JobList(by_id('jobs'), by_id('row-template'), (id) => address.link(id));
 export const viewer = new Viewer(by_id('viewer'),
@@ -72,11 +74,7 @@ const library = new SceneLibrary(by_id('library'), (name) => form.choose(name), 
   (scene) => address.link(null, null, { scene, live: 'on' }));
 const form = new JobForm(by_id('job-form'), (jobs) => {
   jobs.forEach((job) => store.put(job));
-  const narrow = matchMedia('(max-width: 800px)').matches;
-  if (narrow) by_id('new-job').open = false;
-  // Once it is shown.
-  address.addEventListener('change', () =>
-    by_id('viewer').scrollIntoView({ block: narrow ? 'start' : 'nearest' }), { once: true });
+  if (matchMedia('(max-width: 800px)').matches) by_id('new-job').open = false;
   address.go(jobs[0].id, jobs[1]?.id);
 }, (scene) => library.choose(scene));
 
@@ -175,6 +173,7 @@ function show_all() {
   by_id('older').hidden = !store.has_older;
   form.show_tables(store.tables());
   for (const name of ['jobs', 'tables', 'figures']) by_id(`${name}-page`).hidden = page !== name;
+  by_id('panes').hidden = page !== 'jobs';
   for (const link of document.querySelectorAll('nav a')) {
     if (link.dataset.page === page) link.setAttribute('aria-current', 'page');
     else link.removeAttribute('aria-current');
@@ -202,6 +201,8 @@ address.addEventListener('change', ({ detail: old }) => {
   if (old.find !== view.find || old.state !== view.state) search_soon();
   if (old.job !== view.job || old.with !== view.with || old.ref !== view.ref) ask_for_selected();
   viewer.follow(old);
+  const shown = view.job ?? view.scene;
+  if (shown && shown !== (old.job ?? old.scene)) panes.show('picture-pane');
   // The list's links keep the look. What moves with a slider or the picture is the viewer's alone.
   if (kListed.some((name) => old[name] !== view[name])) show_all();
   else viewer.update();
@@ -263,6 +264,7 @@ const stream = new EventStream({
 });
 
 by_id('older').addEventListener('click', () => store.load_older().catch(() => {}));
+if (address.view.job ?? address.view.scene) panes.show('picture-pane');
 if (address.view.job && matchMedia('(max-width: 800px)').matches) by_id('new-job').open = false;
 ask_for_selected();
 show_all();

@@ -164,8 +164,7 @@ export class Viewer extends EventTarget {
     const is_scene = job_id === null && scene !== null; // live, without a job
     this.#part('empty').hidden = job_id !== null || is_scene;
     const known = jobs.length > 0 && jobs.every((job) => job);
-    this.#part('shown').hidden = !known && !is_scene;
-    this.#root.classList.toggle('has-job', job_id !== null || is_scene);
+    this.#root.classList.toggle('has-picture', known || is_scene);
     this.#root.classList.toggle('live-only', is_scene);
     if (is_scene) this.#part('title').textContent = title_of(scene);
     if (known) this.#show(jobs);

@@ -86,12 +86,12 @@ test('the wheel zooms at once; where the whole picture is seen it scrolls back',
   await page.mouse.wheel(0, 240);
   await page.waitForFunction((text) =>
     document.querySelector('.view-zoom-value').textContent === text, whole);
-  const at = () => page.evaluate(() => scrollY);
+  const at = () => page.evaluate(() => document.getElementById('picture-pane').scrollTop);
   assert.equal(await at(), 0);
   await page.mouse.wheel(0, 60);
-  await page.waitForFunction(() => scrollY > 0);
+  await page.waitForFunction(() => document.getElementById('picture-pane').scrollTop > 0);
   assert.equal(await zoom(), whole);
-  await page.evaluate(() => scrollTo(0, 0));
+  await page.evaluate(() => document.getElementById('picture-pane').scrollTo(0, 0));
 });
 
 // The curves again, from the tiles and the published formulas.
