@@ -2,6 +2,7 @@
 // second one without what is being compared. Controls set the address (`live`: the camera, `off`,
 // `dark`, `beside`), and follow() shows what it says. Loaded when it is first needed
 // (live_gate.js).
+import { keep_camera, kept_cameras } from './live_bookmarks.js';
 import { LiveCamera } from './live_camera.js';
 import { show_measures } from './live_measures.js';
 import { LiveSession } from './live_session.js';
@@ -74,8 +75,11 @@ export class Live {
       this.camera.mode = target.value;
     });
     this.#part('walls').addEventListener('change', () => this.#show_walls());
-    this.#part('camera').addEventListener('change', ({ target }) => {
-      if (target.value && this.main) this.camera.go_to(this.main.info.cameras[target.value].camera);
+    this.#part('camera').addEventListener('change', () => this.#choose_camera());
+    this.#part('keep').addEventListener('click', () => this.#keep_camera());
+    this.#part('forget').addEventListener('click', () => {
+      keep_camera(this.main.info.scene, this.#part('camera').selectedOptions[0].text, null);
+      this.#show_cameras();
     });
     this.#part('home').addEventListener('click', () => this.camera.go_home());
     this.#layer.addEventListener('keydown', ({ code }) => {
@@ -107,7 +111,7 @@ export class Live {
     this.#first = around ? main.look(this.#base) : 0;
     main.on_stop = (position) => this.camera.stop_at(position);
     this.#show_walls();
-    this.#show_cameras(info.cameras);
+    this.#show_cameras();
     this.#show_lights(info.lights);
     this.follow();
     const pulled = this.#pulled.splice(0, 2, 0, 0);
@@ -254,11 +258,37 @@ export class Live {
     if (this.main) this.main.walls = this.#part('walls').checked;
   }
 
-  // Those that the scene names.
-  #show_cameras(cameras) {
-    this.#part('camera-tool').hidden = cameras.length === 0;
-    this.#part('camera').replaceChildren(new Option('choose one', ''),
-      ...cameras.map(({ name }, index) => new Option(name, index)));
+  // Those that the scene names, and those that were kept.
+  #show_cameras(chosen = '') {
+    const { scene, cameras } = this.main.info;
+    const own = kept_cameras(scene);
+    this.#part('camera-tool').hidden = cameras.length + own.length === 0;
+    const groups = [['The scene\u2019s', cameras.map(({ name }, index) => [name, index])],
+      ['Kept', own]].filter(([, options]) => options.length).map(([label, options]) => {
+      const group = Object.assign(document.createElement('optgroup'), { label });
+      group.append(...options.map(([name, value]) => new Option(name, value)));
+      return group;
+    });
+    this.#part('camera').replaceChildren(new Option('choose one', ''), ...groups);
+    this.#part('camera').value = chosen;
+    this.#part('forget').hidden = !chosen.includes(',');
+  }
+  #choose_camera() {
+    const { value } = this.#part('camera');
+    const is_own = value.includes(',');
+    this.#part('forget').hidden = !is_own;
+    if (!value || !this.main?.info) return;
+    const camera = is_own ? with_text(this.#base, value) : this.main.info.cameras[value].camera;
+    if (camera) this.camera.go_to(camera);
+  }
+  #keep_camera() {
+    if (!this.main?.info) return;
+    const { scene } = this.main.info;
+    const name = prompt('What is this camera called?', `View ${kept_cameras(scene).length + 1}`);
+    if (!name?.trim()) return;
+    const text = camera_text(this.camera.camera);
+    keep_camera(scene, name.trim(), text);
+    this.#show_cameras(text);
   }
 
   #show_lights(names) {

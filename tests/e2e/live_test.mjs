@@ -255,6 +255,29 @@ test('a link of when it was a page of its own still leads to the scene', async (
   await old.context().close();
 });
 
+test('a camera that is kept is there again, until it is forgotten', async () => {
+  await page.locator('.live-layer').press('Shift+ArrowLeft', { delay: 80 });
+  await page.waitForFunction(() => /live=[^o]/.test(location.hash));
+  const kept = (await newest_camera(page)).camera.position;
+  page.once('dialog', (dialog) => dialog.accept('by the wall'));
+  await page.locator('.live-keep').click();
+  await page.locator('.live-home').click();
+  const near = async (to, is) => {
+    for (;;) {
+      const { position } = (await newest_camera(page)).camera;
+      if (Math.hypot(...position.map((v, i) => v - to[i])) < 1e-3 === is) return;
+      await page.waitForTimeout(50);
+    }
+  };
+  await near(kept, false);
+  await page.reload();
+  await frame_with(page);
+  await page.locator('.live-camera').selectOption('by the wall');
+  await near(kept, true);
+  await page.locator('.live-forget').click();
+  assert.equal(await page.locator('.live-camera-tool').isVisible(), false);
+});
+
 test('an equirectangular picture is looked around in', async () => {
   const id = await all.server.post({ scene: 'cornell-box', width: 256, height: 128, samples: 4,
     method: 'none',
