@@ -110,6 +110,9 @@ export const put_asset = (sha256, bytes) =>
 export const act_on_job = async (id, action) =>
   (await call(`${job_path(id)}/${action}`, { method: 'POST' })).json();
 
+export const delete_job = (id) => call(job_path(id), { method: 'DELETE' });
+export const extend_job = (id, samples) => post_json(`${job_path(id)}/extend`, { samples });
+
 // `action`: cancel, retry.
 export const act_on_frame = async (id, action, frame) =>
   (await call(`${job_path(id)}/frames/${action}?frame=${frame}`, { method: 'POST' })).json();

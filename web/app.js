@@ -12,6 +12,7 @@ import { has_ended, state_words } from './format.js';
 import { Histogram } from './histogram.js';
 import { Hover } from './hover.js';
 import { Inspector } from './inspector.js';
+import { JobChoice } from './job_choice.js';
 import { JobForm } from './job_form.js';
 import { JobMoments } from './job_moments.js';
 import { fits, JobList } from './job_list.js';
@@ -43,6 +44,7 @@ let announced = '';
 const panes = new Panes(by_id('panes'));
 
 const list = new JobList(by_id('jobs'), by_id('row-template'), (id) => address.link(id));
+new JobChoice(by_id('choice'), by_id('jobs'), store);
 export const viewer = new Viewer(by_id('viewer'),
   { pane: by_id('pane-template'), panel: by_id('panel-template') }, store, job_moments, address,
   (job) => {

@@ -81,6 +81,7 @@ export class JobList {
     bar.hidden = has_ended(job) || !is_forming(job);
     bar.value = job.progress.fraction;
     this.#thumbnails.show(part('row-picture'), job);
+    part('row-choose').setAttribute('aria-label', `Choose ${job.id}`);
     const link = row.querySelector('a');
     const href = this.#link_to(job.id);
     if (link.getAttribute('href') !== href) link.href = href;

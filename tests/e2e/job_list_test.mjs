@@ -50,6 +50,52 @@ test('filters leave what fits, and a reload keeps them', async () => {
   await row(jobs.guided).waitFor();
 });
 
+test('several jobs are chosen, and rendered again, extended and deleted together', async () => {
+  const own = 'together';
+  const ids = [];
+  for (let seed = 1; seed <= 3; ++seed) {
+    ids.push(await all.server.post({ ...kSmall, method: 'none', seed, labels: { of: own } }));
+  }
+  for (const id of ids) await all.server.wait_until(id, ({ state }) => state === 'succeeded');
+  const other = await all.browser.page(`${all.server.url}/#find=of:${own}`);
+  const rows = other.locator('#jobs li');
+  await rows.nth(2).waitFor();
+  assert.equal(await other.locator('.row-choose').first().isVisible(), false);
+  await other.locator('.choice-toggle').click();
+  assert.equal(await other.locator('.choice-delete').isDisabled(), true);
+  const status = (text) => other.locator('.choice-status').filter({ hasText: text }).waitFor();
+
+  await other.getByLabel(`Choose ${ids[0]}`).check();
+  await status('1 chosen.');
+  await other.locator('.choice-again').click();
+  await status('1 posted again.');
+  await rows.nth(3).waitFor();
+
+  await other.locator('.choice-all').click();
+  await status('4 chosen.');
+  other.once('dialog', (dialog) => dialog.accept('5'));
+  await other.locator('.choice-extend').click();
+  await status(/extended\./);
+  for (const id of ids) await all.server.wait_until(id, ({ request }) => request.samples === 9);
+
+  const { jobs: listed } = await (await all.server.get(`/v1/jobs?q=of:${own}`)).json();
+  for (const { id } of listed) {
+    await all.server.wait_until(id, ({ state }) => state === 'succeeded');
+  }
+  await other.waitForFunction(() =>
+    document.querySelectorAll('#jobs li[data-state=succeeded]').length === 4);
+  await screenshot(other, 'choice-1280');
+  other.once('dialog', (dialog) => dialog.dismiss());
+  await other.locator('.choice-delete').click(); // and nothing is lost
+  assert.equal(await rows.count(), 4);
+  other.once('dialog', (dialog) => dialog.accept());
+  await other.locator('.choice-delete').click();
+  await status('4 deleted.');
+  assert.equal(await rows.count(), 0);
+  assert.deepEqual((await (await all.server.get(`/v1/jobs?q=of:${own}`)).json()).jobs, []);
+  await other.context().close();
+});
+
 test('words find jobs that are older than those listed', async () => {
   const newer = Array.from({ length: 60 }, () => ({ ...kSmall, samples: 1, width: 8, height: 8,
     method: 'none', table: 'none' }));
