@@ -62,7 +62,7 @@ for (let i = 0; i < kSearches; ++i) {
     look();
   }), id));
 }
-console.log(`until the page lists it, with the 200 ms that it waits for more letters: ${words(seen)}`);
+console.log(`until the page lists it, after 200 ms of waiting for more letters: ${words(seen)}`);
 await page.locator('#find').fill('');
 await page.locator('#jobs li').nth(49).waitFor();
 const searched = await heap_mb();
