@@ -13,12 +13,13 @@ namespace qray {
 namespace {
 
 constexpr int kRangePx = 3;
-constexpr int kReachPx = 15;         // where light may be that none of the nearest samples met
-constexpr int kFinestPx = 64;        // smaller squares follow noise
-constexpr double kDoubt = 2;         // times the variance, which few samples hide
-constexpr int kBalanceRounds = 4;    // what the range cuts off goes to pixels that have room
-constexpr float kMostFactor = 1e3f;  // of a round: guesses that are nearly black stay finite
-constexpr float kTouch = 1e-4f;      // relative: less is rounding
+constexpr int kReachPx = 15;          // where light may be that none of the nearest samples met
+constexpr float kSureChance = 0.01f;  // less: that none of them met light is no accident
+constexpr int kFinestPx = 64;         // smaller squares follow noise
+constexpr double kDoubt = 2;          // times the variance, which few samples hide
+constexpr int kBalanceRounds = 4;     // what the range cuts off goes to pixels that have room
+constexpr float kMostFactor = 1e3f;   // of a round: guesses that are nearly black stay finite
+constexpr float kTouch = 1e-4f;       // relative: less is rounding
 
 using Sum3 = std::array<double, 3>;
 
@@ -239,9 +240,16 @@ Range range_of(const Image& samples, int step, TaskPool& pool) {
   Range range{extreme(samples, step, pool, [](float a, float b) { return std::min(a, b); }),
               extreme(samples, step, pool, [](float a, float b) { return std::max(a, b); })};
   if (std::ranges::find(range.largest.data(), 0.0f) == range.largest.data().end()) return range;
-  const Image mean = wide_mean(samples, step, pool);
-  for (size_t i = 0; i < mean.data().size(); ++i)
-    if (range.largest.data()[i] == 0) range.largest.data()[i] = mean.data()[i];
+  Image lit(samples.width(), samples.height(), 3);
+  std::ranges::transform(samples.data(), lit.data().begin(),
+                         [](float light) { return light > 0 ? 1.0f : 0.0f; });
+  const Image mean = wide_mean(samples, step, pool), lit_share = wide_mean(lit, step, pool);
+  const float known = sqr(static_cast<float>(2 * kRangePx + 1) / static_cast<float>(step));
+  for (size_t i = 0; i < mean.data().size(); ++i) {
+    if (range.largest.data()[i] > 0) continue;
+    const float chance = std::exp(-known * lit_share.data()[i]);
+    range.largest.data()[i] = mean.data()[i] * std::min(1.0f, chance / kSureChance);
+  }
   return range;
 }
 

@@ -126,6 +126,24 @@ TEST(Balance, SquaresDoNotShow) {
       EXPECT_LT(std::abs(picture.at(x, y, 0) - picture.at(x - 1, y, 0)), 0.3f) << x << ", " << y;
 }
 
+TEST(Balance, DarknessBesideManyLitPixelsIsNoAccident) {
+  TaskPool pool(2);
+  for (const float rarity : {1.2f, 200.0f}) {
+    Image samples = rare_light(rarity, 1, 8);
+    for (int y = 0; y < kBalanceSide; ++y)
+      for (int x = 100; x < kBalanceSide; ++x) samples.set_rgb(x, y, Rgb{});
+    const Image picture = balanced(even_light(0.5f), samples, 1, pool).picture;
+    double most = 0;  // beyond the reach of the lit samples' range, within that of their mean
+    for (int y = 0; y < kBalanceSide; ++y)
+      for (int x = 104; x < 108; ++x)
+        most = std::max(most, static_cast<double>(picture.at(x, y, 0)));
+    if (rarity < 10)
+      EXPECT_LT(most, 0.02);
+    else
+      EXPECT_GT(most, 0.1) << "where light is rare it may be here too";
+  }
+}
+
 TEST(Balance, IsTheSameForAnyNumberOfThreads) {
   TaskPool one(1), three(3);
   const Image samples = rare_light(4, 2, 7);
