@@ -30,7 +30,7 @@ namespace {
 constexpr int kViewsOverGenerated = 4;  // views of a real scene over those of a generated one
 
 struct RecoverOptions {
-  std::vector<std::string> scenes, weights;
+  std::vector<std::string> scenes, weights, more_views;
   std::string scene, table_in, method = "none", out, blocks, keep;
   int threads = default_threads(), held_out = 8, hidden = 0, generated = 0, pyramid_steps = 0;
   ScreenshotOptions views;
@@ -65,8 +65,8 @@ std::filesystem::path kept_views_path(const RecoverOptions& o, const SceneHash& 
   if (o.keep.empty()) return {};
   ByteWriter bytes;
   for (const Digest* d : {&hash.geometry, &hash.materials, &hash.lights}) bytes.bytes(d->bytes);
-  for (const int n :
-       {o.views.views, o.views.least_samples, o.views.most_samples, o.views.target_samples})
+  for (const int n : {o.views.views, o.views.inputs, o.views.least_samples, o.views.most_samples,
+                      o.views.target_samples, static_cast<int>(o.views.guided_targets)})
     bytes.u32(static_cast<uint32_t>(n));
   bytes.u64(o.views.seed);
   bytes.string(o.method);
@@ -99,7 +99,8 @@ Result<Album> take_album(const std::string& name, const RecoverOptions& o, TaskP
   const double start = clock.seconds();
   Result<std::vector<TrainingView>> views = take_screenshots(
       *scene.value(), settings.value(), table.value(), o.views, pool, stop, clock, [&](int done) {
-        line.show(scene.value()->scene.name, done / static_cast<double>(o.views.views),
+        line.show(scene.value()->scene.name,
+                  done / static_cast<double>(o.views.views * o.views.inputs),
                   std::to_string(done) + " views", clock.seconds() - start);
       });
   line.finish();
@@ -121,7 +122,7 @@ Result<std::vector<TrainingView>> all_views(const RecoverOptions& o, TaskPool& p
     Result<Album> album = take_album(name, o, pool, stop);
     if (!album) return album.error();
     auto& views = album.value().views;
-    const auto apart = views.end() - o.held_out;
+    const auto apart = views.end() - o.held_out * o.views.inputs;
     std::move(views.begin(), apart, std::back_inserter(taught));
     std::move(apart, views.end(), std::back_inserter(kept));
     last = std::move(album).value();
@@ -133,6 +134,11 @@ Result<std::vector<TrainingView>> all_views(const RecoverOptions& o, TaskPool& p
     Result<Album> album = take_album("", made_up, pool, stop);
     if (!album) return album.error();
     std::ranges::move(album.value().views, std::back_inserter(taught));
+  }
+  for (const std::string& path : o.more_views) {
+    Result<std::vector<TrainingView>> views = read_views(path);
+    if (!views) return views.error();
+    std::ranges::move(views.value(), std::back_inserter(taught));
   }
   held_out = kept.size();
   std::move(kept.begin(), kept.end(), std::back_inserter(taught));
@@ -179,6 +185,42 @@ Result<Rung> block_network(const RecoverOptions& o, std::span<const TrainingView
   return std::move(ladder.rungs[ladder.chosen]);
 }
 
+Status write_weights(const std::string& path, WeightsFile& file) {
+  file.id = weights_id(file);
+  return write_file_atomic(path, encode_weights(file));
+}
+
+// Hours of work: the file is written at each look at the views kept apart, so that what stops them
+// loses little.
+Status train_its_pyramid(const RecoverOptions& o, std::span<const TrainingView> views,
+                         size_t held_out, WeightsFile& file, TaskPool& pool,
+                         const StopOnSignal& stop) {
+  TrainOptions options = o.train;
+  options.steps = o.pyramid_steps;
+  ProgressLine line(o.quiet);
+  const SteadyClock clock;
+  const double start = clock.seconds();
+  Status written;
+  std::vector<float> first = std::move(file.network.pyramid);  // of --blocks
+  if (first.empty()) first = untrained_pyramid(options.seed);
+  Result<TrainedPyramid> trained = train_pyramid(
+      std::move(first), views, held_out, options, pool, stop.token(), [&](const TrainProgress& p) {
+        if (!p.values.empty()) {
+          file.network.pyramid.assign(p.values.begin(), p.values.end());
+          written = write_weights(o.out, file);
+        }
+        line.show("training, pyramid", p.step / static_cast<double>(p.steps),
+                  std::to_string(p.step) + " steps, loss " + std::to_string(p.loss) +
+                      ", held out " + std::to_string(p.held_out),
+                  clock.seconds() - start);
+      });
+  line.finish();
+  if (!trained) return trained.error();
+  std::printf("%-12s %10.5f %8d\n", "pyramid", mean_of(trained.value().held_out),
+              trained.value().steps);
+  return written;
+}
+
 Status train_weights(const RecoverOptions& o) {
   if (Status s = check_writable(o.out); !s) return s;
   if (o.held_out >= o.views.views)
@@ -193,25 +235,6 @@ Status train_weights(const RecoverOptions& o) {
   Result<Rung> blocks = block_network(o, views.value(), held_out, pool, stop.token());
   if (!blocks) return blocks.error();
   const Rung& chosen = blocks.value();
-  std::vector<float> pyramid;
-  if (o.pyramid_steps > 0) {
-    TrainOptions options = o.train;
-    options.steps = o.pyramid_steps;
-    ProgressLine line(o.quiet);
-    const SteadyClock clock;
-    const double start = clock.seconds();
-    Result<TrainedPyramid> trained =
-        train_pyramid(untrained_pyramid(options.seed), views.value(), held_out, options, pool,
-                      stop.token(), [&](const TrainProgress& p) {
-                        line.show("training, pyramid", p.step / static_cast<double>(p.steps),
-                                  std::to_string(p.step) + " steps", clock.seconds() - start);
-                      });
-    line.finish();
-    if (!trained) return trained.error();
-    std::printf("%-12s %10.5f %8d\n", "pyramid", mean_of(trained.value().held_out),
-                trained.value().steps);
-    pyramid = std::move(trained.value().values);
-  }
   WeightsFile file;
   file.program = QRAY_VERSION;
   const size_t scenes = o.scenes.size() + static_cast<size_t>(o.generated);
@@ -224,9 +247,8 @@ Status train_weights(const RecoverOptions& o) {
   file.steps = static_cast<uint32_t>(chosen.steps);
   for (double e : chosen.held_out) file.held_out.push_back(static_cast<float>(std::max(e, 0.0)));
   file.network = chosen.network;
-  file.network.pyramid = std::move(pyramid);
-  file.id = weights_id(file);
-  return write_file_atomic(o.out, encode_weights(file));
+  if (o.pyramid_steps > 0) return train_its_pyramid(o, views.value(), held_out, file, pool, stop);
+  return write_weights(o.out, file);
 }
 
 struct Compared {
@@ -313,10 +335,13 @@ void add_view_options(CLI::App& app, RecoverOptions& o) {
   app.add_option("--least-spp", o.views.least_samples, "of a view's input")
       ->check(CLI::Range(1, 65536))
       ->capture_default_str();
-  app.add_option("--most-spp", o.views.most_samples,
-                 "4 times as many in each next view, up to this")
+  app.add_option("--most-spp", o.views.most_samples, "twice as many in each next view, up to this")
       ->check(CLI::Range(1, 65536))
       ->capture_default_str();
+  app.add_option("--inputs", o.views.inputs, "noisy pictures of each view, in other random numbers")
+      ->check(CLI::Range(1, 64))
+      ->capture_default_str();
+  app.add_flag("--guided-targets", o.views.guided_targets, "made by 'adaptive'");
   app.add_option("--target-spp", o.views.target_samples, "of what it is to become")
       ->check(CLI::Range(1, 65536))
       ->capture_default_str();
@@ -355,12 +380,17 @@ void add_recover(CLI::App& app, int& exit_code) {
   train_command->add_option("--hidden", train_options->hidden, "keep this size, whatever is better")
       ->check(CLI::IsMember({16, 32}));
   train_command->add_option("--blocks", train_options->blocks,
-                            "a file whose network for blocks is taken instead of training one");
+                            "a file whose network for blocks is taken instead of training one; its "
+                            "pyramid, if it has one, goes on being trained");
   train_command
       ->add_option("--generated", train_options->generated,
                    "made-up rooms to learn from, too; a quarter as many views of each")
       ->check(CLI::Range(0, 1000))
       ->capture_default_str();
+  train_command
+      ->add_option("--more-views", train_options->more_views,
+                   "files that --keep-views wrote, of any scenes, to learn from too")
+      ->check(CLI::ExistingFile);
   train_command
       ->add_option("--pyramid-steps", train_options->pyramid_steps,
                    "of training the network for all pixels; 0: none")

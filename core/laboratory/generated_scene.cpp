@@ -69,7 +69,7 @@ class RoomMaker {
     size_ = {n_.between(3, 8), n_.between(2.4f, 4), n_.between(3, 8)};
     plain_ = n_.below(4) == 0;
     add_walls_and_light();
-    const int things = 5 + n_.below(8);
+    const int things = 5 + n_.below(20);
     for (int i = 0; i < things; ++i) add_thing();
     scene_.camera.position = size_ * 0.1f;
     scene_.camera.target = size_ * 0.5f;
@@ -94,6 +94,15 @@ class RoomMaker {
     m.emission.value = radiance;
     return add(m);
   }
+  // Takes its colour from a wall's pattern.
+  MaterialId glossy() {
+    Material m;
+    m.reflectance.value = Rgb{1.0f};
+    m.kind = n_.below(3) ? MaterialKind::kPlastic : MaterialKind::kConductor;
+    m.specular.value = Rgb{n_.between(0.3f, 1)};
+    m.roughness.value = n_.between(0.03f, 0.4f);
+    return add(m);
+  }
   // Of furniture: what is more common in rooms is more common here.
   MaterialId any() {
     Material m;
@@ -107,7 +116,7 @@ class RoomMaker {
       case 2:
         m.kind = MaterialKind::kConductor;
         m.specular.value = n_.colour(0.4f, 1);
-        m.roughness.value = n_.between(0.1f, 0.6f);
+        m.roughness.value = n_.between(0.03f, 0.6f);
         break;
       case 3:
         m.kind = MaterialKind::kConductor;
@@ -206,7 +215,8 @@ class RoomMaker {
     for (int i = 0; i < 6; ++i) {
       const Pattern pattern(n_);
       if (open && i >= 4) continue;  // neither a ceiling nor one wall
-      add_wall(white, sides[i].origin, sides[i].a, sides[i].b, &pattern);
+      const bool shines = !plain_ && n_.below(i == 0 ? 2 : 8) == 0;  // floors most often
+      add_wall(shines ? glossy() : white, sides[i].origin, sides[i].a, sides[i].b, &pattern);
     }
     switch (light) {
       case 0:

@@ -72,9 +72,8 @@ bool is_bare(const PreparedScene& scene, const Camera& camera) {
 }
 
 // As many pixels of it as a view has, of the same size as a whole picture's.
-float cropped_fov_deg(float vertical_fov_deg, int picture_height) {
-  const float half = std::tan(vertical_fov_deg * (kPi / 360)) * kScreenshotSide /
-                     static_cast<float>(std::max(picture_height, kScreenshotSide));
+float cropped_fov_deg(float vertical_fov_deg, float picture_height) {
+  const float half = std::tan(vertical_fov_deg * (kPi / 360)) * kScreenshotSide / picture_height;
   return std::atan(half) * (360 / kPi);
 }
 
@@ -97,7 +96,7 @@ Image reflected(const Film& film) {
 
 }  // namespace
 
-std::vector<Camera> screenshot_cameras(const PreparedScene& scene, int count, int picture_height,
+std::vector<Camera> screenshot_cameras(const PreparedScene& scene, int count, int most_height,
                                        uint64_t seed) {
   Numbers numbers(seed);
   const Vec3 extent = scene.bounds.extent();
@@ -106,7 +105,10 @@ std::vector<Camera> screenshot_cameras(const PreparedScene& scene, int count, in
   for (int tries = count * kTriesPerCamera; tries > 0 && std::ssize(cameras) < count; --tries) {
     Camera camera = scene.scene.camera;
     camera.aperture_radius = 0;
-    camera.vertical_fov_deg = cropped_fov_deg(camera.vertical_fov_deg, picture_height);
+    const float larger =
+        static_cast<float>(std::max(most_height, kScreenshotSide)) / kScreenshotSide;
+    camera.vertical_fov_deg = cropped_fov_deg(camera.vertical_fov_deg,
+                                              kScreenshotSide * std::pow(larger, numbers.next()));
     for (int a = 0; a < 3; ++a)
       camera.position[a] = scene.bounds.lo[a] + extent[a] * numbers.next();
     Vec3 ahead = on_sphere(numbers.next(), numbers.next());
@@ -138,35 +140,47 @@ Result<std::vector<TrainingView>> take_screenshots(const PreparedScene& scene,
   settings.gate = false;  // the table rules where there is one
   Result<std::unique_ptr<Guide>> guide = load_guide(scene, settings, table);
   if (!guide) return guide.error();
+  RenderSettings of_targets = settings;
+  Result<std::unique_ptr<Guide>> own = std::unique_ptr<Guide>();
+  Guide* target_guide = guide.value().get();
+  if (options.guided_targets) {
+    of_targets.method = "adaptive";
+    of_targets.learning_samples = options.target_samples;
+    own = load_guide(scene, of_targets, std::nullopt);
+    if (!own) return own.error();
+    target_guide = own.value().get();
+  }
   std::vector<TrainingView> views;
   int samples = options.least_samples;
   for (const Camera& camera : cameras) {
-    settings.camera = camera;
-    settings.seed = mix64(options.seed + views.size());
-    settings.samples = samples;
-    samples = samples >= options.most_samples ? options.least_samples : 4 * samples;
-    settings.estimates_noise = true;
-    Film input_film(settings.width, settings.height);
-    if (Status s = shoot(scene, settings, guide.value().get(), input_film, pool, stop, clock); !s)
-      return s.error();
-    Result<RecoveryInput> input = recovery_input(scene, settings, input_film, pool, stop);
-    if (!input) return input.error();
-    settings.estimates_noise = false;
-    settings.samples = std::max(1, options.target_samples / 2);
+    settings.camera = of_targets.camera = camera;
+    of_targets.estimates_noise = false;
+    of_targets.samples = std::max(1, options.target_samples / 2);
+    of_targets.seed = mix64(options.seed + views.size()) + kTargetSeed;
     std::vector<Image> halves;
-    for (int half = 0; half < 2; ++half) {
-      settings.seed += kTargetSeed;
+    for (int half = 0; half < 2; ++half, ++of_targets.seed) {
       Film film(settings.width, settings.height);
-      if (Status s = shoot(scene, settings, guide.value().get(), film, pool, stop, clock); !s)
+      if (Status s = shoot(scene, of_targets, target_guide, film, pool, stop, clock); !s)
         return s.error();
       halves.push_back(reflected(film));
     }
-    TrainingView view{std::move(input).value(), halves[0], 0};
-    for (size_t i = 0; i < halves[0].data().size(); ++i)
-      view.target.data()[i] = 0.5f * (halves[0].data()[i] + halves[1].data()[i]);
+    Image target = halves[0];
+    for (size_t i = 0; i < target.data().size(); ++i)
+      target.data()[i] = 0.5f * (halves[0].data()[i] + halves[1].data()[i]);
     // The mean lies as far from each half as it does, on average, from the truth.
-    view.target_relmse = relmse(halves[0], view.target);
-    views.push_back(std::move(view));
+    const double target_relmse = relmse(halves[0], target);
+    for (int i = 0; i < options.inputs; ++i) {
+      settings.seed = mix64(options.seed + views.size());
+      settings.samples = samples;
+      samples = samples >= options.most_samples ? options.least_samples : 2 * samples;
+      settings.estimates_noise = true;
+      Film film(settings.width, settings.height);
+      if (Status s = shoot(scene, settings, guide.value().get(), film, pool, stop, clock); !s)
+        return s.error();
+      Result<RecoveryInput> input = recovery_input(scene, settings, film, pool, stop);
+      if (!input) return input.error();
+      views.push_back({std::move(input).value(), target, target_relmse});
+    }
     on_view(static_cast<int>(views.size()));
   }
   return views;

@@ -13,7 +13,8 @@ constexpr std::array<PyramidLayer, kPyramidParts> kLayers = [] {
   layers[kFirstLayer] = {1, kPyramidInputs, kC, 0, 0};
   for (int part = kDown1; part <= kUp1; ++part)
     layers[static_cast<size_t>(part)] = {3, kC, kC, 0, 0};
-  for (PyramidPart part : {kHead4, kHead3, kHead2}) layers[part] = {1, kC, kCellLogits, 0, 0};
+  for (PyramidPart part : {kHead5, kHead4, kHead3, kHead2})
+    layers[part] = {1, kC, kCellLogits, 0, 0};
   layers[kHead1] = {1, kC, 2 * kCellLogits, 0, 0};
   layers[kHead0] = {1, kC, kBlock * kCellLogits, 0, 0};
   size_t at = 0;

@@ -1,18 +1,18 @@
 // The network for pictures of which every pixel was sampled: a small U-net whose answers are the
-// weights of filters on five levels of the picture, from pixels (level 0) to squares of 16 x 16
-// (level 4). It never makes a colour itself.
+// weights of filters on six levels of the picture, from pixels (level 0) to squares of 32 x 32
+// (level 5). It never makes a colour itself.
 //
 //   input    of each block of 2 x 2 pixels: their colour / albedo in the picture's own exposure, as
-//            x / (1 + x), their noise, what they show of lights, and their features
-//   layers   1x1; then 3x3 at levels 1, 2, 3, 4 and back at 3, 2, 1, each on the mean of four
+//            a logarithm, their noise, what they show of lights, and their features
+//   layers   1x1; then 3x3 at levels 1 to 5 and back at 4 to 1, each on the mean of four
 //            cells, or on the coarser level beside its own (a sum); all of kPyramidChannels
 //   coarser  a cell's colour is a mean of its four, by a softmax of a logit of each
-//   finer    from level 4 down: a cell's result is a mean of the 9 colours around it and of the
+//   finer    from level 5 down: a cell's result is a mean of the 9 colours around it and of the
 //            results of the 4 nearest cells of the coarser level, by a softmax of 13 logits, less
 //            the distances of the taps' features in learned scales
 //
 // So each result is a convex combination of colours around. With no weights in the heads it is a
-// joint bilateral filter on five levels. The shape is that of kernel-predicting denoisers (Vogels
+// joint bilateral filter on six levels. The shape is that of kernel-predicting denoisers (Vogels
 // et al., "Denoising with Kernel Prediction and Asymmetric Loss Functions", 2018). Any thread.
 #pragma once
 
@@ -22,7 +22,7 @@
 
 namespace qray {
 
-constexpr int kPyramidLevels = 5;
+constexpr int kPyramidLevels = 6;
 constexpr int kPyramidSide = 1 << (kPyramidLevels - 1);  // pixels of the coarsest cells
 constexpr int kPyramidChannels = 32;
 // Colour; noise of the surroundings, and the pixel's own; what it shows of lights; features.
@@ -51,9 +51,12 @@ enum PyramidPart {
   kDown2,
   kDown3,
   kDown4,
+  kDown5,
+  kUp4,
   kUp3,
   kUp2,
   kUp1,
+  kHead5,
   kHead4,
   kHead3,
   kHead2,

@@ -12,10 +12,12 @@ namespace qray {
 namespace {
 
 constexpr int kLast = kPyramidLevels - 1;
-constexpr PyramidPart kDownParts[] = {kFirstLayer, kDown1, kDown2, kDown3, kDown4};
-constexpr PyramidPart kUpParts[] = {kFirstLayer, kUp1, kUp2, kUp3};
-constexpr PyramidPart kHeadParts[] = {kHead0, kHead1, kHead2, kHead3, kHead4};
+constexpr PyramidPart kDownParts[] = {kFirstLayer, kDown1, kDown2, kDown3, kDown4, kDown5};
+constexpr PyramidPart kUpParts[] = {kFirstLayer, kUp1, kUp2, kUp3, kUp4};
+constexpr PyramidPart kHeadParts[] = {kHead0, kHead1, kHead2, kHead3, kHead4, kHead5};
 constexpr int kRowsAtOnce = 4;
+// Of colours as the network sees them: nearly linear up to a tenth of the mean.
+constexpr float kLogScale = 10, kLogShare = 0.3f;
 constexpr float kLeastLight = 1e-3f;
 constexpr float kUnknown = std::numeric_limits<float>::infinity();
 
@@ -170,7 +172,7 @@ void PyramidPass::pack(const PyramidInput& input, TaskPool* pool) {
       for (int c = 0; c < kColour; ++c) {
         const float light = pictures.colour.at(px, py, c) / (f[c] + kAlbedoFloor);
         fine.colour.at(c, y)[x] = light;
-        in[c] = light * input.exposure / (1 + light * input.exposure);
+        in[c] = kLogShare * std::log(1 + kLogScale * light * input.exposure);
       }
       in[kPixelNoise] = pictures.noise.at(px, py, 0);
       const float own = knows_own ? pictures.own_error.at(px, py, 0) : kUnknown;
@@ -203,7 +205,7 @@ void PyramidPass::run_layer(std::span<const float> values, PyramidPart part, con
                             Cells& out, TaskPool* pool) const {
   const PyramidLayer layer = pyramid_layer(part);
   out.resize(in.height, in.width, layer.outputs);
-  const float slope = part >= kHead4 ? 1.0f : kSlope;
+  const float slope = part >= kHead5 ? 1.0f : kSlope;
   for_rows(pool, in.height, [&](int y) {
     loops_->convolve_row(in, layer, &values[layer.weights], &values[layer.bias], slope, out, y);
   });
@@ -217,7 +219,7 @@ void PyramidPass::run_network(std::span<const float> values, TaskPool* pool) {
     for_rows(pool, levels_[l].height, [&](int y) { pool_row(down_[l - 1], pooled_[l], y); });
     run_layer(values, kDownParts[l], pooled_[l], down_[l], pool);
   }
-  run_layer(values, kHead4, down_[kLast], head_[kLast], pool);
+  run_layer(values, kHeadParts[kLast], down_[kLast], head_[kLast], pool);
   for (int l = kLast - 1; l >= 1; --l) {
     const Cells& coarse = l + 1 == kLast ? down_[kLast] : up_[l + 1];
     sum_[l].resize(levels_[l].height, levels_[l].width, kPyramidChannels);
@@ -406,7 +408,7 @@ void PyramidPass::back_layer(std::span<const float> values, PyramidPart part, co
                              const Cells& out, Cells& d_out, Cells* d_in,
                              std::span<float> gradient) {
   const PyramidLayer layer = pyramid_layer(part);
-  if (part < kHead4) back_leaky(d_out, out);
+  if (part < kHead5) back_leaky(d_out, out);
   loops_->add_weight_gradient(in, layer, d_out, &gradient[layer.weights], &gradient[layer.bias]);
   if (!d_in) return;
   const std::vector<float> back =

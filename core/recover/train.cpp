@@ -8,6 +8,7 @@
 #include "core/base/check.h"
 #include "core/image/metrics.h"
 #include "core/math/hash.h"
+#include "core/recover/loss.h"
 #include "core/recover/pyramid_pass.h"
 #include "core/recover/tile_pass.h"
 
@@ -20,6 +21,7 @@ constexpr int kPyramidTileBlocks = 48;  // of a larger reach
 constexpr float kRate = 3e-3f, kPyramidRate = 2e-3f, kBeta1 = 0.9f, kBeta2 = 0.99f,
                 kLastRate = 0.02f;
 constexpr float kScalesRate = 6;  // times the rate
+constexpr float kKeep = 0.998f;   // of the moving mean of the pyramid's values, by each step
 constexpr int kWarmUp = 20;       // steps
 constexpr double kMostGradient = 1;
 constexpr double kLeastLoss = 1e-3;      // of a tile, as it is weighted
@@ -31,6 +33,7 @@ struct Choice {
   size_t view;
   int y, x;
   Flip flip;
+  uint32_t exchange;  // of channels and axes
 };
 
 // A batch's tiles, from the seed and the step alone.
@@ -40,11 +43,12 @@ Choice choose(uint64_t seed, int step, int tile, int blocks, std::span<const Tra
     bits = mix64(bits + 1);
     return static_cast<int>(bits >> 33) % n;
   };
-  Choice c{static_cast<size_t>(below(static_cast<int>(views.size()))), 0, 0, {}};
+  Choice c{static_cast<size_t>(below(static_cast<int>(views.size()))), 0, 0, {}, 0};
   const int room = std::max(1, views[c.view].input.features.width() / 2 - blocks + 1);
   c.y = below(room), c.x = below(room);
   const int flip = below(8);
   c.flip = {(flip & 1) != 0, (flip & 2) != 0, (flip & 4) != 0};
+  c.exchange = static_cast<uint32_t>(below(6 * 6 * 8));
   return c;
 }
 
@@ -59,11 +63,12 @@ class Pupil {
   virtual float rate() const = 0;
   virtual int fall(int steps) const = 0;  // of the rate: over how many of the last steps
   virtual bool may_stop_early() const = 0;
+  virtual bool gives_mean() const = 0;  // of its last values, rather than the last
   virtual void begin_step(Values) {}
   // The loss of a batch's tile; adds the gradient of its logarithm: a dark noisy view counts no
   // more than a clean one. Tiles are run by several threads.
   virtual double run(size_t tile, Values values, const TrainingView& view, const Choice& c,
-                     Loss kind, std::span<float> gradient) = 0;
+                     std::span<float> gradient) = 0;
   virtual double error(Values values, const TrainingView& view) const = 0;
 };
 
@@ -79,6 +84,7 @@ class BlockPupil final : public Pupil {
   float rate() const override { return kRate; }
   int fall(int) const override { return kLook; }
   bool may_stop_early() const override { return true; }
+  bool gives_mean() const override { return false; }
 
   void begin_step(Values values) override {
     const Network::Parts at = shape_.parts();
@@ -86,14 +92,14 @@ class BlockPupil final : public Pupil {
     back2_ = transposed(&values[at.weights2], kTaps, shape_.hidden, shape_.hidden);
     back3_ = transposed(&values[at.weights3], 1, shape_.hidden, kLogits);
   }
-  double run(size_t i, Values, const TrainingView& view, const Choice& c, Loss kind,
+  double run(size_t i, Values, const TrainingView& view, const Choice& c,
              std::span<float> gradient) override {
     const BlockTile tile = tile_of(view.input.features, view.input.colour, view.input.noise, c.y,
                                    c.x, kTileBlocks, kTileBlocks, c.flip);
     const std::vector<float> target = target_of(view, c.y, c.x, kTileBlocks, kTileBlocks, c.flip);
     std::vector<float> d_result;
     const double loss =
-        loss_of(kind, passes_[i].forward(net_, tile), tile.albedo, target, d_result);
+        relative_squared_loss(passes_[i].forward(net_, tile), tile.albedo, target, d_result);
     of_logarithm(d_result, loss);
     passes_[i].backward(net_, tile, d_result, back2_, back3_, gradient);
     return loss;
@@ -110,37 +116,58 @@ class BlockPupil final : public Pupil {
   std::vector<TilePass> passes_;
 };
 
+// Colours of other lamps and paints, in a world that stands otherwise: which of 6 * 6 * 8.
+void exchange_channels(RecoveryInput& input, Image& target, uint32_t which) {
+  constexpr int kOrders[6][3] = {{0, 1, 2}, {0, 2, 1}, {1, 0, 2}, {1, 2, 0}, {2, 0, 1}, {2, 1, 0}};
+  const int* colours = kOrders[which % 6];
+  const int* axes = kOrders[which / 6 % 6];
+  const uint32_t mirrored = which / 36;
+  const auto exchange = [](Image& image, int first, const int* order, uint32_t negative) {
+    for (int y = 0; y < image.height(); ++y)
+      for (int x = 0; x < image.width(); ++x) {
+        const float was[3] = {image.at(x, y, first), image.at(x, y, first + 1),
+                              image.at(x, y, first + 2)};
+        for (int k = 0; k < 3; ++k)
+          image.at(x, y, first + k) = (negative >> k & 1) != 0 ? -was[order[k]] : was[order[k]];
+      }
+  };
+  for (Image* image : {&input.features, &input.colour, &input.shown, &target})
+    exchange(*image, 0, colours, 0);
+  exchange(input.features, kFeatureNormal, axes, mirrored);
+}
+
 class PyramidPupil final : public Pupil {
  public:
   PyramidPupil() : passes_(kBatch) {}
   int tile_blocks() const override { return kPyramidTileBlocks; }
   size_t scales() const override { return pyramid_scales(); }
   float rate() const override { return kPyramidRate; }
-  int fall(int steps) const override { return steps / 2; }
+  int fall(int steps) const override { return steps; }
   bool may_stop_early() const override { return false; }
+  bool gives_mean() const override { return true; }
 
-  double run(size_t i, Values values, const TrainingView& view, const Choice& c, Loss kind,
+  double run(size_t i, Values values, const TrainingView& view, const Choice& c,
              std::span<float> gradient) override {
     const auto part = [&](const Image& image) {
       const int side = std::min(2 * kPyramidTileBlocks, image.width());
       return turned(image, 2 * c.y, 2 * c.x, side, side, c.flip);
     };
-    const RecoveryInput input{part(view.input.features), part(view.input.colour),
-                              part(view.input.noise), part(view.input.own_error),
-                              part(view.input.shown)};
+    RecoveryInput input{part(view.input.features), part(view.input.colour), part(view.input.noise),
+                        part(view.input.own_error), part(view.input.shown)};
     Image target = part(view.target);
+    exchange_channels(input, target, c.exchange);
     // Errors count as they are seen in a picture of usual brightness.
     const float exposure = exposure_of(view.input.colour);
-    std::vector<float> albedo;
-    albedo.reserve(target.data().size());
+    Image albedo(target.width(), target.height(), kColour);
     for (int y = 0; y < target.height(); ++y)
       for (int x = 0; x < target.width(); ++x)
-        for (int k = 0; k < kColour; ++k)
-          albedo.push_back(exposure * (input.features.at(x, y, k) + kAlbedoFloor));
-    for (float& v : target.data()) v *= exposure;
+        for (int k = 0; k < kColour; ++k) {
+          albedo.at(x, y, k) = exposure * (input.features.at(x, y, k) + kAlbedoFloor);
+          target.at(x, y, k) *= exposure;
+        }
     const Image result = passes_[i].forward(values, {input, exposure}, nullptr, true);
     std::vector<float> d_result;
-    const double loss = loss_of(kind, result.data(), albedo, target.data(), d_result);
+    const double loss = log_loss(result, albedo, target, d_result);
     of_logarithm(d_result, loss);
     passes_[i].backward(values, d_result, gradient);
     return loss;
@@ -233,13 +260,13 @@ Result<Taught> teach(Pupil& pupil, std::vector<float> start, std::span<const Tra
   const std::span<const TrainingView> taught = views.first(views.size() - held_out);
   const std::span<const TrainingView> kept = views.last(held_out);
   Taught result{std::move(start), 0, {}};
-  std::vector<float>& values = result.values;
+  std::vector<float> values = result.values;  // result.values: what is given
   Adam adam(values.size());
   std::vector<std::vector<float>> gradients(kBatch);
   std::vector<double> losses(kBatch);
   Schedule schedule(options.steps, pupil.rate(), pupil.fall(options.steps));
   TrainProgress progress{0, options.steps, 0, 0};
-  result.held_out = errors_of(pupil, values, kept, pool);
+  result.held_out = errors_of(pupil, result.values, kept, pool);
   double before = progress.held_out = mean_of(result.held_out);
   while (result.steps < schedule.end()) {
     if (stop.stop_requested()) return Error{ErrorCode::kCanceled, "canceled", ""};
@@ -248,14 +275,22 @@ Result<Taught> teach(Pupil& pupil, std::vector<float> start, std::span<const Tra
       gradients[i].assign(values.size(), 0);
       const Choice c =
           choose(options.seed, result.steps, static_cast<int>(i), pupil.tile_blocks(), taught);
-      losses[i] = pupil.run(i, values, taught[c.view], c, options.loss, gradients[i]);
+      losses[i] = pupil.run(i, values, taught[c.view], c, gradients[i]);
     });
     const double loss = mean_of(losses);
     adam.step(values, pupil.scales(), gradients, schedule.rate(result.steps));
+    // From the start on, a mean of as many steps as there were.
+    const float keep = !pupil.gives_mean()
+                           ? 0
+                           : std::min(kKeep, static_cast<float>(result.steps) /
+                                                 static_cast<float>(result.steps + 9));
+    for (size_t i = 0; i < values.size(); ++i)
+      result.values[i] = lerp(keep, values[i], result.values[i]);
     progress.step = ++result.steps;
     progress.loss = progress.step == 1 ? loss : 0.98 * progress.loss + 0.02 * loss;
     if (result.steps % kLook == 0 || result.steps == schedule.end()) {
-      result.held_out = errors_of(pupil, values, kept, pool);
+      result.held_out = errors_of(pupil, result.values, kept, pool);
+      progress.values = result.values;
       progress.held_out = mean_of(result.held_out);
       if (pupil.may_stop_early() && progress.held_out > (1 - kLeastGain) * before)
         schedule.end_soon(result.steps);
@@ -263,6 +298,7 @@ Result<Taught> teach(Pupil& pupil, std::vector<float> start, std::span<const Tra
       progress.steps = schedule.end();
     }
     on_step(progress);
+    progress.values = {};
   }
   return result;
 }

@@ -1,5 +1,5 @@
-// Teaches a network by a scene's training views: Adam (Kingma and Ba 2015), batches of 8 tiles,
-// each turned by chance. The same views, options and seed give the same values for any number of
+// Teaches a network by training views: Adam (Kingma and Ba 2015), batches of 8 tiles, each turned
+// by chance. The same views, options and seed give the same values for any number of
 // threads.
 #pragma once
 
@@ -11,7 +11,6 @@
 
 #include "core/base/result.h"
 #include "core/base/task_pool.h"
-#include "core/recover/loss.h"
 #include "core/recover/network.h"
 #include "core/recover/pyramid.h"
 #include "core/recover/training_view.h"
@@ -20,7 +19,6 @@ namespace qray {
 
 struct TrainOptions {
   int steps = 600;  // at most
-  Loss loss = Loss::kRelativeSquared;
   uint64_t seed = 1;
 };
 
@@ -28,6 +26,8 @@ struct TrainProgress {
   int step = 0, steps = 0;
   double loss = 0;      // of the batch, smoothed
   double held_out = 0;  // error of the views kept apart, when last looked at
+  // At a look, and only then: what training would return if it ended here.
+  std::span<const float> values{};
 };
 
 struct Trained {
@@ -48,7 +48,9 @@ struct TrainedPyramid {
   std::vector<double> held_out;
 };
 
-// The same of the pyramid (pyramid.h): of all pixels of the views, and all of the steps.
+// The same of the pyramid (pyramid.h): of all pixels of the views, and all of the steps. Tiles also
+// have their colour channels exchanged and the world's axes exchanged and mirrored by chance. The
+// values are a moving mean of those of the last hundreds of steps.
 Result<TrainedPyramid> train_pyramid(std::vector<float> start, std::span<const TrainingView> views,
                                      size_t held_out, const TrainOptions& options, TaskPool& pool,
                                      std::stop_token stop,

@@ -70,7 +70,7 @@ Result<WeightsFile> decode_weights(std::span<const uint8_t> bytes) {
   if (in.u64() != kMagic)
     return corrupt(in, "not qray's weights: the first 8 bytes are not QRAYRCV1");
   const uint32_t version = in.u32();
-  if (version < 1 || version > kWeightsFormatVersion)
+  if (version != 1 && version != kWeightsFormatVersion)
     return unsupported("weights format version", version, kWeightsFormatVersion, 8);
   if (const uint32_t layout = in.u32(); layout != kFeatureLayout)
     return unsupported("feature layout", layout, kFeatureLayout, 12);

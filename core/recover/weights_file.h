@@ -13,7 +13,7 @@
 namespace qray {
 
 // Of files with a pyramid; the others are of version 1.
-constexpr uint32_t kWeightsFormatVersion = 2;
+constexpr uint32_t kWeightsFormatVersion = 3;
 // Counts up when what a feature or an input means, or the network's shape, changes.
 constexpr uint32_t kFeatureLayout = 2;
 

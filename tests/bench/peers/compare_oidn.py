@@ -3,7 +3,8 @@
 
     LD_LIBRARY_PATH=FOLDER compare_oidn.py QRAY WORK SCENE [SCENE ...]
 
-FOLDER has libOpenImageDenoise.so.2, QRAY is the command, SCENE an included name or a file. WORK keeps
+FOLDER has libOpenImageDenoise.so.2: that of a release, or pyoidn/oidn/lib of PyPI's wheel of version 2.5.1, which
+`pip download --no-deps pyoidn` fetches and `unzip` opens. QRAY is the command, SCENE an included name or a file. WORK keeps
 references, which are rendered once, and pictures. Prints a row for each scene and count of samples
 and, last, geometric means of ours over theirs.
 """
@@ -31,7 +32,8 @@ def main():
     parser.add_argument("scenes", nargs="+")
     parser.add_argument("--size", default="512x512")
     parser.add_argument("--spp", default="1,4,16,64")
-    parser.add_argument("--reference-seconds", default="120")
+    parser.add_argument("--seed", default="17", help="of the samples")
+    parser.add_argument("--reference-spp", default="640", help="of references, by 'adaptive'")
     parser.add_argument("--network", default="default", help="ours: a name or a file of weights")
     options = parser.parse_args()
     options.work.mkdir(parents=True, exist_ok=True)
@@ -49,14 +51,15 @@ def main():
         name = name_of(scene)
         truth = options.work / f"{name}-{options.size}-truth.exr"
         if not truth.exists():
-            render(truth, scene, "--method", "adaptive", "--seconds", options.reference_seconds,
+            render(truth, scene, "--method", "adaptive", "--spp", options.reference_spp,
                    "--seed", "1000003")
         for spp in options.spp.split(","):
             found = {}
             for who, network in (("ours", options.network), ("oidn", "oidn")):
                 picture = options.work / f"{name}-{spp}-{who}.exr"
                 samples = options.work / f"{name}-{spp}-samples.exr"
-                render(picture, scene, "--method", "none", "--spp", spp, "--recover", network,
+                render(picture, scene, "--method", "none", "--spp", spp, "--seed", options.seed,
+                       "--recover", network,
                        "--sampled-out", samples)
                 found["samples"] = difference(samples, truth)
                 found[who] = difference(picture, truth)

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "core/laboratory/views_file.h"
 #include "tests/support/render.h"
@@ -57,6 +58,29 @@ TEST(Screenshots, InputsAndTargetsAreOtherRandomNumbersOfOneView) {
     EXPECT_LT(v.target_relmse, relmse(v.input.colour, v.target) + 1);
   }
   EXPECT_FALSE(same(views[0].input.features, views[1].input.features));
+}
+
+TEST(Screenshots, InputsOfAViewShareItsTargetAndHaveOtherSamples) {
+  const auto scene = test::included_scene("cornell-box");
+  TaskPool pool(2);
+  ScreenshotOptions options;
+  options.views = 2, options.inputs = 3;
+  options.most_samples = 2, options.target_samples = 8;
+  options.guided_targets = true;
+  const std::vector<TrainingView> views =
+      take_screenshots(*scene, test::small_settings("none", 64, 1), std::nullopt, options, pool, {},
+                       SteadyClock(), [](int) {})
+          .value();
+  ASSERT_EQ(views.size(), 6u);
+  for (size_t i = 0; i < 6; ++i) {
+    const TrainingView &v = views[i], &first = views[i / 3 * 3];
+    EXPECT_TRUE(same(v.target, first.target)) << i;
+    EXPECT_TRUE(same(v.input.features, first.input.features)) << i;
+    EXPECT_EQ(same(v.input.colour, first.input.colour), i % 3 == 0) << i;
+    // 1 and 2 samples in turn: of one alone the pixel's own noise is not known.
+    EXPECT_EQ(std::isinf(v.input.own_error.at(64, 64, 0)), i % 2 == 0) << i;
+  }
+  EXPECT_FALSE(same(views[0].target, views[3].target));
 }
 
 TEST(Screenshots, AreKeptInAFileForTheNextTraining) {

@@ -34,13 +34,23 @@ std::vector<float> shaken(uint64_t seed) {
 }
 
 TEST(PyramidPass, GradientsAreThoseOfFiniteDifferences) {
-  // Not a multiple of the coarsest cells, so that what goes on beyond the edges counts too.
-  const PyramidPictures p(36, 28, 3);
+  // Not a multiple of the coarsest cells, so that what goes on beyond the edges counts too. Light
+  // and gradients that differ from cell to cell of all levels: sums over noise alone would leave
+  // the coarse levels nothing but rounding.
+  constexpr int kWidth = 84, kHeight = 52;
+  PyramidPictures p(kWidth, kHeight, 3);
+  const auto uneven = [](int x, int y) { return (x / 7 + y / 5) % 2 + (x / 40 + y / 30) % 2; };
+  for (int y = 0; y < kHeight; ++y)
+    for (int x = 0; x < kWidth; ++x)
+      for (int c = 0; c < 3; ++c)
+        p.pictures.colour.at(x, y, c) *= static_cast<float>(1 + 2 * uneven(x, y));
   std::vector<float> values = shaken(5), gradient(values.size(), 0), d_result;
   PyramidPass pass;
   const Image start = pass.forward(values, p.input(), nullptr, true);
   test::Random random(11);
-  for (size_t i = 0; i < start.data().size(); ++i) d_result.push_back(random.next() - 0.5f);
+  for (int i = 0; i < kWidth * kHeight * 3; ++i)
+    d_result.push_back(random.next() - 0.5f +
+                       static_cast<float>(uneven(i / 3 % kWidth, i / 3 / kWidth) - 1));
   pass.backward(values, d_result, gradient);
   const auto along = [&](size_t i, float by) {
     const float kept = values[i];
@@ -71,7 +81,7 @@ TEST(PyramidPass, GradientsAreThoseOfFiniteDifferences) {
           begins[part] +
           static_cast<size_t>(random.next() * static_cast<float>(begins[part + 1] - begins[part]));
       // Heads and scales are smooth, and change little; units of layers have bends.
-      const float step = begins[part] < pyramid_layer(kHead4).weights ? 1e-3f : 0.1f;
+      const float step = begins[part] < pyramid_layer(kHead5).weights ? 1e-3f : 0.1f;
       // At a bend of a unit the two sides differ: the gradient is one of them, or between.
       const double up = along(i, step) / static_cast<double>(step),
                    down = -along(i, -step) / static_cast<double>(step);

@@ -40,48 +40,47 @@ Network shaken(int hidden, uint64_t seed) {
 }
 
 TEST(TilePass, GradientsAreThoseOfFiniteDifferences) {
-  for (const int hidden : {16, 32})
-    for (const Loss kind : {Loss::kRelativeSquared, Loss::kRootCharbonnier}) {
-      const Pictures p = random_pictures(3);
-      const BlockTile t = tile(p);
-      const std::vector<float> target =
-          target_of({{p.features, p.input, p.noise}, p.target}, 0, 0, t.height, t.width, {});
-      Network net = shaken(hidden, 5);
-      const Network::Parts at = net.parts();
-      TilePass pass;
-      std::vector<float> d_result, gradient(net.values.size(), 0), unused;
-      const std::span<const float> first = pass.forward(net, t);
-      const std::vector<float> start(first.begin(), first.end());
-      loss_of(kind, start, t.albedo, target, d_result);
-      pass.backward(net, t, d_result, transposed(&net.values[at.weights2], kTaps, hidden, hidden),
-                    transposed(&net.values[at.weights3], 1, hidden, kLogits), gradient);
-      // By the loss' own gradient, so that only the network is differentiated.
-      const auto along = [&](size_t i, float by) {
-        const float kept = net.values[i];
-        net.values[i] = kept + by;
-        const std::span<const float> y = pass.forward(net, t);
-        double sum = 0;
-        for (size_t k = 0; k < y.size(); ++k)
-          sum += static_cast<double>(d_result[k]) * static_cast<double>(y[k] - start[k]);
-        net.values[i] = kept;
-        return sum;
-      };
-      test::Random random(11);
-      double largest = 0;
-      for (float g : gradient) largest = std::max(largest, static_cast<double>(std::abs(g)));
-      const size_t parts[] = {at.weights1, at.bias1, at.weights2, at.bias2,
-                              at.weights3, at.bias3, at.scales,   at.size};
-      for (size_t part = 0; part + 1 < std::size(parts); ++part)
-        for (int k = 0; k < 12; ++k) {
-          const size_t i =
-              parts[part] + static_cast<size_t>(random.next() *
-                                                static_cast<float>(parts[part + 1] - parts[part]));
-          constexpr float kStep = 2e-3f;
-          const double slope = (along(i, kStep) - along(i, -kStep)) / (2 * double{kStep});
-          EXPECT_NEAR(gradient[i], slope, 0.02 * std::abs(slope) + 1e-3 * largest)
-              << "value " << i << " of part " << part << ", hidden " << hidden;
-        }
-    }
+  for (const int hidden : {16, 32}) {
+    const Pictures p = random_pictures(3);
+    const BlockTile t = tile(p);
+    const std::vector<float> target =
+        target_of({{p.features, p.input, p.noise}, p.target}, 0, 0, t.height, t.width, {});
+    Network net = shaken(hidden, 5);
+    const Network::Parts at = net.parts();
+    TilePass pass;
+    std::vector<float> d_result, gradient(net.values.size(), 0), unused;
+    const std::span<const float> first = pass.forward(net, t);
+    const std::vector<float> start(first.begin(), first.end());
+    relative_squared_loss(start, t.albedo, target, d_result);
+    pass.backward(net, t, d_result, transposed(&net.values[at.weights2], kTaps, hidden, hidden),
+                  transposed(&net.values[at.weights3], 1, hidden, kLogits), gradient);
+    // By the loss' own gradient, so that only the network is differentiated.
+    const auto along = [&](size_t i, float by) {
+      const float kept = net.values[i];
+      net.values[i] = kept + by;
+      const std::span<const float> y = pass.forward(net, t);
+      double sum = 0;
+      for (size_t k = 0; k < y.size(); ++k)
+        sum += static_cast<double>(d_result[k]) * static_cast<double>(y[k] - start[k]);
+      net.values[i] = kept;
+      return sum;
+    };
+    test::Random random(11);
+    double largest = 0;
+    for (float g : gradient) largest = std::max(largest, static_cast<double>(std::abs(g)));
+    const size_t parts[] = {at.weights1, at.bias1, at.weights2, at.bias2,
+                            at.weights3, at.bias3, at.scales,   at.size};
+    for (size_t part = 0; part + 1 < std::size(parts); ++part)
+      for (int k = 0; k < 12; ++k) {
+        const size_t i =
+            parts[part] +
+            static_cast<size_t>(random.next() * static_cast<float>(parts[part + 1] - parts[part]));
+        constexpr float kStep = 2e-3f;
+        const double slope = (along(i, kStep) - along(i, -kStep)) / (2 * double{kStep});
+        EXPECT_NEAR(gradient[i], slope, 0.02 * std::abs(slope) + 1e-3 * largest)
+            << "value " << i << " of part " << part << ", hidden " << hidden;
+      }
+  }
 }
 
 TEST(TilePass, InventsNothing) {

@@ -80,6 +80,19 @@ TEST(Train, AnyNumberOfThreadsMakesTheSamePyramid) {
   EXPECT_EQ(pyramid_for(1, 4).values, pyramid_for(3, 4).values);
 }
 
+TEST(Train, AtEachLookItTellsWhatItWouldReturn) {
+  std::vector<TrainingView> views{stripes(1), stripes(2)};
+  TaskPool pool(2);
+  std::vector<std::vector<float>> told;
+  const Result<TrainedPyramid> trained = train_pyramid(
+      untrained_pyramid(1), views, 1, {.steps = 3}, pool, {},
+      [&](const TrainProgress& p) { told.emplace_back(p.values.begin(), p.values.end()); });
+  ASSERT_TRUE(trained.ok());
+  ASSERT_EQ(told.size(), 3u);
+  EXPECT_TRUE(told[1].empty());
+  EXPECT_EQ(told[2], trained.value().values);
+}
+
 TEST(Train, StopsWhenAsked) {
   std::vector<TrainingView> views{stripes(1), stripes(2)};
   TaskPool pool(2);

@@ -43,7 +43,7 @@ TEST(WeightsFile, APyramidComesBackToo) {
   w.network.pyramid = untrained_pyramid(1);
   w.id = weights_id(w);
   const Bytes bytes = encode_weights(w);
-  EXPECT_EQ(bytes[8], 2);
+  EXPECT_EQ(bytes[8], kWeightsFormatVersion);
   EXPECT_LT(bytes.size(), size_t{512} << 10);
   const Result<WeightsFile> read = decode_weights(bytes);
   ASSERT_TRUE(read.ok()) << read.error().text();
@@ -96,7 +96,7 @@ TEST(WeightsFile, WhatMayNotStandInItIsRefusedUnderARightChecksum) {
 }
 
 TEST(WeightsFile, AnotherVersionOrLayoutIsSaidToBeOne) {
-  for (const auto& [at, expected] : {std::pair{8u, "expected 2"}, {12u, "expected 2"}}) {
+  for (const auto& [at, expected] : {std::pair{8u, "expected 3"}, {12u, "expected 2"}}) {
     Bytes bytes = encode_weights(some_weights());
     bytes[at] = 9;
     const Result<WeightsFile> read = decode_weights(bytes);
@@ -104,6 +104,9 @@ TEST(WeightsFile, AnotherVersionOrLayoutIsSaidToBeOne) {
     EXPECT_EQ(read.error().code, ErrorCode::kUnsupported);
     EXPECT_NE(read.error().text().find(expected), std::string::npos) << read.error().text();
   }
+  Bytes older = encode_weights(some_weights());
+  older[8] = 2;  // pyramids of five levels
+  EXPECT_EQ(decode_weights(older).error().code, ErrorCode::kUnsupported);
 }
 
 }  // namespace
