@@ -72,7 +72,13 @@ const tables = new TablesPage(by_id('tables-page'), store, (id) => address.link(
 const figures = new FiguresPage(by_id('figures-page'), store,
   (id, with_id) => address.link(id, with_id));
 
-const library = new SceneLibrary(by_id('library'), (name) => form.choose(name), show_scenes,
+const library = new SceneLibrary(by_id('library'), (name) => {
+  form.choose(name);
+  // Where no job is looked at, one looks around in the scene at once.
+  const { job, scene } = address.view;
+  if (job || scene === name || !live_gate.can_show(name)) return;
+  address.set({ scene: name, live: 'on', off: '', dark: '', beside: '' }, { step: true });
+}, show_scenes,
   (scene) => address.link(null, null, { scene, live: 'on' }));
 const form = new JobForm(by_id('job-form'), (jobs) => {
   jobs.forEach((job) => store.put(job));

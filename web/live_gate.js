@@ -54,6 +54,11 @@ export class LiveGate {
     if (on) this.#start(source);
   }
 
+  // A scene that cannot be loaded has no size.
+  can_show(scene) {
+    return this.scenes.some(({ name, width }) => name === scene && width);
+  }
+
   leave() {
     this.#address.set({ live: '', scene: null, off: '', dark: '', beside: '' });
   }
@@ -139,7 +144,7 @@ export class LiveGate {
     const scene = this.scenes.find(({ name }) => name === view.scene);
     const { frames, mix: was, light_groups, camera, ...request } = view.job
       ? this.#store.get(view.job).request
-      : { scene: view.scene, width: scene.width, height: scene.height, samples: 64,
+      : { scene: view.scene, width: scene.width, height: scene.height, samples: 32,
         recover: 'auto' };
     const { mix } = this.live;
     try {

@@ -103,6 +103,7 @@ test('the files of a scene go together; of several scenes one is chosen', async 
 
 test('scenes are chosen by their picture, renamed and deleted', async () => {
   const card = (title) => page.locator('.scene-card').filter({ hasText: title });
+  await card('my triangle').scrollIntoViewIfNeeded(); // pictures come as they are seen
   await card('my triangle').locator('canvas.drawn').waitFor();
   await card('cornell-box').click();
   assert.equal(await page.locator('#scene').inputValue(), 'cornell-box');
