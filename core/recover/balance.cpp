@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/base/check.h"
+#include "core/recover/box_mean.h"
 
 namespace qray {
 namespace {
@@ -199,43 +200,6 @@ Image extreme(const Image& samples, int step, TaskPool& pool, Better better) {
   return out;
 }
 
-// Means of the known pixels within kReachPx.
-Image wide_mean(const Image& samples, int step, TaskPool& pool) {
-  const int width = samples.width(), height = samples.height();
-  Image rows(width, height, 3), out(width, height, 3);
-  // Along a line of `count` pixels, `get` and `set` by place.
-  const auto slide = [step](int count, auto&& get, auto&& set) {
-    std::array<double, 3> sum{};
-    int known = 0, next = 0, last = 0;  // in the window: known pixels last .. next
-    for (int at = 0; at < count; ++at) {
-      for (; next < std::min(count, at + kReachPx + 1); next += step, ++known)
-        for (int c = 0; c < 3; ++c)
-          sum[static_cast<size_t>(c)] += static_cast<double>(get(next)[c]);
-      for (; last < at - kReachPx; last += step, --known)
-        for (int c = 0; c < 3; ++c)
-          sum[static_cast<size_t>(c)] -= static_cast<double>(get(last)[c]);
-      Rgb mean;
-      for (int c = 0; c < 3; ++c)
-        mean[c] = std::max(0.0f, static_cast<float>(sum[static_cast<size_t>(c)] / known));
-      set(at, mean);
-    }
-  };
-  pool.run(static_cast<size_t>(height), [&](size_t row, int) {
-    const int y = static_cast<int>(row);
-    if (y % step != 0) return;
-    slide(
-        width, [&](int x) { return samples.rgb(x, y); },
-        [&](int x, Rgb mean) { rows.set_rgb(x, y, mean); });
-  });
-  pool.run(static_cast<size_t>(width), [&](size_t column, int) {
-    const int x = static_cast<int>(column);
-    slide(
-        height, [&](int y) { return rows.rgb(x, y); },
-        [&](int y, Rgb mean) { out.set_rgb(x, y, mean); });
-  });
-  return out;
-}
-
 Range range_of(const Image& samples, int step, TaskPool& pool) {
   Range range{extreme(samples, step, pool, [](float a, float b) { return std::min(a, b); }),
               extreme(samples, step, pool, [](float a, float b) { return std::max(a, b); })};
@@ -243,7 +207,8 @@ Range range_of(const Image& samples, int step, TaskPool& pool) {
   Image lit(samples.width(), samples.height(), 3);
   std::ranges::transform(samples.data(), lit.data().begin(),
                          [](float light) { return light > 0 ? 1.0f : 0.0f; });
-  const Image mean = wide_mean(samples, step, pool), lit_share = wide_mean(lit, step, pool);
+  const Image mean = box_mean(samples, kReachPx, step, pool),
+              lit_share = box_mean(lit, kReachPx, step, pool);
   const float known = sqr(static_cast<float>(2 * kRangePx + 1) / static_cast<float>(step));
   for (size_t i = 0; i < mean.data().size(); ++i) {
     if (range.largest.data()[i] > 0) continue;

@@ -1,23 +1,46 @@
 #include "core/recover/shrink.h"
 
 #include <algorithm>
+#include <cmath>
+
+#include "core/recover/box_mean.h"
 
 namespace qray {
 namespace {
 
 constexpr int kRadiusPx = 3;
+constexpr int kReachPx = 15;          // where light is met that these few pixels may have missed
+constexpr float kSureChance = 0.01f;  // less: that they missed it is no accident
 constexpr float kLeastGuess = 1e-3f;  // luminance: differences are relative to the guess
 
 // Squares over the guess': summed over a column of the window, or the whole.
 struct Squares {
   float distance = 0, noise = 0;
+  float missing = 0;  // luminance of the guess that the samples have not
   float largest = 0;  // of one pixel, of its distance over its noise
   void operator+=(Squares s) {
     distance += s.distance;
     noise += s.noise;
+    missing += s.missing;
     largest = std::max(largest, s.largest);
   }
 };
+
+// Variance over mean of the samples around: how bright what makes their noise is.
+std::vector<float> noisy_brightness(const Image& samples, const Image& own_error, TaskPool& pool) {
+  Image sums(samples.width(), samples.height(), 3);
+  for (int y = 0; y < sums.height(); ++y)
+    for (int x = 0; x < sums.width(); ++x) {
+      const float own = own_error.at(x, y, 0);
+      sums.set_rgb(x, y, {luminance(samples.rgb(x, y)), std::isfinite(own) ? sqr(own) : 0.0f, 0});
+    }
+  const Image means = box_mean(sums, kReachPx, 1, pool);
+  std::vector<float> out;
+  out.reserve(means.data().size() / 3);
+  for (size_t i = 0; i < means.data().size(); i += 3)
+    out.push_back(means.data()[i] > 0 ? means.data()[i + 1] / means.data()[i] : 0.0f);
+  return out;
+}
 
 }  // namespace
 
@@ -35,9 +58,10 @@ Image shrink_towards(const Image& guess, const Image& samples, const Image& own_
       const float scale = 1 / (sqr(g) + sqr(kLeastGuess));
       const float distance = sqr(luminance(samples.rgb(x, y)) - g) * scale,
                   noise = sqr(own_error.at(x, y, 0)) * scale;
-      at(x, y) = {distance, noise, distance - noise};
+      at(x, y) = {distance, noise, g - luminance(samples.rgb(x, y)), distance - noise};
     }
   });
+  const std::vector<float> brightness = noisy_brightness(samples, own_error, pool);
   Image out(width, height, 3);
   pool.run(static_cast<size_t>(height), [&](size_t row, int) {
     const int y = static_cast<int>(row);
@@ -50,10 +74,18 @@ Image shrink_towards(const Image& guess, const Image& samples, const Image& own_
       Squares sum;
       for (int i = left; i < right; ++i) sum += columns[static_cast<size_t>(i)];
       const float over = 1 / static_cast<float>((bottom - top) * (right - left));
+      // Light that the guess has and these pixels have not met may only be rare: their noise is
+      // that of the wider surroundings, as far as it is no small chance that all of them missed it.
+      const float missing = std::max(0.0f, sum.missing * over);
+      const float bright =
+          brightness[static_cast<size_t>(y) * static_cast<size_t>(width) + static_cast<size_t>(x)];
+      const float chance = bright > 0 ? std::exp(-missing / (bright * over)) : 0.0f;
+      const float unseen = std::min(1.0f, chance / kSureChance) * missing * bright /
+                           (sqr(luminance(guess.rgb(x, y))) + sqr(kLeastGuess));
+      const float noise = std::max(sum.noise * over, unseen);
       // One pixel alone is no evidence: bright samples may be in both of its halves.
       const float largest = std::max(sum.largest, 0.0f);
-      const float others = sum.distance - sum.noise - largest;
-      const float noise = sum.noise * over;
+      const float others = sum.distance - noise / over - largest;
       const float prior = others > 0 ? (others + std::min(largest, others)) * over : 0.0f;
       // A pixel with more noise than its neighbours, such as a firefly, counts its own.
       const float share = prior > 0 ? prior / (prior + std::max(noise, at(x, y).noise)) : 0.0f;

@@ -78,6 +78,38 @@ TEST(Shrink, AFireflyDoesNotComeBackWhereTheGuessIsWrong) {
   EXPECT_NEAR(shrunk.rgb(8, 24).g, 1, 0.1f) << "far from it samples count";
 }
 
+// Light of mean 1 that one pixel of `rarity` meets, in one of its halves.
+Sampled rare(float rarity, uint64_t seed) {
+  test::Random random(seed);
+  Sampled s;
+  for (int y = 0; y < kShrinkSide; ++y)
+    for (int x = 0; x < kShrinkSide; ++x) {
+      const float light = random.next() * rarity < 1 ? rarity : 0.0f;
+      s.colour.set_rgb(x, y, Rgb{light});
+      s.own_error.at(x, y, 0) = light;
+    }
+  return s;
+}
+
+TEST(Shrink, PixelsThatMetNoRareLightAreNotSureThatThereIsNone) {
+  TaskPool pool(2);
+  const Sampled s = rare(100, 6);
+  EXPECT_LT(relmse(shrink_towards(plain(1), s.colour, s.own_error, pool), plain(1)), 0.02);
+}
+
+TEST(Shrink, DarknessBesideCommonLightIsBelieved) {
+  TaskPool pool(2);
+  Sampled s = rare(2, 7);
+  for (int y = 0; y < kShrinkSide; ++y)
+    for (int x = 24; x < kShrinkSide; ++x) {
+      s.colour.set_rgb(x, y, Rgb{});
+      s.own_error.at(x, y, 0) = 0;
+    }
+  const Image shrunk = shrink_towards(plain(1), s.colour, s.own_error, pool);
+  for (int y = 0; y < kShrinkSide; ++y)
+    for (int x = 28; x < kShrinkSide; ++x) ASSERT_LT(shrunk.at(x, y, 0), 0.05f) << x << ", " << y;
+}
+
 TEST(Shrink, DoesNotDependOnThreads) {
   TaskPool one(1), three(3);
   const Sampled s = sampled(0.3f, 5);
