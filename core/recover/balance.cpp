@@ -15,6 +15,7 @@ namespace {
 
 constexpr int kRangePx = 3;
 constexpr int kReachPx = 15;          // where light may be that none of the nearest samples met
+constexpr float kDoubtfulMean = 3;    // standard errors, of so many lit pixels
 constexpr float kSureChance = 0.01f;  // less: that none of them met light is no accident
 constexpr int kFinestPx = 64;         // smaller squares follow noise
 constexpr double kDoubt = 2;          // times the variance, which few samples hide
@@ -200,6 +201,17 @@ Image extreme(const Image& samples, int step, TaskPool& pool, Better better) {
   return out;
 }
 
+Rgb known_mean(const Image& samples, int step) {
+  Sum3 sum{};
+  double count = 0;
+  for (int y = 0; y < samples.height(); y += step)
+    for (int x = 0; x < samples.width(); x += step, ++count)
+      for (int c = 0; c < 3; ++c)
+        sum[static_cast<size_t>(c)] += static_cast<double>(samples.at(x, y, c));
+  return {static_cast<float>(sum[0] / count), static_cast<float>(sum[1] / count),
+          static_cast<float>(sum[2] / count)};
+}
+
 Range range_of(const Image& samples, int step, TaskPool& pool) {
   Range range{extreme(samples, step, pool, [](float a, float b) { return std::min(a, b); }),
               extreme(samples, step, pool, [](float a, float b) { return std::max(a, b); })};
@@ -209,11 +221,17 @@ Range range_of(const Image& samples, int step, TaskPool& pool) {
                          [](float light) { return light > 0 ? 1.0f : 0.0f; });
   const Image mean = box_mean(samples, kReachPx, step, pool),
               lit_share = box_mean(lit, kReachPx, step, pool);
-  const float known = sqr(static_cast<float>(2 * kRangePx + 1) / static_cast<float>(step));
+  const auto pixels = [step](int radius) {
+    return sqr(static_cast<float>(2 * radius + 1) / static_cast<float>(step));
+  };
+  const float near = pixels(kRangePx), far = pixels(kReachPx);
+  const Rgb whole = known_mean(samples, step);
   for (size_t i = 0; i < mean.data().size(); ++i) {
     if (range.largest.data()[i] > 0) continue;
-    const float chance = std::exp(-known * lit_share.data()[i]);
-    range.largest.data()[i] = mean.data()[i] * std::min(1.0f, chance / kSureChance);
+    const float lit_near = near * lit_share.data()[i], lit_far = far * lit_share.data()[i];
+    const float most = lit_far > 0 ? mean.data()[i] * (1 + kDoubtfulMean / std::sqrt(lit_far))
+                                   : whole[static_cast<int>(i % 3)];
+    range.largest.data()[i] = most * std::min(1.0f, std::exp(-lit_near) / kSureChance);
   }
   return range;
 }
