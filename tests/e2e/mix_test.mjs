@@ -79,6 +79,7 @@ test('while a slider moves a large picture is drawn as it is shown, then in full
   await row(kGroups - 1).waitFor();
   await groups_there();
   const moving = await page.evaluate(async (places) => {
+    const { viewer } = await import('/app.js'); // no tile comes from what is drawn to what is read
     const canvas = document.querySelector('canvas.picture');
     const slider = document.querySelectorAll('.mixer-groups [type=range]')[5];
     slider.value = 1;
@@ -86,7 +87,6 @@ test('while a slider moves a large picture is drawn as it is shown, then in full
     await new Promise(requestAnimationFrame); // the viewer's own comes first
     const copy = new OffscreenCanvas(canvas.width, canvas.height).getContext('2d');
     copy.drawImage(canvas, 0, 0);
-    const { viewer } = await import('/app.js');
     return { width: canvas.width, pixels: places.map(([x, y]) => ({
       drawn: [...copy.getImageData(x, y, 1, 1).data.subarray(0, 3)],
       texels: [[0, 0], [1, 0], [0, 1], [1, 1]].map(([dx, dy]) =>

@@ -64,8 +64,11 @@ for (const [width, colorScheme] of [[1280, 'light'], [1280, 'dark'], [390, 'ligh
   });
 }
 
-test('dialogs and the folded options are good too', async () => {
+test('dialogs, a choice of jobs and the folded options are good too', async () => {
   const page = await all.browser.page(all.server.url, { init: { path: axe } });
+  await page.locator('.choice-toggle').click(); // several jobs at once
+  await page.locator('.row-choose').first().check();
+  assert.deepEqual(await violations(page), []);
   await page.locator('.more summary').click();
   assert.deepEqual(await violations(page), []);
   await page.locator('#show-keys').click();
