@@ -54,9 +54,10 @@ export const open_session = (token) => call('/v1/session', {
 const job_path = (id) => `/v1/jobs/${encodeURIComponent(id)}`;
 const get_json = async (path) => (await call(path)).json();
 
+export const kPage = 50; // jobs that are asked for at once
 // `find`: words; `states`: one of these; none of either: all jobs.
 export const list_jobs = (before, { find, states }) => get_json('/v1/jobs?' + new URLSearchParams([
-  ['limit', 50], ...(before ? [['before', before]] : []), ...(find ? [['q', find]] : []),
+  ['limit', kPage], ...(before ? [['before', before]] : []), ...(find ? [['q', find]] : []),
   ...states.map((state) => ['state', state])]));
 export const get_job = (id) => get_json(job_path(id));
 // What a job may be told.

@@ -161,24 +161,27 @@ document.querySelector('.view-stage').addEventListener('keydown', (event) => {
 });
 
 function ask_for_selected() {
+  store.pinned = [address.view.job, address.view.with, address.view.ref];
   for (const id of [address.view.job, address.view.with, address.view.ref]) {
     const job = id && store.get(id);
     if (id && !(job && has_ended(job))) store.refresh(id);
   }
 }
 
-const listed_jobs = () => store.newest_first().filter((job) => fits(job, address.view));
+const fitting_jobs = () => store.newest_first().filter((job) => fits(job, address.view));
+const listed_jobs = () => fitting_jobs().slice(0, store.most);
 
 function show_all() {
-  const all = store.newest_first();
-  const jobs = listed_jobs();
+  const fitting = fitting_jobs();
+  const jobs = fitting.slice(0, store.most);
+  const has_older = store.has_older || fitting.length > jobs.length;
   const { job, with: other, page } = address.view;
   list.update(jobs, [job, other]);
-  by_id('no-jobs').hidden = all.length > 0;
+  by_id('no-jobs').hidden = store.newest_first().length > 0;
   const filtered = address.view.find || address.view.state;
   by_id('filtered').textContent = filtered
-    ? `${jobs.length}${store.has_older ? ' or more' : ''} of all jobs` : '';
-  by_id('older').hidden = !store.has_older;
+    ? `${jobs.length}${has_older ? ' or more' : ''} of all jobs` : '';
+  by_id('older').hidden = !has_older;
   form.show_tables(store.tables());
   for (const name of ['jobs', 'tables', 'figures']) by_id(`${name}-page`).hidden = page !== name;
   by_id('panes').hidden = page !== 'jobs';

@@ -123,7 +123,7 @@ export class ErrorPanel {
   #list_references(jobs) {
     const { ref } = this.#address.view;
     const first = this.#store.get(jobs[0]).request;
-    const fit = this.#store.newest_first().filter(({ id, request, progress }) => id === ref ||
+    const fit = this.#store.choices(({ id, request, progress }) => id === ref ||
       (!jobs.includes(id) && progress.samples > 0 && request.scene === first.scene &&
         request.width === first.width && request.height === first.height));
     const words = ({ id, request, progress }) =>

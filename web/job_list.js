@@ -6,6 +6,7 @@ import { title_of } from './scene_library.js';
 import { Thumbnails } from './thumbnails.js';
 
 const kClockMs = 30_000;
+const kMostUnlisted = 200; // rows that are kept, with their pictures
 
 // Whether a job is to be listed. `state`: one of the server's, 'running' for all that have not
 // ended, '' for any. `find`: words that are all in its id, scene, method or labels.
@@ -39,7 +40,14 @@ export class JobList {
     this.#jobs = jobs;
     this.#selected = selected;
     const listed = new Set(jobs.map(({ id }) => id));
-    for (const [id, row] of this.#rows) if (!listed.has(id)) row.remove();
+    const are_many = this.#rows.size > jobs.length + kMostUnlisted;
+    for (const [id, row] of this.#rows) {
+      if (listed.has(id)) continue;
+      row.remove();
+      if (!are_many) continue; // it may come back
+      this.#thumbnails.forget(row.querySelector('.row-picture'));
+      this.#rows.delete(id);
+    }
     jobs.forEach((job, index) => {
       const row = this.#row(job.id);
       this.#fill(row, job);

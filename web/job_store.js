@@ -1,15 +1,20 @@
 // What the page knows about jobs and tables, as the server last told it. Fires `change` (detail:
 // the job, or null when many may have changed). Events from the stream only say what to ask for.
-import { ApiError, get_job, list_jobs, list_tables } from './api.js';
+import { ApiError, get_job, kPage, list_jobs, list_tables } from './api.js';
 import { has_ended, states_of } from './format.js';
+
+const kKept = 500; // jobs; of more, those that were told of the longest ago are forgotten
 
 export class JobStore extends EventTarget {
   #jobs = new Map();
   #tables = new Map();
+  #sorted = null; // them, the newest first
   #missing = new Set();
   #asking = new Map(); // id -> whether to ask once more after the answer
   #search = { find: '', state: '', states: [] };
   #next; // where older jobs go on; undefined before the first answer, null after the last
+  most = kPage; // that are listed
+  pinned = []; // ids of jobs that are not forgotten
 
   get(id) {
     return this.#jobs.get(id) ?? null;
@@ -29,9 +34,16 @@ export class JobStore extends EventTarget {
     return Boolean(this.#next);
   }
   newest_first() {
-    return [...this.#jobs.values()].sort(
+    this.#sorted ??= [...this.#jobs.values()].sort(
       (a, b) => b.created.localeCompare(a.created) ||
         b.id.localeCompare(a.id, 'en', { numeric: true }));
+    return this.#sorted;
+  }
+
+  // Of those that are `fit` the newest, as many as are listed, and those that are shown.
+  choices(fit) {
+    return this.newest_first().filter(fit)
+      .filter(({ id }, at) => at < this.most || this.pinned.includes(id));
   }
 
   // From now on these are listed: of all jobs those that fit, the newest of them first.
@@ -41,6 +53,7 @@ export class JobStore extends EventTarget {
     if (find !== old.find || state !== old.state) {
       this.#search = { find, state, states: states_of(state) };
       this.#next = undefined;
+      this.most = kPage;
     }
     const asked = this.#search;
     const answer = await list_jobs(null, asked);
@@ -50,9 +63,12 @@ export class JobStore extends EventTarget {
   }
 
   async load_older() {
-    const answer = await list_jobs(this.#next, this.#search);
-    this.#keep(answer.jobs);
-    this.#next = answer.next ?? null;
+    this.most += kPage;
+    if (this.#next) {
+      const answer = await list_jobs(this.#next, this.#search);
+      this.#keep(answer.jobs);
+      this.#next = answer.next ?? null;
+    }
     this.#changed(null);
   }
 
@@ -79,6 +95,7 @@ export class JobStore extends EventTarget {
       if (error instanceof ApiError && error.status === 404) {
         this.#missing.add(id);
         this.#jobs.delete(id);
+        this.#sorted = null;
         this.#changed(null);
       }
       // Else the stream is lost too; all is asked again when it is back.
@@ -110,9 +127,16 @@ export class JobStore extends EventTarget {
   }
 
   #keep(jobs) {
+    this.#sorted = null;
     for (const job of jobs) {
+      this.#jobs.delete(job.id); // so that it comes last
       this.#jobs.set(job.id, job);
       this.#missing.delete(job.id);
+    }
+    let over = this.#jobs.size - Math.max(kKept, this.most + 2 * kPage);
+    for (const id of this.#jobs.keys()) {
+      if (over-- <= 0) break;
+      if (!this.pinned.includes(id)) this.#jobs.delete(id);
     }
   }
 

@@ -52,7 +52,7 @@ export class StageTools {
     const { job: job_id, with: with_id } = this.#address.view;
     const words = ({ id, request: { scene, method } }) =>
       `${id} · ${title_of(scene)} · ${method_words(method)}`;
-    const others = this.#store.newest_first().filter((job) => job.id !== job_id);
+    const others = this.#store.choices((job) => job.id !== job_id);
     show_options(this.#part('compare'),
       [['', 'nothing'], ...others.map((job) => [job.id, words(job)])], with_id ?? '');
   }

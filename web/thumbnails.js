@@ -40,6 +40,12 @@ export class Thumbnails {
     if (this.#seen.has(canvas)) this.#go_on();
   }
 
+  forget(canvas) {
+    this.#observer.unobserve(canvas);
+    this.#jobs.delete(canvas);
+    this.#seen.delete(canvas);
+  }
+
   async #go_on() {
     if (this.#busy) return;
     this.#busy = true;

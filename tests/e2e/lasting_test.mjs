@@ -80,6 +80,40 @@ test('updates leave no memory behind', { timeout: 3_600_000 }, async (context) =
   await page.context().close();
 });
 
+test('jobs that come leave the list and the memory as large as they were',
+  { timeout: 200_000 }, async (context) => {
+  const page = await all.browser.page(`${all.server.url}/#job=${guided}`);
+  await wait_for_state(page, guided, 'Done');
+  const session = await page.context().newCDPSession(page);
+  const heap_bytes = async () => {
+    await session.send('HeapProfiler.collectGarbage');
+    return (await session.send('Runtime.getHeapUsage')).usedSize;
+  };
+  // As if the server had told of them.
+  const come = (first, count) => page.evaluate(async ([id, from, many]) => {
+    const { store } = await import('/app.js');
+    const job = store.get(id);
+    for (let i = from; i < from + many; ++i) {
+      store.put({ ...structuredClone(job), id: `j${String(100_000 + i)}`,
+        created: new Date(Date.parse(job.created) + 1000 * i).toISOString() });
+      if (i % 20 === 0) await new Promise(requestAnimationFrame);
+    }
+    await new Promise(requestAnimationFrame);
+  }, [guided, first, count]);
+  await come(1, 560);
+  const first = await heap_bytes();
+  await come(561, 300);
+  const last = await heap_bytes();
+  context.diagnostic(`300 jobs: the heap went from ${first} to ${last} bytes`);
+  assert.ok(last - first < 200_000, `from ${first} to ${last} bytes`);
+  assert.equal(await page.locator('#jobs li').count(), 50);
+  assert.equal(await page.locator('#jobs li').first().getAttribute('data-job'), 'j100860');
+  await page.locator('#older').click(); // those that left the list are there again
+  await page.waitForFunction(() => document.querySelectorAll('#jobs li').length === 100);
+  assert.equal(await page.locator('.panel-state-words').first().textContent(), 'Done');
+  await page.context().close();
+});
+
 // As a browser gets them, with gzip, and their source.
 test('the pages themselves stay small', async (context) => {
   const is_own = /^\/[\w.]*$/;
@@ -103,7 +137,7 @@ test('the pages themselves stay small', async (context) => {
   assert.ok(live.length > 5 && bytes(live) < 16_000, `for a live view: ${bytes(live)} bytes`);
   const [live_source, page_source] = [true, false].map((which) =>
     bytes(source.filter((file) => is_live(file) === which)));
-  assert.ok(page_source < 290_000, `${page_source} bytes`);
+  assert.ok(page_source < 292_000, `${page_source} bytes`);
   assert.ok(live_source < 40_000, `${live_source} bytes`);
   context.diagnostic(`sent: ${bytes(page)} and ${bytes(live)} bytes of ${page_source} and ` +
     `${live_source}`);
