@@ -208,7 +208,7 @@ TEST(ServiceQueries, WhatARouteDoesNotKnowIsRefused) {
   TestService s;
   s.start();
   const Json problem = s.get("/v1/jobs?lable=a:b", 422);
-  EXPECT_NE(problem["detail"].get<std::string>().find("label, limit, state, table"),
+  EXPECT_NE(problem["detail"].get<std::string>().find("label, limit, q, state, table"),
             std::string::npos);
   s.get("/v1/jobs?label=a:b&wait=1", 422);
   s.get("/v1/scenes?limit=1", 422);
