@@ -117,7 +117,7 @@ std::shared_ptr<const Image> Film::noise() const {
 }
 
 void Film::save_state(SnapshotWriter& out) const {
-  out(width_, height_, layers_.splits, layers_.groups, version());
+  out(width_, height_, layers_.bounces, layers_.groups, version());
   for (const Tile& tile : tiles_) {
     std::lock_guard lock(tile.mutex);
     out(tile.samples, tile.sums, tile.weights, tile.seen, tile.layers);
@@ -129,7 +129,7 @@ void Film::load_state(SnapshotReader& in) {
   int width = 0, height = 0;
   FilmLayers layers;
   uint64_t version = 0;
-  in(width, height, layers.splits, layers.groups, version);
+  in(width, height, layers.bounces, layers.groups, version);
   if (width != width_ || height != height_ || !(layers == layers_)) return in.fail();
   version = ((version >> kEpochBits) + 1) << kEpochBits;
   for (int i = 0; i < tile_count(); ++i) {
@@ -161,6 +161,15 @@ Image Film::layer(int index) const {
   QRAY_CHECK(index >= 0 && index < layers_.count());
   return means(
       [this, index](const Tile& tile, size_t pixel) { return layer_mean(tile, pixel, index); });
+}
+
+Image Film::indirect() const {
+  QRAY_CHECK(layers_.bounces > 1);
+  return means([this](const Tile& tile, size_t pixel) {
+    Rgb sum;
+    for (int i = 1; i < layers_.bounces; ++i) sum += layer_mean(tile, pixel, i);
+    return sum;
+  });
 }
 
 template <class Mean>

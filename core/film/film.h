@@ -5,6 +5,7 @@
 // a time, in pass order, so the sums' bits do not depend on threads.
 #pragma once
 
+#include <algorithm>
 #include <atomic>
 #include <cstdint>
 #include <memory>
@@ -24,12 +25,13 @@ struct TileRect {
 
 // What a film keeps beside the light of its pixels: parts of it, each in a layer of its own.
 struct FilmLayers {
-  bool splits = false;  // into what was scattered once and more often: layers kDirect, kIndirect
-  int groups = 0;       // by what it came from: one a group, after those; the pixels are their sum
+  int bounces = 0;  // by how often it was scattered: one for each number from 1 on, the last for
+                    // all that are greater, too; 0: not told apart
+  int groups = 0;   // by what it came from: one a group, after those; the pixels are their sum
   bool operator==(const FilmLayers&) const = default;
 
-  static constexpr int kDirect = 0, kIndirect = 1;
-  int group(int number) const { return (splits ? 2 : 0) + number; }
+  int bounce(int number) const { return std::min(number, bounces) - 1; }  // number > 0
+  int group(int number) const { return bounces + number; }
   int count() const { return group(groups); }
 };
 
@@ -86,6 +88,7 @@ class Film {
   Image develop() const;
   Image seen() const;            // the part of them that was seen directly
   Image layer(int index) const;  // the part that this layer has
+  Image indirect() const;        // the part that was scattered more than once; pre: bounces > 1
 
   // Of each pixel's luminance, as last estimated, in the channels of FilmNoise; zero but for the
   // first where a pixel has no samples.

@@ -22,9 +22,12 @@ void add_light(const Film& film, const RenderSettings& settings, const LightSpli
                std::vector<PictureLayer>& out) {
   const auto wants = [&](PicturePass pass) { return settings.picture_passes.has(pass); };
   if (wants(PicturePass::kDirect))
-    out.push_back({"direct", "RGB", film.layer(FilmLayers::kDirect)});
+    out.push_back({"direct", "RGB", film.layer(film.layers().bounce(1))});
   if (wants(PicturePass::kIndirect))
-    out.push_back({"indirect", "RGB", film.layer(FilmLayers::kIndirect)});
+    out.push_back({"indirect", "RGB", film.indirect()});
+  if (wants(PicturePass::kBounces))
+    for (int i = 1; i <= film.layers().bounces; ++i)
+      out.push_back({"bounce" + std::to_string(i), "RGB", film.layer(film.layers().bounce(i))});
   if (wants(PicturePass::kEmission)) out.push_back({"emission", "RGB", film.seen()});
   for (size_t g = 0; g < split.groups.size(); ++g)
     out.push_back({light_group_layer(split.groups[g]), "RGB",

@@ -60,7 +60,7 @@ std::string group_of(const std::string& own, LightGrouping by, const std::string
 
 Result<LightSplit> light_split(const Scene& scene, const RenderSettings& settings) {
   LightSplit split;
-  split.layers.splits = settings.splits_light();
+  split.layers.bounces = settings.bounce_layers();
   const LightGrouping by = settings.light_groups;
   if (by == LightGrouping::kNone) return split;
   Groups groups(scene);

@@ -178,8 +178,7 @@ inline void PathTracer::add_environment(PathState& path) {
 
 inline PathTracer::LayersOf PathTracer::layers_of(int scattered, uint32_t source) const {
   LayersOf of;
-  if (split_->layers.splits && scattered > 0)
-    of.split = scattered == 1 ? FilmLayers::kDirect : FilmLayers::kIndirect;
+  if (split_->layers.bounces > 0 && scattered > 0) of.bounce = split_->layers.bounce(scattered);
   if (split_->layers.groups > 0) of.group = split_->layers.group(split_->group_of_source[source]);
   return of;
 }
@@ -187,7 +186,7 @@ inline PathTracer::LayersOf PathTracer::layers_of(int scattered, uint32_t source
 // Once the path has ended as a number.
 void PathTracer::pay_by_layer(int scattered, uint32_t source, Rgb light) {
   const LayersOf of = layers_of(scattered, source);
-  if (of.split >= 0) paid_.push_back({of.split, light});
+  if (of.bounce >= 0) paid_.push_back({of.bounce, light});
   if (of.group >= 0) paid_.push_back({of.group, light});
 }
 
@@ -285,7 +284,7 @@ inline bool PathTracer::add_direct_light(PathState& path, const PathVertex& v, f
                        .unguided_weight = connection.unguided_weight};
   if (split_) {
     const LayersOf of = layers_of(path.depth, connection.source);
-    if (of.split >= 0) awaited.layer = pixel.layers + of.split;
+    if (of.bounce >= 0) awaited.layer = pixel.layers + of.bounce;
     if (of.group >= 0) awaited.group = pixel.layers + of.group;
   }
   shadow_rays_.add(connection.ray, awaited);
@@ -339,16 +338,19 @@ inline bool PathTracer::survive(PathState& path, const PathVertex& v, float u_ro
   }
   if (survival.chance < 1) {
     const Rgb control = path.throughput * survival.control;
-    const bool splits = split_ && split_->layers.splits;
+    // It stands for light of the next surface and of those behind it.
+    const auto pay = [&](Rgb light) {
+      path.radiance += light;
+      if (split_ && split_->layers.bounces > 0)
+        paid_.push_back({split_->layers.bounce(path.depth + 1), light});
+    };
     if (!(u_roulette < survival.chance)) {
-      path.radiance += control;
-      if (splits) paid_.push_back({FilmLayers::kIndirect, control});
+      pay(control);
       return false;
     }
     const float survivors = 1 / survival.chance;
     path.survival_chance *= survival.chance;
-    path.radiance += control * (1 - survivors);
-    if (splits) paid_.push_back({FilmLayers::kIndirect, control * (1 - survivors)});
+    pay(control * (1 - survivors));
     path.throughput *= survivors;
   }
   learner_.survived(v.kind != BsdfKind::kDelta, survival.chance, survival.control, unguided_chance);

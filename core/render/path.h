@@ -87,7 +87,7 @@ class PathTracer {
 
   // The layers that light of the source, scattered so often, goes into; -1: into none.
   struct LayersOf {
-    int split = -1, group = -1;
+    int bounce = -1, group = -1;
   };
   LayersOf layers_of(int scattered, uint32_t source) const;
   bool has_groups() const { return split_ && split_->layers.groups > 0; }

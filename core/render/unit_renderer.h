@@ -20,7 +20,7 @@ struct PassOf {
   std::string scene, method;  // scene: its hash
   uint64_t seed = 0;
   int width = 0, height = 0, pixels = 0, light_groups = 0;
-  bool splits_light = false;
+  int bounce_layers = 0;
   static PassOf of(const PreparedScene& scene, const RenderSettings& settings) {
     return {scene.hash.whole().hex(),
             settings.method,
@@ -29,13 +29,13 @@ struct PassOf {
             settings.height,
             static_cast<int>(settings.pixels),
             static_cast<int>(settings.light_groups),
-            settings.splits_light()};
+            settings.bounce_layers()};
   }
   bool operator==(const PassOf&) const = default;
   template <class Self, class Archive>
   static void exchange(Self& self, Archive& archive) {
     archive(self.scene, self.method, self.seed, self.width, self.height, self.pixels,
-            self.light_groups, self.splits_light);
+            self.light_groups, self.bounce_layers);
   }
 };
 

@@ -26,6 +26,7 @@ enum class PicturePass : uint8_t {
   kCryptomatteMaterial,
   kDirect,
   kIndirect,
+  kBounces,
   kEmission,
   kSamples,
   kVariance,
@@ -33,7 +34,7 @@ enum class PicturePass : uint8_t {
   kRecovered,
 };
 // As a job and the command call them, by the value.
-inline constexpr std::array<std::string_view, 18> kPicturePassNames{"albedo",
+inline constexpr std::array<std::string_view, 19> kPicturePassNames{"albedo",
                                                                     "normal",
                                                                     "geometric-normal",
                                                                     "depth",
@@ -46,13 +47,16 @@ inline constexpr std::array<std::string_view, 18> kPicturePassNames{"albedo",
                                                                     "cryptomatte-material",
                                                                     "direct",
                                                                     "indirect",
+                                                                    "bounces",
                                                                     "emission",
                                                                     "samples",
                                                                     "variance",
                                                                     "sampled",
                                                                     "recovered"};
 
-// Numbers a pixel.
+constexpr int kMostBounces = 8;  // that have a layer each
+
+// Numbers a pixel, at most.
 constexpr size_t pass_channels(PicturePass pass) {
   switch (pass) {
     case PicturePass::kDepth:
@@ -68,6 +72,8 @@ constexpr size_t pass_channels(PicturePass pass) {
     case PicturePass::kCryptomatteObject:
     case PicturePass::kCryptomatteMaterial:
       return 12;
+    case PicturePass::kBounces:
+      return 3 * kMostBounces;
     default:
       return 3;
   }
@@ -98,6 +104,13 @@ class PicturePasses {
   static uint32_t bit(PicturePass pass) { return 1u << static_cast<unsigned>(pass); }
   uint32_t bits_ = 0;
 };
+
+// Into how many layers light goes by how often it was scattered, on paths of at most so many
+// surfaces: with kBounces one for each number up to kMostBounces, whose layer has all beyond too.
+inline int bounce_layers(const PicturePasses& passes, int max_depth) {
+  if (passes.has(PicturePass::kBounces)) return std::clamp(max_depth - 1, 2, kMostBounces);
+  return passes.has_any({PicturePass::kDirect, PicturePass::kIndirect}) ? 2 : 0;
+}
 
 // What makes the lights of a scene one group, whose light the film keeps apart.
 enum class LightGrouping : uint8_t {

@@ -50,9 +50,7 @@ struct RenderSettings {
   std::vector<int> passes;  // replay: samples of each pass; overrides samples and seconds
   int last_pass_tiles = 0;  // replay: of the last one, the first so many alone; 0: all
 
-  bool splits_light() const {
-    return picture_passes.has_any({PicturePass::kDirect, PicturePass::kIndirect});
-  }
+  int bounce_layers() const { return qray::bounce_layers(picture_passes, max_depth); }
   bool makes_passes() const {
     return !picture_passes.empty() || light_groups != LightGrouping::kNone;
   }

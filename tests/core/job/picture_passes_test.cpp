@@ -98,6 +98,53 @@ TEST(PicturePasses, DirectIsWhatPathsOfTwoSurfacesBring) {
             1.05 * test::mean_luminance(two.film->develop()));
 }
 
+// The same for each number of bounces: paths of one surface more, less what those bring.
+TEST(PicturePasses, ABounceIsWhatOneSurfaceMoreBrings) {
+  const auto scene = test::prepare(lit_room());
+  RenderSettings settings = small("none");
+  settings.max_depth = 12;
+  settings.picture_passes.add("bounces");
+  settings.picture_passes.add("indirect");
+  const Outcome whole = run(*scene, settings);
+  settings.picture_passes = {};
+  const auto up_to = [&](int surfaces) {
+    settings.max_depth = surfaces;
+    return run(*scene, settings).film->develop();
+  };
+  Image before = up_to(1);
+  Image sum(before.width(), before.height(), 3);
+  for (int bounce = 1; bounce <= kMostBounces; ++bounce) {
+    const Image with = up_to(bounce < kMostBounces ? bounce + 1 : 12);
+    const Image& layer = whole.layer("bounce" + std::to_string(bounce));
+    EXPECT_GT(test::mean_luminance(layer), 0) << bounce;
+    for (size_t i = 0; i < with.data().size(); ++i) {
+      ASSERT_NEAR(layer.data()[i], with.data()[i] - before.data()[i], 1e-5f + with.data()[i] * 1e-5f)
+          << bounce;
+      if (bounce > 1) sum.data()[i] += layer.data()[i];
+    }
+    before = with;
+  }
+  for (size_t i = 0; i < sum.data().size(); ++i)
+    ASSERT_LT(relative(sum.data()[i], whole.layer("indirect").data()[i]), 1e-4f);
+}
+
+// Each number's mean is the same with a guide, whose roulette pays what the table expects.
+TEST(PicturePasses, AGuideKeepsTheMeanOfEachBounce) {
+  const auto scene = test::prepare(lit_room());
+  RenderSettings settings = small("none");
+  settings.samples = 256;
+  settings.picture_passes.add("bounces");
+  const Outcome plain = run(*scene, settings);
+  settings.method = "adaptive";
+  const Outcome guided = run(*scene, settings);
+  for (int bounce = 1; bounce <= 5; ++bounce) {
+    const std::string name = "bounce" + std::to_string(bounce);
+    EXPECT_NEAR(test::mean_luminance(guided.layer(name)) / test::mean_luminance(plain.layer(name)),
+                1, 0.02)
+        << name;
+  }
+}
+
 TEST(PicturePasses, GroupsOfLightsSumToTheBeautyToTheBit) {
   const auto scene = test::prepare(lit_room());
   for (const char* method : {"none", "adaptive"})
