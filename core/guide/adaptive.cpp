@@ -10,6 +10,7 @@
 namespace qray {
 namespace {
 
+constexpr size_t kLightsShare = 8;    // of the memory, that what is learned of lights may take
 constexpr float kMaxInversePdf = 64;  // of the cosine density over the one drawn from
 
 // A frame about n that turns smoothly with it for all n of a face: Frame's own turns over where n.z
@@ -31,6 +32,13 @@ AdaptiveGuide::AdaptiveGuide(const GuideSetup& setup)
       radiance_unit_(std::exp2(std::ceil(std::log2(std::max(setup.brightest_light, 1e-30f))))),
       tree_(setup.bounds, SpatialTree::kFaces) {
   add_states();
+  set_lights(setup.lights);
+}
+
+void AdaptiveGuide::set_lights(const LightClusters& clusters) {
+  if (clusters == lights_.clusters()) return;
+  const bool has_room = LightImportance::bytes_of(clusters) <= max_bytes_ / kLightsShare;
+  lights_ = LightImportance(has_room ? clusters : LightClusters{});
 }
 
 AdaptiveGuide::AdaptiveGuide(const AdaptiveGuide& o)
@@ -42,6 +50,7 @@ AdaptiveGuide::AdaptiveGuide(const AdaptiveGuide& o)
       sums_(o.sums_),
       known_(o.known_),
       directions_(o.directions_),
+      lights_(o.lights_),
       samples_seen_(o.samples_seen_),
       refused_(o.refused_),
       worth_(o.worth_) {}
@@ -157,7 +166,8 @@ std::vector<GuidePoint> AdaptiveGuide::known_points(size_t most) const {
 
 size_t AdaptiveGuide::bytes() const {
   return directions_.bytes() + states_.capacity() * sizeof(State) +
-         sums_.capacity() * sizeof(Sums) + known_.capacity() * sizeof(int64_t) + tree_.bytes();
+         sums_.capacity() * sizeof(Sums) + known_.capacity() * sizeof(int64_t) + tree_.bytes() +
+         lights_.bytes();
 }
 
 // Leaves that nothing hit are no states, and their memory is the tree's; a tree without states is
@@ -171,12 +181,16 @@ GuideStats AdaptiveGuide::stats() const {
 
 template <class Self, class Archive>
 void AdaptiveGuide::exchange_state(Self& self, Archive& archive) {
-  archive(self.tree_, self.states_, self.sums_, self.known_, self.directions_, self.samples_seen_,
-          self.refused_, self.grows_, self.worth_.efficiency_gain, self.worth_.unguided_rays);
+  archive(self.tree_, self.states_, self.sums_, self.known_, self.directions_, self.lights_,
+          self.samples_seen_, self.refused_, self.grows_, self.worth_.efficiency_gain,
+          self.worth_.unguided_rays);
 }
 
 void AdaptiveGuide::save_state(SnapshotWriter& out) const { exchange_state(*this, out); }
 
-void AdaptiveGuide::load_state(SnapshotReader& in) { exchange_state(*this, in); }
+void AdaptiveGuide::load_state(SnapshotReader& in) {
+  exchange_state(*this, in);
+  if (!lights_.fits()) in.fail();
+}
 
 }  // namespace qray

@@ -1,8 +1,8 @@
 // The table that grows where its data supports it (docs/guiding.md): places by a SpatialTree,
 // directions by DirectionTrees, integer sums of what each direction was paid, and of what arrives
-// in all, which Russian roulette reads (path.cpp). How it grows between passes is in
-// adaptive_growth.cpp; saving, loading and merging its tables in adaptive_table.cpp; copies of it
-// for other processes in adaptive_share.cpp.
+// in all, which Russian roulette reads (path.cpp); and which lights send how much where. How it
+// grows between passes is in adaptive_growth.cpp; saving, loading and merging its tables in
+// adaptive_table.cpp; copies of it for other processes in adaptive_share.cpp.
 //
 // Sums are added to while a pass runs, each state's behind its lock: neither threads nor order
 // change a bit. Radiance counts in units of the scene's brightest light.
@@ -32,6 +32,7 @@ class AdaptiveGuide final : public Guide, private GuideShare {
   GuideMixture mixture(const GuidePoint& point, const GuidedSurface& surface) const override;
   GuideSample sample(const GuidePoint& point, Vec2 u) const override;
   float pdf_w(const GuidePoint& point, Vec3 wi) const override;
+  const LightImportance* light_importance() const override { return &lights_; }
   bool expects() const override { return true; }
   GuideExpectation expectation(const GuidePoint& point) const override;
 
@@ -60,6 +61,7 @@ class AdaptiveGuide final : public Guide, private GuideShare {
   void load_state(SnapshotReader& in) override;
   Status merge(const GuideTable& other) override;
   void doubt() override;
+  void set_lights(const LightClusters& clusters) override;
 
  private:
   using Cell = DirectionTrees::Cell;
@@ -130,6 +132,7 @@ class AdaptiveGuide final : public Guide, private GuideShare {
   mutable std::vector<Sums> sums_;  // parallel
   std::vector<int64_t> known_;      // parallel: samples in the sums, before the pass
   mutable DirectionTrees directions_;
+  LightImportance lights_;
   uint64_t samples_seen_ = 0;
   uint64_t refused_ = 0;
   bool grows_ = true;

@@ -100,6 +100,7 @@ void AdaptiveGuide::cut_places(Growth& growth) {
 // The trees are made anew, side by side in memory: from what was learned, cut finer where the data
 // supports it and there is room, then faded.
 void AdaptiveGuide::end_pass() {
+  lights_.end_pass();
   // An eighth is left for the index over places.
   tree_.index_top(0);
   const size_t most = max_bytes_ - max_bytes_ / 8, taken = bytes();
@@ -162,6 +163,7 @@ void AdaptiveGuide::index() {
 void AdaptiveGuide::doubt() {
   constexpr int64_t kDoubt = 16;
   rebuild(whole_trees(kShareOne / kDoubt));
+  lights_.doubt();
   samples_seen_ = samples_seen_ / kDoubt;
   worth_ = {};
 }

@@ -61,7 +61,10 @@ std::vector<TableSection> encode_adaptive(const SpatialTree& tree, const Adaptiv
 }
 
 Result<AdaptiveHead> decode_adaptive_head(std::span<const TableSection> sections) {
-  if (Status s = expect_sections(sections, kCubeTag, kRecordsTag); !s.ok()) return s.error();
+  const bool with_lights = sections.size() == 3 && sections[2].tag == kLightsTag;
+  if (Status s = expect_sections(with_lights ? sections.first(2) : sections, kCubeTag, kRecordsTag);
+      !s.ok())
+    return s.error();
   AdaptiveHead head;
   ByteReader in(sections[0].bytes);
   head.cube = read_cube(in);
@@ -89,6 +92,13 @@ Result<uint64_t> decode_adaptive_records(
                       });
 }
 
+Result<std::optional<LightImportance>> decode_lights(std::span<const TableSection> sections) {
+  if (sections.size() < 3) return std::optional<LightImportance>();
+  Result<LightImportance> lights = LightImportance::load(sections[2].bytes);
+  if (!lights.ok()) return Error{ErrorCode::kCorrupt, lights.error().message, place_of(kLightsTag)};
+  return std::optional(std::move(lights).value());
+}
+
 std::string adaptive_head_place() { return place_of(kCubeTag); }
 
 std::string adaptive_records_place() { return place_of(kRecordsTag); }
@@ -97,7 +107,11 @@ Result<GuideSetup> setup_of_adaptive(std::span<const TableSection> sections) {
   const Result<AdaptiveHead> head = decode_adaptive_head(sections);
   if (!head.ok()) return head.error();
   Result<GuideSetup> setup = setup_of_cube(head.value().cube, place_of(kCubeTag));
-  if (setup.ok()) setup.value().brightest_light = static_cast<float>(head.value().radiance_unit);
+  if (!setup.ok()) return setup;
+  setup.value().brightest_light = static_cast<float>(head.value().radiance_unit);
+  const Result<std::optional<LightImportance>> lights = decode_lights(sections);
+  if (!lights.ok()) return lights.error();
+  if (lights.value()) setup.value().lights = lights.value()->clusters();
   return setup;
 }
 

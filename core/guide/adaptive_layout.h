@@ -1,11 +1,13 @@
 // The layout of `adaptive`'s tables, which proto/table_file.md describes: sections ACUB (the cube,
 // the unit of radiance, the samples seen, the worth) and AQTD (a record per state: key, sums, then
-// the direction cells with a leaf's sums). Encoding, decoding, and checks of each record. Pure
+// the direction cells with a leaf's sums); ALIT, which may be left out (what was learned of
+// lights). Encoding, decoding, and checks of each record. Pure
 // functions.
 #pragma once
 
 #include "core/guide/arrival_sums.h"
 #include "core/guide/guide_table.h"
+#include "core/guide/light_importance.h"
 #include "core/guide/tree_layout.h"
 
 namespace qray {
@@ -32,6 +34,9 @@ Result<AdaptiveHead> decode_adaptive_head(std::span<const TableSection> sections
 Result<uint64_t> decode_adaptive_records(
     std::span<const TableSection> sections, SpatialTree& tree,
     const std::function<Status(uint32_t leaf, AdaptiveRecord&& record)>& add);
+constexpr std::string_view kLightsTag = "ALIT";
+// None: the table has no such section. kCorrupt.
+Result<std::optional<LightImportance>> decode_lights(std::span<const TableSection> sections);
 // Of errors about the cube, and about all records.
 std::string adaptive_head_place();
 std::string adaptive_records_place();

@@ -25,6 +25,7 @@ struct AdaptiveParams {
   float uniform = 0.15f;       // the part of DirectionTrees::add_uniform()
   // A place whose directions have a lower GuideInspector::gain() draws from the BSDF alone.
   float min_gain = 1.15f;
+  bool lights = true;  // whether it is learned which lights send how much where
   bool operator==(const AdaptiveParams&) const = default;
 };
 

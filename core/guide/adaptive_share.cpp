@@ -1,8 +1,9 @@
 // Copies of AdaptiveGuide that sample units of a pass in other processes (guide_share.h).
 //
 // What a unit learned: how many samples were recorded; then of each state that was hit its distance
-// from the one before, from 1 on, and its sums, behind the last one a 0; then the same of nodes of
-// the direction trees (DirectionTrees::take_sums()). All are varints.
+// from the one before, from 1 on, and its sums, behind the last one a 0; then the same of clusters
+// of lights (LightImportance::take_learned()) and of nodes of the direction trees
+// (DirectionTrees::take_sums()). All are varints.
 #include <utility>
 
 #include "core/base/varint.h"
@@ -13,20 +14,23 @@ namespace qray {
 void AdaptiveGuide::save_copy(SnapshotWriter& out) const {
   SpatialTree::exchange_cuts(tree_, out);
   out(states_);
+  LightImportance::exchange_copy(lights_, out);
   DirectionTrees::exchange_trees(directions_, out);
 }
 
 void AdaptiveGuide::load_copy(SnapshotReader& in) {
   SpatialTree::exchange_cuts(tree_, in);
   in(states_);
+  LightImportance::exchange_copy(lights_, in);
   DirectionTrees::exchange_trees(directions_, in);
-  if (states_.size() != tree_.leaves()) in.fail();
+  if (states_.size() != tree_.leaves() || !lights_.fits()) in.fail();
   for (const State& state : states_)
     if (state.root >= directions_.nodes()) in.fail();
   if (!in.ok()) return;
   tree_.index_top();
   directions_.empty_sums();
   sums_ = std::vector<Sums>(states_.size());
+  lights_.forget();
   known_.assign(states_.size(), 0);
   samples_seen_ = 0;
 }
@@ -43,6 +47,7 @@ Bytes AdaptiveGuide::take_learned() {
     sums_[s].scale(0, 1);
   }
   put_varint(out, 0);
+  lights_.take_learned(out);
   directions_.take_sums(out);
   return out.take();
 }
@@ -62,10 +67,13 @@ bool AdaptiveGuide::add_learned(std::span<const uint8_t> learned) {
     for (int64_t* v : sums.all())
       if (!get_signed_varint(in, *v)) return false;
   }
+  LightImportance::Learned of_lights;
+  if (!lights_.read_learned(in, of_lights)) return false;
   std::vector<DirectionTrees::Added> added;
   if (!directions_.read_sums(in, added) || in.remaining() > 0) return false;
   samples_seen_ += samples;
   for (const auto& [state, sums] : arrived) sums_[state] += sums;
+  lights_.add(of_lights);
   directions_.add_sums(added);
   return true;
 }

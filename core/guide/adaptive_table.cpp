@@ -62,6 +62,8 @@ Status AdaptiveGuide::merge(const GuideTable& other) {
   sums_ = std::move(to.sums_);
   known_ = std::move(to.known_);
   directions_ = std::move(to.directions_);
+  // Of the same lights, unless one table is of a program that knew none.
+  if (!lights_.merge(table->lights_) && lights_.empty()) lights_ = table->lights_;
   samples_seen_ += table->samples_seen_;
   worth_ = std::min(worth_, table->worth_);  // not known, if one is not
   return {};
@@ -70,10 +72,12 @@ Status AdaptiveGuide::merge(const GuideTable& other) {
 std::vector<TableSection> AdaptiveGuide::save() const {
   std::vector<uint32_t> known = leaves_by_key(tree_);
   std::erase_if(known, [&](uint32_t leaf) { return sums_[leaf].n == 0; });
-  return encode_adaptive(tree_, {{}, radiance_unit_, samples_seen_, worth_}, known,
-                         [&](uint32_t leaf) {
-                           return AdaptiveRecord{sums_[leaf], directions_.take(states_[leaf].root)};
-                         });
+  std::vector<TableSection> sections = encode_adaptive(
+      tree_, {{}, radiance_unit_, samples_seen_, worth_}, known, [&](uint32_t leaf) {
+        return AdaptiveRecord{sums_[leaf], directions_.take(states_[leaf].root)};
+      });
+  if (lights_.has_learned()) sections.push_back({std::string(kLightsTag), lights_.save()});
+  return sections;
 }
 
 void AdaptiveGuide::load_record(uint32_t leaf, AdaptiveRecord&& record) {
@@ -101,6 +105,10 @@ Status AdaptiveGuide::load(std::span<const TableSection> sections) {
   if (!count.ok()) return count.error();
   rebuild(whole_trees());
   if (count.value() > 0 && bytes() > max_bytes_) return too_large;
+  if (Result<std::optional<LightImportance>> lights = decode_lights(sections); !lights.ok())
+    return lights.error();
+  else if (lights.value() && lights.value()->clusters() == lights_.clusters())
+    lights_ = std::move(*lights.value());  // else they were others
   samples_seen_ = head.value().samples_seen;
   worth_ = head.value().worth;
   return {};

@@ -4,6 +4,7 @@
 #pragma once
 
 #include "core/guide/guide_point.h"
+#include "core/guide/light_importance.h"
 
 namespace qray {
 
@@ -23,6 +24,9 @@ class GuideSampler {
   virtual GuideSample sample(const GuidePoint& point, Vec2 u) const = 0;
   // Integrates to 1 over the point's domain, and is 0 outside of it.
   virtual float pdf_w(const GuidePoint& point, Vec3 wi) const = 0;
+
+  // Which lights send how much where; null: the method does not learn it.
+  virtual const LightImportance* light_importance() const { return nullptr; }
 
   // Whether the method has expectations at all, and what it expects.
   virtual bool expects() const { return false; }

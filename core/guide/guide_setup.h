@@ -5,6 +5,7 @@
 
 #include "core/guide/adaptive_params.h"
 #include "core/guide/huang_params.h"
+#include "core/guide/light_clusters.h"
 #include "core/math/ray.h"
 
 namespace qray {
@@ -17,6 +18,7 @@ struct GuideSetup {
   size_t max_bytes = kDefaultTableBytes;
   HuangParams huang;
   AdaptiveParams adaptive;
+  LightClusters lights = {};  // no groups: nothing is learned of them
 };
 
 }  // namespace qray

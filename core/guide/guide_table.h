@@ -9,6 +9,7 @@
 
 #include "core/base/result.h"
 #include "core/base/snapshot.h"
+#include "core/guide/light_clusters.h"
 #include "core/guide/table_file.h"
 
 namespace qray {
@@ -57,6 +58,8 @@ class GuideTable {
   // The scene has changed since the table was learned: where the method counts, what it knows
   // counts a sixteenth, and what it is worth is not known any more.
   virtual void doubt() {}
+  // The scene's lights are others now: what was learned of them is of no use.
+  virtual void set_lights(const LightClusters&) {}
 };
 
 // kInvalid: tables of these two methods, or any of this one, cannot be merged.

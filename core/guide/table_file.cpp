@@ -88,11 +88,9 @@ Result<TableFile> decode_table(std::span<const uint8_t> bytes) {
   if (in.u64() != kMagic)
     return corrupt(in, "not a qray table: its first 8 bytes are not QRAYTBL1");
   const uint32_t version = in.u32();
-  if (version != kOlderTableVersion && version != kTableFormatVersion) {
+  if (std::ranges::find(kTableVersions, version) == kTableVersions.end()) {
     return Error{ErrorCode::kUnsupported,
-                 "table format version " + std::to_string(version) + ", expected " +
-                     std::to_string(kOlderTableVersion) + " or " +
-                     std::to_string(kTableFormatVersion),
+                 "table format version " + std::to_string(version) + ", expected 2, 4 or 7",
                  "table, byte 8"};
   }
   if (in.u32() != kEndianness) return corrupt(in, "wrong endianness mark");

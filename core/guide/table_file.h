@@ -3,6 +3,7 @@
 // section.
 #pragma once
 
+#include <array>
 #include <span>
 #include <string>
 #include <string_view>
@@ -14,9 +15,9 @@
 
 namespace qray {
 
-// What is written, and an older version that is read: two bits apart, since nothing else would tell
-// a flipped one.
-constexpr uint32_t kTableFormatVersion = 4, kOlderTableVersion = 2;
+// What is written, and what is read: two bits apart, since nothing else would tell a flipped one.
+constexpr uint32_t kTableFormatVersion = 7;
+constexpr std::array<uint32_t, 3> kTableVersions{2, 4, kTableFormatVersion};
 constexpr size_t kMaxTableParents = 64;
 constexpr int kMaxTableExponent = 100;  // of a grid's cells or a cube, in metres, both ways
 

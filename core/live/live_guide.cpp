@@ -8,8 +8,11 @@ constexpr double kForget = 0.9;         // of times, each frame
 
 }  // namespace
 
-void LiveGuide::scene_changed() {
-  if (guide_) guide_->doubt();
+void LiveGuide::scene_changed(const LightClusters& lights) {
+  if (guide_) {
+    guide_->set_lights(lights);
+    guide_->doubt();
+  }
   left_ = false;
 }
 

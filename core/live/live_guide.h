@@ -21,7 +21,8 @@ class LiveGuide {
   Guide* active() { return on_ ? guide_.get() : nullptr; }
 
   // The scene's light has changed: what it knows counts less, and it is to be judged anew.
-  void scene_changed();
+  // `lights`: as they are now.
+  void scene_changed(const LightClusters& lights);
   // Where the camera rests: what the gate has decided by now.
   void judged(const GuideDecision& decision);
   // Of a camera that moves: whether paths ask the guide, and whether it learns from them.

@@ -54,7 +54,7 @@ void LiveView::set_switches(const LiveSwitches& switches) {
 void LiveView::set_scene(std::shared_ptr<const PreparedScene> scene) {
   forget_view();
   scene_ = std::move(scene);
-  guide_.scene_changed();
+  guide_.scene_changed(scene_->guide_setup(settings_.render).lights);
   history_.clear();
   view_ = {};
   anew_ = true;

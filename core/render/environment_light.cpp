@@ -64,6 +64,7 @@ EnvironmentLight::EnvironmentLight(const Environment& environment)
   fill_cdf(rows, row_cdf_);
   row_guide_.resize(guide_size(tile_rows));
   fill_guide(row_cdf_, row_guide_);
+  fill_cells();
   blocks_.shrink_to_fit();
 }
 
@@ -186,6 +187,10 @@ EnvironmentLight::Sample EnvironmentLight::sample(Vec2 u) const {
   const CdfPick column =
       pick_by_cdf(std::span(tile_cdf_).subspan(r * columns, columns),
                   std::span(tile_guide_).subspan(r * guide_size_, guide_size_), u.x);
+  return sample_tile(row, column);
+}
+
+EnvironmentLight::Sample EnvironmentLight::sample_tile(CdfPick row, CdfPick column) const {
   const Tile t = tile(column.index, row.index);
   Place at = place_in(t, {column.offset, row.offset});
   Corners c;
@@ -256,6 +261,93 @@ inline float EnvironmentLight::pdf_w(const Place& at, const Tile& t, const Corne
 inline Rgb EnvironmentLight::radiance(const Place& at, const Corners& c) const {
   return environment_.radiance *
          lerp(at.offset.y, lerp(at.offset.x, c.c00, c.c10), lerp(at.offset.x, c.c01, c.c11));
+}
+
+// An even sky has cells of equal parts of what square_to_uniform_sphere() maps to it.
+EnvironmentLight::CellTiles EnvironmentLight::tiles_of(uint32_t cell) const {
+  const auto part = [](uint32_t i, uint32_t of, int whole) {
+    return static_cast<int>(i * static_cast<uint32_t>(whole) / of);
+  };
+  const uint32_t row = cell / kCellColumns, column = cell % kCellColumns;
+  return {part(row, kCellRows, tile_rows_), part(row + 1, kCellRows, tile_rows_),
+          part(column, kCellColumns, tile_columns_), part(column + 1, kCellColumns, tile_columns_)};
+}
+
+uint32_t EnvironmentLight::cell_of(int tile_column, int tile_row) const {
+  // The last whose first tile is not behind it.
+  const auto part = [](int i, uint32_t of, int whole) {
+    return ((static_cast<uint32_t>(i) + 1) * of - 1) / static_cast<uint32_t>(whole);
+  };
+  return part(tile_row, kCellRows, tile_rows_) * kCellColumns +
+         part(tile_column, kCellColumns, tile_columns_);
+}
+
+// The chances of each cell's rows of tiles, summed up.
+void EnvironmentLight::fill_cells() {
+  const size_t columns = static_cast<size_t>(tile_columns_) + 1;
+  for (uint32_t i = 0; i < kCells; ++i) {
+    const CellTiles cell = tiles_of(i);
+    double sum = 0;
+    for (int j = cell.row; j < cell.row_end; ++j) {
+      const size_t row = static_cast<size_t>(j);
+      sum += double{row_cdf_[row + 1] - row_cdf_[row]} *
+             double{tile_cdf_[row * columns + static_cast<size_t>(cell.column_end)] -
+                    tile_cdf_[row * columns + static_cast<size_t>(cell.column)]};
+      cell_rows_.push_back(static_cast<float>(sum));
+    }
+    cell_begin_.push_back(static_cast<uint32_t>(cell_rows_.size()));
+  }
+}
+
+float EnvironmentLight::cell_chance(uint32_t cell) const {
+  if (width_ == 0) return 1.0f / kCells;
+  return cell_begin_[cell] < cell_begin_[cell + 1] ? cell_rows_[cell_begin_[cell + 1] - 1] : 0;
+}
+
+EnvironmentLight::Sample EnvironmentLight::sample_in(uint32_t index, Vec2 u) const {
+  if (width_ == 0) {
+    const float row = static_cast<float>(index / kCellColumns),
+                column = static_cast<float>(index % kCellColumns);
+    const Vec2 in_square{(row + u.y) / kCellRows, (column + u.x) / kCellColumns};
+    return {square_to_uniform_sphere(in_square), kUniformSpherePdfW * kCells};
+  }
+  const float chance = cell_chance(index);
+  if (!(chance > 0)) return {};
+  const CellTiles cell = tiles_of(index);
+  const auto rows = std::span(cell_rows_)
+                        .subspan(cell_begin_[index], static_cast<size_t>(cell.row_end - cell.row));
+  const float at = std::min(u.y * chance, std::nextafter(chance, 0.0f));
+  const auto found = std::ranges::upper_bound(rows, at);
+  const float below = found == rows.begin() ? 0 : found[-1];
+  const CdfPick row{cell.row + static_cast<int>(found - rows.begin()),
+                    std::clamp((at - below) / (*found - below), 0.0f, kOneMinusEpsilon)};
+  const size_t columns = static_cast<size_t>(tile_columns_) + 1, r = static_cast<size_t>(row.index);
+  const auto cdf = std::span(tile_cdf_).subspan(r * columns, columns);
+  const float from = cdf[static_cast<size_t>(cell.column)],
+              to = cdf[static_cast<size_t>(cell.column_end)];
+  const CdfPick column =
+      pick_by_cdf(cdf, std::span(tile_guide_).subspan(r * guide_size_, guide_size_),
+                  std::clamp(from + u.x * (to - from), from, std::nextafter(to, from)));
+  Sample s = sample_tile(row, column);
+  s.pdf_w /= chance;
+  return s;
+}
+
+EnvironmentLight::InCell EnvironmentLight::in_cell(Vec3 wi) const {
+  if (width_ == 0) {
+    const Vec2 u = uniform_sphere_to_square(wi);
+    const auto part = [](float x, uint32_t of) {
+      return std::min(static_cast<uint32_t>(x * static_cast<float>(of)), of - 1);
+    };
+    return {environment_.radiance, kUniformSpherePdfW * kCells,
+            part(u.x, kCellRows) * kCellColumns + part(u.y, kCellColumns)};
+  }
+  const Place at = place(wi);
+  const Corners c = corners(at.column, at.row);
+  const int column = at.column >> shift_, row = at.row >> shift_;
+  const uint32_t cell = cell_of(column, row);
+  const float chance = cell_chance(cell);
+  return {radiance(at, c), chance > 0 ? pdf_w(at, tile(column, row), &c) / chance : 0, cell};
 }
 
 float EnvironmentLight::brightest() const {

@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <vector>
 
+#include "core/math/distribution.h"
 #include "core/scene/scene.h"
 
 namespace qray {
@@ -29,10 +30,23 @@ class EnvironmentLight {
     float pdf_w = 0;
   };
   Arriving at(Vec3 wi) const;
+
+  // The same by cells: 8 rows of 16, of about as much height and width each. sample() picks each
+  // with its chance.
+  static constexpr uint32_t kCellRows = 8, kCellColumns = 16, kCells = kCellRows * kCellColumns;
+  float cell_chance(uint32_t cell) const;
+  Sample sample_in(uint32_t cell, Vec2 u) const;  // pdf_w: of the cell's directions alone
+  struct InCell {
+    Rgb radiance;
+    float pdf_w = 0;  // of sample_in() for this cell
+    uint32_t cell = 0;
+  };
+  InCell in_cell(Vec3 wi) const;
   float pdf_w(Vec3 wi) const { return at(wi).pdf_w; }
   Rgb radiance(Vec3 wi) const;
   float mean_luminance() const { return mean_luminance_; }
   float brightest() const;  // luminance of any direction
+  bool even() const { return width_ == 0; }
 
  private:
   // A position between four nodes. Nodes are texel centres, and a row more at each pole: cells in
@@ -64,6 +78,13 @@ class EnvironmentLight {
   float add_tile(const Tile& tile);  // to blocks_; returns its weight
   Place place_in(const Tile& tile, Vec2 offset) const;
   float pdf_w(const Place& place, const Tile& tile, const Corners* corners) const;
+  Sample sample_tile(CdfPick row, CdfPick column) const;
+  struct CellTiles {
+    int row, row_end, column, column_end;
+  };
+  CellTiles tiles_of(uint32_t cell) const;
+  uint32_t cell_of(int tile_column, int tile_row) const;
+  void fill_cells();
   float cell_probability(const Tile& tile, const Place& place) const;  // of the tile's
   Rgb radiance(const Place& place, const Corners& corners) const;
 
@@ -74,7 +95,9 @@ class EnvironmentLight {
   int shift_ = 0, tile_columns_ = 0, tile_rows_ = 0;  // a tile has 2^shift cells on a side
   std::vector<float> row_cdf_, tile_cdf_;             // of rows of tiles, and of tiles in each
   std::vector<uint32_t> row_guide_, tile_guide_;
-  size_t guide_size_ = 0;  // of a row
+  std::vector<float> cell_rows_;         // of each cell in turn, sums of chances by row of tiles
+  std::vector<uint32_t> cell_begin_{0};  // where they begin, and the end
+  size_t guide_size_ = 0;                // of a row
   // Of a tile that is not even: running sums of its cells' weights over all, row by row.
   std::vector<uint32_t> block_of_tile_;  // where they begin, in squares of the side; or kEven
   std::vector<float> blocks_;

@@ -46,6 +46,44 @@ float cap_height(float radius, float distance2) {
   return sin2 / (1 + std::sqrt(1 - sin2));
 }
 
+// 24 random bits tell few of a million lights apart: more follow from the point's.
+double finer(float u_light, Vec2 u) {
+  const uint64_t more = mix64(static_cast<uint64_t>(std::bit_cast<uint32_t>(u.x)) << 32 |
+                              std::bit_cast<uint32_t>(u.y));
+  return double{u_light} + static_cast<double>(more >> 11) * 0x1p-77;
+}
+
+// Of a group whose chances are summed up, from the first on.
+float chance_of(const float* sums, uint32_t index) {
+  return sums[index] - (index > 0 ? sums[index - 1] : 0);
+}
+
+// One of a group, by u in [0, 1); what the pick leaves of u is in [0, 1) again.
+AliasTable::Pick pick_by_chances(const float* sums, uint32_t count, float& u) {
+  const uint32_t index =
+      std::min(static_cast<uint32_t>(std::upper_bound(sums, sums + count, u) - sums), count - 1);
+  const float chance = chance_of(sums, index), below = sums[index] - chance;
+  u = std::clamp((u - below) / chance, 0.0f, kOneMinusEpsilon);
+  return {index, chance};
+}
+
+// The row by u.y, the cell in it by u.x: as long as chances are alike, points that are spread over
+// the square stay so.
+AliasTable::Pick pick_cell(const float* sums, Vec2& u) {
+  constexpr uint32_t kRow = EnvironmentLight::kCellColumns;
+  uint32_t first = 0;
+  while (first + kRow < EnvironmentLight::kCells && !(u.y < sums[first + kRow - 1])) first += kRow;
+  const float below = first > 0 ? sums[first - 1] : 0, of_row = sums[first + kRow - 1] - below;
+  u.y = std::clamp((u.y - below) / of_row, 0.0f, kOneMinusEpsilon);
+  const float at = below + u.x * of_row;
+  const float* found = std::upper_bound(sums + first, sums + first + kRow, at);
+  if (found == sums + first + kRow) found = std::lower_bound(sums + first, found, found[-1]);
+  const auto index = static_cast<uint32_t>(found - sums);
+  const float chance = chance_of(sums, index);
+  u.x = std::clamp((at - (*found - chance)) / chance, 0.0f, kOneMinusEpsilon);
+  return {index, chance};
+}
+
 LightBounds punctual_bounds(const PunctualLight& light) {
   LightBounds b;
   b.box.add(light.position);
@@ -145,6 +183,7 @@ void LightPick::build(const Scene& scene, const Bounds3& bounds, const MaterialT
   if (!powers.empty()) set_picker(powers);
   set_brightest(bounds.radius());
   set_tree(powers);
+  set_clusters(bounds, powers);
 }
 
 void LightPick::set_tree(std::span<const float> powers) {
@@ -174,6 +213,7 @@ void LightPick::set_picker(std::span<const float> weights) {
 LightPick LightPick::uniform() const {
   LightPick other = *this;
   other.tree_ = nullptr;
+  other.clusters_ = {};
   if (!empty()) other.set_picker(std::vector<float>(picker_.size(), 1.0f));
   return other;
 }
@@ -215,14 +255,18 @@ bool LightPick::sample_punctual(const PunctualLight& light, float probability, V
   return !out.radiance.is_black();
 }
 
-bool LightPick::sample_environment(Vec2 u, LightSample& out) const {
-  const EnvironmentLight::Sample s = environment_->sample(u);
+bool LightPick::sample_environment(float probability, Vec2 u, LightSample& out) const {
+  return put_environment(environment_->sample(u), probability, out);
+}
+
+bool LightPick::put_environment(const EnvironmentLight::Sample& s, float probability,
+                                LightSample& out) const {
   if (!(s.pdf_w > 0)) return false;
   out.wi = s.wi;
   out.distance = std::numeric_limits<float>::infinity();
   out.varies = true;
   out.source = environment_source_;
-  out.pdf_w = environment_probability_ * s.pdf_w;
+  out.pdf_w = probability * s.pdf_w;
   return true;
 }
 
@@ -244,11 +288,8 @@ bool LightPick::sample_by_tree(const LightReceiver& at, float u_light, Vec2 u,
     pick.probability *= 1 - tree_probability_;
     return sample_of(pick, at.p, u, out);
   }
-  // 24 random bits tell few of a million lights apart: more follow from the point's.
-  const uint64_t more = mix64(static_cast<uint64_t>(std::bit_cast<uint32_t>(u.x)) << 32 |
-                              std::bit_cast<uint32_t>(u.y));
-  const double fine = double{u_light} + static_cast<double>(more >> 11) * 0x1p-77;
-  const LightTree::Pick pick = tree_->sample(at, std::min(fine / double{tree_probability_}, 1.0));
+  const LightTree::Pick pick =
+      tree_->sample(at, std::min(finer(u_light, u) / double{tree_probability_}, 1.0));
   if (!(pick.probability > 0)) return false;
   return sample_of({pick.light, pick.probability * tree_probability_}, at.p, u, out);
 }
@@ -296,10 +337,13 @@ bool LightPick::sample_sphere(const EmittingSphere& s, float probability, Vec3 p
   return true;
 }
 
-float LightPick::pdf_w_of_hit(const LightReceiver& at, const Hit& hit, float cos_light) const {
+float LightPick::pdf_w_of_hit(const LightReceiver& at, const Hit& hit, float cos_light,
+                              const float* weights) const {
   const uint32_t light = first_of_mesh_[hit.mesh.value] + hit.triangle;
-  const float probability =
-      tree_ ? tree_probability_ * tree_->probability(at, light) : picker_.probability(light);
+  const float* factors = tree_ && weights ? weights + first_of_tree_ : nullptr;
+  const float probability = tree_
+                                ? member_chance(0, weights) * tree_->probability(at, light, factors)
+                                : member_chance(light, weights);
   if (light < triangles_.size())
     return probability * sqr(hit.t) / (std::abs(cos_light) * triangles_[light].area);
   const EmittingSphere& s = spheres_[light - triangles_.size()];
@@ -309,6 +353,106 @@ float LightPick::pdf_w_of_hit(const LightReceiver& at, const Hit& hit, float cos
   const Vec3 to_center = s.shape.center - at.p;
   return far_side ? 0
                   : probability / (2 * kPi * cap_height(s.shape.radius, dot(to_center, to_center)));
+}
+
+// Groups: the members, if it matters which; the tree's clusters; the environment's cells, to which
+// a random number must be left over.
+void LightPick::set_clusters(const Bounds3& bounds, std::span<const float> powers) {
+  constexpr size_t kMostMembers = 16;
+  clusters_.bounds = bounds;
+  const auto add_group = [&](LightClusters::Group group) {
+    const uint32_t first = static_cast<uint32_t>(plain_weights_.size());
+    float below = 0;
+    for (uint32_t i = 0; i < group.count; ++i)
+      plain_weights_.push_back(group.priors.empty() ? 1 : below += group.priors[i]);
+    if (!group.priors.empty()) plain_weights_.back() = 1;
+    clusters_.groups.push_back(std::move(group));
+    return first;
+  };
+  if (members() > kMostMembers || members() == 0) return;
+  const bool one_mesh =
+      !tree_ && triangles_.size() == members() && triangles_.front().mesh == triangles_.back().mesh;
+  if (one_mesh) return;
+  if (members() > 1) {
+    LightClusters::Group group;
+    group.count = static_cast<uint32_t>(members());
+    for (uint32_t i = 0; i < group.count; ++i) group.priors.push_back(member_prior(i));
+    first_member_ = add_group(std::move(group));
+    double power = 0;
+    for (const float p : powers) power += double{p};
+    member_scale_ = power > 0 ? static_cast<float>(double{sqr(bounds.radius())} / power) : 0;
+  }
+  if (tree_) {
+    first_of_tree_ = static_cast<uint32_t>(plain_weights_.size());
+    for (const uint32_t count : tree_->clusters()) add_group({{}, count});
+    clusters_.fingerprint = tree_->fingerprint();
+  }
+  if (environment_ && environment_->mean_luminance() > 0) {
+    LightClusters::Group cells;
+    cells.count = EnvironmentLight::kCells;
+    for (uint32_t i = 0; i < cells.count; ++i) cells.priors.push_back(environment_->cell_chance(i));
+    // Where half of an even sky is seen, surfaces' own directions find it as well as any.
+    if (environment_->even()) cells.least_gain = 1.5f;
+    first_cell_ = add_group(std::move(cells));
+    cell_scale_ = 1 / (kPi * environment_->mean_luminance());
+  }
+}
+
+float LightPick::member_prior(uint32_t member) const {
+  if (!tree_) return picker_.probability(member);
+  if (member == 0) return tree_probability_;
+  return (1 - tree_probability_) * outside_.probability(member - 1);
+}
+
+float LightPick::member_chance(uint32_t member, const float* weights) const {
+  if (!weights || first_member_ == kNone) return member_prior(member);
+  return chance_of(weights + first_member_, member);
+}
+
+EnvironmentLight::Arriving LightPick::from_environment(Vec3 wi, const float* weights) const {
+  if (!weights || first_cell_ == kNone) {
+    const EnvironmentLight::Arriving a = environment_->at(wi);
+    return {a.radiance, environment_probability_ * a.pdf_w};
+  }
+  const EnvironmentLight::InCell in = environment_->in_cell(wi);
+  const float chance = member_chance(static_cast<uint32_t>(members() - 1), weights) *
+                       chance_of(weights + first_cell_, in.cell);
+  return {in.radiance, chance * in.pdf_w};
+}
+
+bool LightPick::sample_clusters(const LightReceiver& at, float u_light, Vec2 u, LightSample& out,
+                                const float* weights) const {
+  AliasTable::Pick pick{0, 1};
+  if (first_member_ != kNone) {
+    pick = pick_by_chances(weights + first_member_, clusters_.groups[0].count, u_light);
+    out.add(
+        {first_member_ + pick.index, pick.probability / member_prior(pick.index) * member_scale_});
+  }
+  if (tree_ && pick.index == 0)
+    return sample_tree(at, pick.probability, u_light, u, out, weights + first_of_tree_);
+  if (first_cell_ != kNone && pick.index + 1 == members())
+    return sample_cell(pick.probability, u, out, weights + first_cell_);
+  if (tree_) pick.index += static_cast<uint32_t>(in_tree_) - 1;
+  return sample_of(pick, at.p, u, out);
+}
+
+bool LightPick::sample_tree(const LightReceiver& at, float probability, float u, Vec2 u_point,
+                            LightSample& out, const float* factors) const {
+  LightTree::Passed passed;
+  const LightTree::Pick pick = tree_->sample(at, std::min(finer(u, u_point), 1.0), factors, passed);
+  for (size_t i = 0; i < passed.count; ++i)
+    out.add({first_of_tree_ + passed.picks[i].cluster, probability * passed.picks[i].scale});
+  if (!(pick.probability > 0)) return false;
+  return sample_of({pick.light, pick.probability * probability}, at.p, u_point, out);
+}
+
+bool LightPick::sample_cell(float probability, Vec2 u_point, LightSample& out,
+                            const float* chances) const {
+  const AliasTable::Pick cell = pick_cell(chances, u_point);
+  const float prior = chance_of(plain_weights_.data() + first_cell_, cell.index);
+  out.add({first_cell_ + cell.index, probability * cell.probability / prior * cell_scale_});
+  return put_environment(environment_->sample_in(cell.index, u_point),
+                         probability * cell.probability, out);
 }
 
 }  // namespace qray

@@ -1,13 +1,17 @@
 // Picks a point of a light for next event estimation: emitting triangles and spheres, lights
 // without an extent, and the environment as one light more. Where lights are few, they are picked
 // by power; many, by what they send to the point, with the environment and directional lights
-// beside the tree by their power. Immutable after build; any thread.
+// beside the tree by their power. Where it is known how much clusters of the lights send to a place
+// (light_importance.h), that counts as well. Immutable after build; any thread.
 #pragma once
 
+#include <array>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "core/accel/embree_scene.h"
+#include "core/guide/light_clusters.h"
 #include "core/math/distribution.h"
 #include "core/math/warp.h"
 #include "core/render/environment_light.h"
@@ -28,6 +32,12 @@ struct LightSample {
   MeshId mesh;            // not valid: the environment
   uint32_t triangle = 0;
   Vec2 barycentric;  // of a sphere: uv
+  // The clusters that were picked on the way to it, or until none was left that sends anything.
+  std::array<ClusterPick, 3> clusters;
+  uint32_t cluster_count = 0;
+
+  std::span<const ClusterPick> picked() const { return {clusters.data(), cluster_count}; }
+  void add(ClusterPick pick) { clusters[cluster_count++] = pick; }
 };
 
 class LightPick {
@@ -44,18 +54,24 @@ class LightPick {
   bool has_tree() const { return tree_ != nullptr; }
   bool has_punctual() const { return !punctual_.empty(); }
 
-  // False: this choice of light sends nothing to the point (it faces away).
-  bool sample(const LightReceiver& at, float u_light, Vec2 u, LightSample& out) const {
+  // What LightImportance can tell apart here: no groups where there is one light alone. And its
+  // weights, as long as nothing is known.
+  const LightClusters& clusters() const { return clusters_; }
+  const float* plain_weights() const { return plain_weights_.data(); }
+
+  // False: this choice of light sends nothing to the point (it faces away). `weights`: of
+  // clusters(), as LightImportance has them for the place; null: they are not asked for.
+  bool sample(const LightReceiver& at, float u_light, Vec2 u, LightSample& out,
+              const float* weights = nullptr) const {
+    if (weights) return sample_clusters(at, u_light, u, out, weights);
     if (tree_) return sample_by_tree(at, u_light, u, out);
     return sample_of(picker_.sample(u_light), at.p, u, out);
   }
   // Density with which sample() makes the direction that hits an emitting triangle or sphere.
   // `cos_light`: of that direction's opposite with the front's normal.
-  float pdf_w_of_hit(const LightReceiver& at, const Hit& hit, float cos_light) const;
-  EnvironmentLight::Arriving from_environment(Vec3 wi) const {
-    const EnvironmentLight::Arriving a = environment_->at(wi);
-    return {a.radiance, environment_probability_ * a.pdf_w};
-  }
+  float pdf_w_of_hit(const LightReceiver& at, const Hit& hit, float cos_light,
+                     const float* weights = nullptr) const;
+  EnvironmentLight::Arriving from_environment(Vec3 wi, const float* weights = nullptr) const;
   uint32_t environment_source() const { return environment_source_; }  // LightSample::source
   Rgb environment_radiance(Vec3 wi) const { return environment_->radiance(wi); }
   bool has_environment() const { return environment_ != nullptr; }
@@ -64,6 +80,16 @@ class LightPick {
   void set_picker(std::span<const float> weights);
   void set_tree(std::span<const float> powers);
   void set_brightest(float radius);
+  void set_clusters(const Bounds3& bounds, std::span<const float> powers);
+  bool sample_clusters(const LightReceiver& at, float u_light, Vec2 u, LightSample& out,
+                       const float* weights) const;
+  bool sample_tree(const LightReceiver& at, float probability, float u, Vec2 u_point,
+                   LightSample& out, const float* factors) const;
+  bool sample_cell(float probability, Vec2 u_point, LightSample& out, const float* chances) const;
+  // Lights as one picks among them: the tree as one, first, then what is not in it.
+  size_t members() const { return tree_ ? 1 + outside_.size() : picker_.size(); }
+  float member_prior(uint32_t member) const;
+  float member_chance(uint32_t member, const float* weights) const;
 
   struct EmittingTriangle {
     Vec3 p0, e1, e2;  // a vertex and two edges
@@ -95,7 +121,7 @@ class LightPick {
     size_t rest = pick.index - triangles_.size();
     if (rest < spheres_.size()) return sample_sphere(spheres_[rest], pick.probability, p, u, out);
     rest -= spheres_.size();
-    if (rest == punctual_.size()) return sample_environment(u, out);
+    if (rest == punctual_.size()) return sample_environment(pick.probability, u, out);
     out.source = punctual_sources_[rest];
     return sample_punctual(punctual_[rest], pick.probability, p, out);
   }
@@ -121,7 +147,9 @@ class LightPick {
   }
   static bool sample_punctual(const PunctualLight& light, float probability, Vec3 p,
                               LightSample& out);
-  bool sample_environment(Vec2 u, LightSample& out) const;
+  bool put_environment(const EnvironmentLight::Sample& s, float probability,
+                       LightSample& out) const;
+  bool sample_environment(float probability, Vec2 u, LightSample& out) const;
 
   std::vector<EmittingTriangle> triangles_;
   std::vector<EmittingSphere> spheres_;
@@ -140,6 +168,13 @@ class LightPick {
   AliasTable outside_;
   float environment_probability_ = 0;
   float brightest_ = 0;
+  // Groups, where they are: which light, or the tree as one; the tree's; the environment's cells.
+  LightClusters clusters_;
+  std::vector<float> plain_weights_;
+  static constexpr uint32_t kNone = ~0u;
+  // The first cluster of each; kNone: there are none.
+  uint32_t first_member_ = kNone, first_of_tree_ = kNone, first_cell_ = kNone;
+  float member_scale_ = 0, cell_scale_ = 0;  // 1 / the light that is expected of all of them
 };
 
 }  // namespace qray

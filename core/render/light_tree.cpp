@@ -1,9 +1,13 @@
 #include "core/render/light_tree.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <utility>
+
+#include "core/math/hash.h"
 
 namespace qray {
 namespace {
@@ -72,11 +76,21 @@ inline LightTree::Weights LightTree::weigh(const Node& node, const LightReceiver
   return w;
 }
 
-LightTree::Pick LightTree::sample(const LightReceiver& at, double u) const {
+LightTree::Weights LightTree::times(const Weights& weights, const float* factors) {
+  Weights w = weights;
+  w.sum = 0;
+  for (size_t i = 0; i < kLanes; ++i) w.sum += w.of[i] *= factors[i];
+  return w;
+}
+
+LightTree::Pick LightTree::pick(const LightReceiver& at, double u, const float* factors,
+                                Passed* passed) const {
   float probability = 1;
   for (uint32_t index = 0;;) {
     const Node& node = nodes_[index];
-    const Weights w = weigh(node, at);
+    const uint32_t cluster = passed ? first_cluster(index) : kNoGroup;
+    const Weights plain = weigh(node, at);
+    const Weights w = factors && cluster != kNoGroup ? times(plain, factors + cluster) : plain;
     if (!(w.sum > 0) || !std::isfinite(w.sum)) return {};
     const double target = u * double{w.sum};
     double below = 0;
@@ -91,19 +105,43 @@ LightTree::Pick LightTree::sample(const LightReceiver& at, double u) const {
     below -= double{w.of[lane]};
     u = std::clamp((target - below) / double{w.of[lane]}, 0.0, 1.0);
     probability *= w.of[lane] / w.sum;
+    if (cluster != kNoGroup)
+      passed->picks[passed->count++] = {cluster + static_cast<uint32_t>(lane),
+                                        probability / plain.of[lane]};
     if (node.child[lane] & kLight) return {node.child[lane] & ~kLight, probability};
     index = node.child[lane];
   }
 }
 
-float LightTree::probability(const LightReceiver& at, uint32_t light) const {
+float LightTree::probability(const LightReceiver& at, uint32_t light, const float* factors) const {
   float probability = 1;
   for (uint32_t slot = slot_of_light_[light];; slot = nodes_[slot / kLanes].parent) {
-    const Weights w = weigh(nodes_[slot / kLanes], at);
+    const uint32_t node = slot / kLanes, cluster = factors ? first_cluster(node) : kNoGroup;
+    const Weights plain = weigh(nodes_[node], at);
+    const Weights w = cluster != kNoGroup ? times(plain, factors + cluster) : plain;
     if (!(w.sum > 0) || !std::isfinite(w.sum)) return 0;
     probability *= w.of[slot % kLanes] / w.sum;
     if (slot < kLanes) return probability;
   }
+}
+
+std::vector<uint32_t> LightTree::clusters() const {
+  std::vector<uint32_t> groups{kLanes};
+  for (const uint32_t child : nodes_[0].child)
+    if (child != kNoChild && !(child & kLight)) groups.push_back(kLanes);
+  return groups;
+}
+
+uint64_t LightTree::fingerprint() const {
+  uint64_t hash = 0;
+  const auto add = [&](const Node& node) {
+    for (const Lanes* lanes : {&node.x, &node.y, &node.z, &node.radius, &node.intensity})
+      for (const float v : *lanes) hash = hash_combine(hash, std::bit_cast<uint32_t>(v));
+  };
+  add(nodes_[0]);
+  for (const uint32_t child : nodes_[0].child)
+    if (child != kNoChild && !(child & kLight)) add(nodes_[child]);
+  return hash;
 }
 
 size_t LightTree::size_bytes() const {
@@ -309,6 +347,10 @@ LightTree::LightTree(std::span<const LightBounds> lights) : slot_of_light_(light
   nodes_.reserve(lights.size() / 4 + 1);
   builder.build(builder.cluster({0, lights.size()}), 0, 0);
   nodes_.shrink_to_fit();
+  uint32_t next = kLanes;
+  for (size_t lane = 0; lane < kLanes; ++lane)
+    if (const uint32_t child = nodes_[0].child[lane]; child != kNoChild && !(child & kLight))
+      first_below_[lane] = std::exchange(next, next + static_cast<uint32_t>(kLanes));
 }
 
 }  // namespace qray

@@ -10,6 +10,7 @@
 #include <span>
 #include <vector>
 
+#include "core/guide/light_clusters.h"
 #include "core/math/ray.h"
 
 namespace qray {
@@ -39,13 +40,31 @@ class LightTree {
     uint32_t light = 0;
     float probability = 0;  // 0: no light sends anything there
   };
-  Pick sample(const LightReceiver& at, double u) const;
-  float probability(const LightReceiver& at, uint32_t light) const;  // that sample() picks it
+  Pick sample(const LightReceiver& at, double u) const { return pick(at, u, nullptr, nullptr); }
+  float probability(const LightReceiver& at, uint32_t light) const {  // that sample() picks it
+    return probability(at, light, nullptr);
+  }
+
+  // The clusters on its two uppermost levels: the root's children, then those of each of these in
+  // turn that is no light. `factors`: of each cluster's weight, over 0; null: all 1.
+  std::vector<uint32_t> clusters() const;  // how many each group has
+  // `passed`: room for two picks, filled with the clusters that were picked until the light was, or
+  // until none was left that sends anything; their scale is chance over weight.
+  struct Passed {
+    std::array<ClusterPick, 2> picks;
+    size_t count = 0;
+  };
+  Pick sample(const LightReceiver& at, double u, const float* factors, Passed& passed) const {
+    return pick(at, u, factors, &passed);
+  }
+  float probability(const LightReceiver& at, uint32_t light, const float* factors) const;
+  uint64_t fingerprint() const;  // of those clusters
   size_t size_bytes() const;
 
  private:
   static constexpr size_t kLanes = 8;
   static constexpr uint32_t kLight = 1u << 31;  // of Node::child: a light, else a node
+  static constexpr uint32_t kNoChild = 0;       // the root is nobody's
   using Lanes = std::array<float, kLanes>;
 
   struct alignas(32) Node {
@@ -62,9 +81,19 @@ class LightTree {
   };
   struct Builder;
   static Weights weigh(const Node& node, const LightReceiver& at);
+  static Weights times(const Weights& weights, const float* factors);
+  Pick pick(const LightReceiver& at, double u, const float* factors, Passed* passed) const;
+  static constexpr uint32_t kNoGroup = ~0u;
+  // The first cluster of a node's children; kNoGroup below the two levels.
+  uint32_t first_cluster(uint32_t node) const {
+    return node == 0                      ? 0
+           : nodes_[node].parent < kLanes ? first_below_[nodes_[node].parent]
+                                          : kNoGroup;
+  }
 
-  std::vector<Node> nodes_;              // the root first
-  std::vector<uint32_t> slot_of_light_;  // where it hangs
+  std::vector<Node> nodes_;                     // the root first
+  std::vector<uint32_t> slot_of_light_;         // where it hangs
+  std::array<uint32_t, kLanes> first_below_{};  // by the root's lanes: the first cluster in each
 };
 
 }  // namespace qray

@@ -41,6 +41,7 @@ PathTracer::PathTracer(const PreparedScene& scene, const LightPick& lights,
       guide_(guide),
       guide_expects_(guide && guide->expects()),
       learner_(guide),
+      light_learner_(guide, lights),
       split_(split) {}
 
 void PathTracer::sample(const Ray& ray, Sampler& sampler, GuideDelta* learn, float pixel_deviation,
@@ -123,8 +124,11 @@ void PathTracer::flush() {
     if (awaited.vertex != PathLearner::kNoVertex)
       learner_.direct(awaited.vertex, awaited.scattered, awaited.punctual, awaited.unguided_weight);
   });
+  shadow_rays_.for_each_blocked(
+      [this](const AwaitedLight& awaited) { light_learner_.sends(awaited.pick, 0); });
   shadow_rays_.clear();
   learner_.flush();
+  light_learner_.flush();
   // As paths are timed: one in many.
   const uint64_t learned = cycle_count();
   counters_.timed_tracing += (traced - start) / kTimedEvery;
@@ -135,6 +139,7 @@ void PathTracer::flush() {
 void PathTracer::discard() {
   shadow_rays_.clear();
   learner_.discard();
+  light_learner_.discard();
 }
 
 inline bool PathTracer::intersect(const Ray& ray, Hit& hit) {
@@ -168,7 +173,7 @@ inline float PathTracer::ray_offset(Vec3 p, float t) const {
 // direction.
 inline void PathTracer::add_environment(PathState& path) {
   if (!lights_.has_environment() || (hides_lights_ && path.depth == 1)) return;
-  const auto [emitted, nee_pdf_w] = lights_.from_environment(path.ray.d);
+  const auto [emitted, nee_pdf_w] = lights_.from_environment(path.ray.d, path.from_lights);
   const float mis = path.delta || !settings_.nee ? 1.0f : power_heuristic(path.pdf_w, nee_pdf_w);
   const Rgb light = path.throughput * emitted * mis;
   path.radiance += light;
@@ -208,7 +213,8 @@ inline void PathTracer::add_emission(PathState& path, const Hit& hit, const Surf
                           : mesh.material->emission.value;
   float mis = 1;
   if (!path.delta && settings_.nee) {
-    mis = power_heuristic(path.pdf_w, lights_.pdf_w_of_hit(path.from, hit, cos_light));
+    mis = power_heuristic(path.pdf_w,
+                          lights_.pdf_w_of_hit(path.from, hit, cos_light, path.from_lights));
   }
   const Rgb light = path.throughput * emitted * mis;
   path.radiance += light;
@@ -263,9 +269,10 @@ inline void PathTracer::ask_guide(const PathState& path, PathVertex& v, bool fro
 
 // Light straight from a light, paid if its ray turns out to be free. Nothing else finds a light
 // without an extent. False: it is no number, and the sample will be dropped.
-inline bool PathTracer::add_direct_light(PathState& path, const PathVertex& v, float u_light,
+inline bool PathTracer::add_direct_light(PathState& path, PathVertex& v, float u_light,
                                          Vec2 u_light_point, PixelTarget pixel) {
   if (!connects_ || v.kind == BsdfKind::kDelta) return true;
+  v.lights = light_learner_.place(v.receiver());
   const Connection connection = connect(v, u_light, u_light_point);
   if (connection.light.is_black()) return true;
   const Rgb light = path.throughput * connection.light;
@@ -281,6 +288,7 @@ inline bool PathTracer::add_direct_light(PathState& path, const PathVertex& v, f
                        .scattered = connection.light,
                        .vertex = learner_.current(),
                        .punctual = connection.punctual,
+                       .pick = connection.pick,
                        .unguided_weight = connection.unguided_weight};
   if (split_) {
     const LayersOf of = layers_of(path.depth, connection.source);
@@ -294,7 +302,10 @@ inline bool PathTracer::add_direct_light(PathState& path, const PathVertex& v, f
 inline PathTracer::Connection PathTracer::connect(const PathVertex& v, float u_light,
                                                   Vec2 u_light_point) {
   LightSample light;
-  if (!lights_.sample(v.receiver(), u_light, u_light_point, light)) return {};
+  const bool sends = lights_.sample(v.receiver(), u_light, u_light_point, light, v.lights.weights);
+  const uint32_t pick =
+      learner_.on() ? light_learner_.picked(v.lights, light) : LightLearner::kNoPick;
+  if (!sends) return {};
   if (!settings_.nee && !light.punctual) return {};
   const Vec3 wi_local = v.frame.to_local(light.wi);
   if (!v.sides_agree(light.wi, wi_local)) return {};
@@ -322,8 +333,9 @@ inline PathTracer::Connection PathTracer::connect(const PathVertex& v, float u_l
     if (distance > 0) ray.d = to_light / distance;
     ray.t_max = std::max(std::min(distance * (1 - 1e-4f), distance - 2 * v.ray_offset), 0.0f);
   }
-  return {eval.f_cos * light.radiance * mis_over_pdf, ray, light.punctual, unguided_weight,
-          light.source};
+  const Rgb estimate = eval.f_cos * light.radiance * mis_over_pdf;
+  light_learner_.sends(pick, luminance(estimate));
+  return {estimate, ray, light.punctual, unguided_weight, light.source, pick};
 }
 
 // Russian roulette.
@@ -419,6 +431,7 @@ inline bool PathTracer::go_on(PathState& path, const PathVertex& v, float u_lobe
   path.pdf_w = next->pdf_w;
   path.delta = next->delta;
   path.from = v.receiver();
+  path.from_lights = v.lights.weights;
   if (!next->delta && next->bsdf_pdf_w > 0) path.guidance *= next->pdf_w / next->bsdf_pdf_w;
   ++path.depth;
   return true;

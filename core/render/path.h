@@ -5,6 +5,7 @@
 
 #include "core/guide/guide.h"
 #include "core/math/sampler.h"
+#include "core/render/light_learner.h"
 #include "core/render/light_split.h"
 #include "core/render/path_counters.h"
 #include "core/render/path_learner.h"
@@ -53,6 +54,7 @@ class PathTracer {
     bool punctual = false;
     float unguided_weight = 1;  // AwaitedLight
     uint32_t source = 0;        // LightSample
+    uint32_t pick = LightLearner::kNoPick;
   };
   // A path goes on with probability `chance`; `control` is paid to one that ends, and paid back by
   // one that goes on: the mean is the same whatever it is.
@@ -71,7 +73,7 @@ class PathTracer {
   PathVertex vertex_at(const PathState& path, const MaterialShading& material, const Hit& hit,
                        const SurfacePoint& surface, Vec3 wo, float cos_geometric) const;
   void ask_guide(const PathState& path, PathVertex& v, bool from_front);
-  bool add_direct_light(PathState& path, const PathVertex& v, float u_light, Vec2 u_light_point,
+  bool add_direct_light(PathState& path, PathVertex& v, float u_light, Vec2 u_light_point,
                         PixelTarget pixel);
   bool survive(PathState& path, const PathVertex& v, float u_roulette);
   bool go_on(PathState& path, const PathVertex& v, float u_lobe, Vec2 u_direction);
@@ -107,6 +109,7 @@ class PathTracer {
   PathCounters counters_;
   bool timed_ = false;  // the path under way is
   PathLearner learner_;
+  LightLearner light_learner_;
   ShadowRays shadow_rays_;
   const LightSplit* split_;
   struct Paid {

@@ -8,7 +8,7 @@
 #include "core/bsdf/diffuse.h"
 #include "core/guide/guide.h"
 #include "core/math/frame.h"
-#include "core/render/light_tree.h"
+#include "core/render/light_learner.h"
 #include "core/render/material_shading.h"
 #include "core/scene/surface.h"
 
@@ -26,6 +26,7 @@ struct PathVertex {
   GuidePoint at{};
   BsdfParts parts{};  // found for guides that expect, and of Lambert surfaces
   GuideMixture mixture{};
+  LightLearner::Place lights{};  // found where lights are connected to
 
   GuidedSurface guided_surface() const { return {parts.base_chance, kind == BsdfKind::kMixed}; }
 

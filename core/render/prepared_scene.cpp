@@ -210,7 +210,10 @@ size_t PreparedScene::size_bytes() const {
 }
 
 GuideSetup PreparedScene::guide_setup(const RenderSettings& settings) const {
-  return {bounds, lights.brightest(), settings.max_table_bytes, settings.huang, settings.adaptive};
+  GuideSetup setup{bounds, lights.brightest(), settings.max_table_bytes, settings.huang,
+                   settings.adaptive};
+  if (settings.adaptive.lights) setup.lights = lights.clusters();
+  return setup;
 }
 
 Result<std::shared_ptr<PreparedScene>> prepare_scene(Scene scene, SceneHash hash, int build_threads,

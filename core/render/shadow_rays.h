@@ -18,6 +18,7 @@ struct AwaitedLight {
   Rgb scattered;    // the same, before the path's throughput
   uint32_t vertex;  // PathLearner::current()
   bool punctual;
+  uint32_t pick;          // LightLearner::picked()
   float unguided_weight;  // times: its weight against the BSDF's density, not the mixture's
 };
 
@@ -31,6 +32,12 @@ class ShadowRays {
   size_t size() const { return awaited_.size(); }
   void trace(const EmbreeScene& scene) {
     if (!awaited_.empty()) scene.occluded(rays_);
+  }
+  // Calls body(awaited) for each whose ray was traced and met something.
+  template <class Body>
+  void for_each_blocked(Body body) const {
+    for (size_t i = 0; i < awaited_.size(); ++i)
+      if (rays_[i].occluded()) body(awaited_[i]);
   }
   // Calls body(awaited) for each whose ray was traced and is free, in the order in which they were
   // added.

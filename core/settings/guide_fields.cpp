@@ -78,6 +78,14 @@ FieldTable guide_fields() {
       "min_gain", adaptive,
       "A place whose directions gain less than this draws from the BSDF alone.", "Least gain",
       {0, 1e6}, [](RenderSettings & s) -> auto& { return s.adaptive.min_gain; }));
+  out.push_back(with_default(
+      {.path = "guide/lights",
+       .type = FieldType::kSwitch,
+       .help = "Which lights send how much to which places is learned, and picks lights.",
+       .label = "Learn which lights matter where",
+       .callers = kJob | kSubmit | kRender | kVariant,
+       .methods = adaptive,
+       .setting = setting([](RenderSettings & s) -> auto& { return s.adaptive.lights; })}));
   out.push_back(guide_setting(
       "glossy", adaptive, "The chance that the guide is drawn from in place of a rough lobe.",
       "Guided in place of rough lobes", {0, 1},

@@ -61,7 +61,7 @@ TEST(LiveGuide, OneThatDoesNotPayWhereTheCameraRestsIsLeftUntilItDoes) {
   EXPECT_TRUE(guide.guides());
   rest(*scene, guide, 12.0f);
   EXPECT_FALSE(guide.guides());
-  guide.scene_changed();
+  guide.scene_changed({});
   EXPECT_TRUE(guide.learns(/*whatever_time=*/true)) << "other light, another judgement";
 }
 
