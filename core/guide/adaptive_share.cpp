@@ -14,23 +14,22 @@ namespace qray {
 void AdaptiveGuide::save_copy(SnapshotWriter& out) const {
   SpatialTree::exchange_cuts(tree_, out);
   out(states_);
-  LightImportance::exchange_copy(lights_, out);
+  lights_.save_copy(out);
   DirectionTrees::exchange_trees(directions_, out);
 }
 
 void AdaptiveGuide::load_copy(SnapshotReader& in) {
   SpatialTree::exchange_cuts(tree_, in);
   in(states_);
-  LightImportance::exchange_copy(lights_, in);
+  lights_.load_copy(in);
   DirectionTrees::exchange_trees(directions_, in);
-  if (states_.size() != tree_.leaves() || !lights_.fits()) in.fail();
+  if (states_.size() != tree_.leaves()) in.fail();
   for (const State& state : states_)
     if (state.root >= directions_.nodes()) in.fail();
   if (!in.ok()) return;
   tree_.index_top();
   directions_.empty_sums();
   sums_ = std::vector<Sums>(states_.size());
-  lights_.forget();
   known_.assign(states_.size(), 0);
   samples_seen_ = 0;
 }

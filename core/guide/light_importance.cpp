@@ -12,12 +12,12 @@
 namespace qray {
 namespace {
 
-constexpr double kOne = 0x1p30;         // of a sum of squares
+constexpr double kUnit = 0x1p30;        // of a sum of squares
 constexpr double kMostSquare = 0x1p20;  // that one pick adds
 constexpr uint32_t kFewest = 32;        // picks in a group, before it is believed
 constexpr double kPrior = 4;            // picks that bring the group's mean, for each cluster
-constexpr double kLeast = 0.1;          // of a cluster's root, over that of the group's mean
-constexpr uint32_t kDoubt = 16;
+constexpr double kLeastRoot = 0.1;      // of a cluster's root, over that of the group's mean
+constexpr uint32_t kDoubted = 16;
 constexpr uint64_t kMostSum = uint64_t{1} << 58;  // what is more is halved between passes
 
 }  // namespace
@@ -56,7 +56,7 @@ void LightImportance::record(uint32_t place, std::span<const ClusterPick> picks,
     std::atomic_ref(counts_[i]).fetch_add(1, std::memory_order_relaxed);
     if (square > 0)
       std::atomic_ref(squares_[i])
-          .fetch_add(static_cast<uint64_t>(std::min(square, kMostSquare) * kOne),
+          .fetch_add(static_cast<uint64_t>(std::min(square, kMostSquare) * kUnit),
                      std::memory_order_relaxed);
   }
 }
@@ -82,7 +82,7 @@ void LightImportance::solve(uint32_t place) {
       if (!learned) return 1.0;
       const double square =
           (static_cast<double>(squares_[i]) + kPrior * mean) / (counts_[i] + kPrior);
-      return std::max(std::sqrt(square / mean), kLeast);
+      return std::max(std::sqrt(square / mean), kLeastRoot);
     };
     if (group.priors.empty()) {
       for (size_t i = first; i < first + group.count; ++i)
@@ -110,8 +110,8 @@ void LightImportance::solve(uint32_t place) {
 }
 
 void LightImportance::doubt() {
-  for (uint64_t& square : squares_) square /= kDoubt;
-  for (uint32_t& count : counts_) count /= kDoubt;
+  for (uint64_t& square : squares_) square /= kDoubted;
+  for (uint32_t& count : counts_) count /= kDoubted;
   end_pass();
 }
 
@@ -126,7 +126,35 @@ bool LightImportance::merge(const LightImportance& other) {
 }
 
 bool LightImportance::fits() const {
-  return known_.size() == (empty() ? 0 : kPlaces) && weights_.size() == known_.size() * count_;
+  const size_t places = empty() ? 0 : kPlaces, all = places * count_;
+  return known_.size() == places && weights_.size() == all && squares_.size() == all &&
+         counts_.size() == all;
+}
+
+void LightImportance::save_copy(SnapshotWriter& out) const {
+  std::vector<float> rows;
+  for (size_t place = 0; place < known_.size(); ++place)
+    if (known_[place])
+      rows.insert(rows.end(), weights_.begin() + static_cast<ptrdiff_t>(place * count_),
+                  weights_.begin() + static_cast<ptrdiff_t>((place + 1) * count_));
+  out(known_, rows);
+}
+
+void LightImportance::load_copy(SnapshotReader& in) {
+  std::vector<uint8_t> known;
+  std::vector<float> rows;
+  in(known, rows);
+  const auto number = static_cast<size_t>(
+      std::ranges::count_if(known, [](uint8_t is_known) { return is_known != 0; }));
+  if (known.size() != known_.size() || rows.size() != number * count_) return in.fail();
+  known_ = std::move(known);
+  auto row = rows.begin();
+  for (size_t place = 0; place < known_.size(); ++place)
+    if (known_[place]) {
+      std::copy_n(row, count_, weights_.begin() + static_cast<ptrdiff_t>(place * count_));
+      row += static_cast<ptrdiff_t>(count_);
+    }
+  forget();
 }
 
 void LightImportance::forget() {

@@ -17,6 +17,7 @@
 
 #include "core/base/byte_io.h"
 #include "core/base/result.h"
+#include "core/base/snapshot.h"
 #include "core/guide/light_clusters.h"
 
 namespace qray {
@@ -52,14 +53,10 @@ class LightImportance {
   // Adds what another has learned of the same clusters; false: they are others.
   bool merge(const LightImportance& other);
 
-  // Copies in other processes (guide_share.h): what sampling reads; what was learned, which is then
-  // forgotten; and that added, false if it is none of these clusters.
-  template <class Self, class Archive>
-  static void exchange_copy(Self& self, Archive& archive) {
-    archive(self.known_, self.weights_);
-  }
-  bool fits() const;  // what a copy has read
-  void forget();
+  // Copies in other processes (guide_share.h): what sampling reads, of places that are known; what
+  // was learned, which is then forgotten; and that added, false if it is none of these clusters.
+  void save_copy(SnapshotWriter& out) const;
+  void load_copy(SnapshotReader& in);
   void take_learned(ByteWriter& out);
   struct Learned {
     std::vector<std::pair<size_t, std::pair<uint64_t, uint32_t>>> sums;
@@ -67,7 +64,8 @@ class LightImportance {
   bool read_learned(ByteReader& in, Learned& learned) const;
   void add(const Learned& learned);
 
-  // All but the clusters.
+  // All but the clusters. What was read may not fit.
+  bool fits() const;
   template <class Self, class Archive>
   static void exchange(Self& self, Archive& archive) {
     archive(self.squares_, self.counts_, self.known_, self.weights_);
@@ -80,6 +78,7 @@ class LightImportance {
 
  private:
   void solve(uint32_t place);
+  void forget();
 
   LightClusters clusters_;
   size_t count_ = 0;  // of clusters

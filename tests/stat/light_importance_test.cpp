@@ -190,10 +190,10 @@ Scene room_beside_a_closet() {
   return scene;
 }
 
-constexpr int kRegions = 4;  // of a side
+constexpr int kLightRegions = 4;  // of a side
 
 struct Seeds {
-  std::vector<test::Moments> regions = std::vector<test::Moments>(kRegions * kRegions);
+  std::vector<test::Moments> regions = std::vector<test::Moments>(kLightRegions * kLightRegions);
   double noise = 0;  // the mean distance of a pixel's luminance from that of the seed before
 };
 
@@ -205,7 +205,7 @@ Seeds render_seeds(const PreparedScene& scene, const RenderSettings& like, uint6
     RenderSettings settings = like;
     settings.seed = seed;
     Image image = test::render(scene, settings).image;
-    const std::vector<double> means = test::region_luminances(image, kRegions);
+    const std::vector<double> means = test::region_luminances(image, kLightRegions);
     for (size_t i = 0; i < means.size(); ++i) out.regions[i].add(means[i]);
     if (!before.empty())
       for (size_t i = 0; i < image.data().size(); ++i)
@@ -218,7 +218,7 @@ Seeds render_seeds(const PreparedScene& scene, const RenderSettings& like, uint6
 TEST(LightImportanceSampling, RegionsKeepTheirMeanAndLoseNoise) {
   const auto scene = test::prepare(room_beside_a_closet());
   ASSERT_TRUE(scene->lights.has_tree());
-  const double level = test::significance(2 * 2 * kRegions * kRegions);
+  const double level = test::significance(2 * 2 * kLightRegions * kLightRegions);
   for (const bool nee : {true, false}) {
     RenderSettings settings = test::small_settings("none", 32, 32);
     settings.nee = nee;

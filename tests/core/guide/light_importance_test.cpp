@@ -23,7 +23,7 @@ LightClusters clusters() {
 const Vec3 kSomewhere = clusters().bounds.center();
 
 // The third light is behind a wall, and of the tree the first cluster sends twice what is expected.
-void teach(const LightImportance& lights, uint64_t seed, int picks = 600) {
+void teach_lights(const LightImportance& lights, uint64_t seed, int picks = 600) {
   test::Random random(seed);
   const uint32_t place = lights.place(kSomewhere, {0, 1, 0});
   for (int i = 0; i < picks; ++i) {
@@ -37,7 +37,7 @@ void teach(const LightImportance& lights, uint64_t seed, int picks = 600) {
 TEST(LightImportance, PicksMoreOftenWhatSendsMore) {
   LightImportance lights(clusters());
   const uint32_t place = lights.place(kSomewhere, {0, 1, 0});
-  teach(lights, 1);
+  teach_lights(lights, 1);
   EXPECT_EQ(lights.weights(place), nullptr) << "before the pass ends";
   lights.end_pass();
   const float* w = lights.weights(place);
@@ -73,7 +73,7 @@ TEST(LightImportance, PriorsStayWhereLittleIsGained) {
     LightClusters c = clusters();
     c.groups[0].least_gain = least;
     LightImportance lights(c);
-    teach(lights, 1);
+    teach_lights(lights, 1);
     lights.end_pass();
     const float second = lights.weights(lights.place(kSomewhere, {0, 1, 0}))[1];
     if (least < 1.3f) {
@@ -95,19 +95,20 @@ TEST(LightImportance, PlacesOutsideAreTheNearest) {
 
 TEST(LightImportance, ThreadsAndOrderChangeNoBit) {
   LightImportance one(clusters()), many(clusters());
-  for (uint64_t seed = 1; seed <= 4; ++seed) teach(one, seed);
+  for (uint64_t seed = 1; seed <= 4; ++seed) teach_lights(one, seed);
   std::vector<std::jthread> threads;
-  for (uint64_t seed = 4; seed >= 1; --seed) threads.emplace_back([&, seed] { teach(many, seed); });
+  for (uint64_t seed = 4; seed >= 1; --seed)
+    threads.emplace_back([&, seed] { teach_lights(many, seed); });
   threads.clear();
   EXPECT_EQ(one.save(), many.save());
 }
 
 TEST(LightImportance, ACopyLearnsWhatTheWholeWouldHave) {
   LightImportance alone(clusters()), whole(clusters()), copy(clusters());
-  teach(alone, 1), teach(alone, 2);
+  teach_lights(alone, 1), teach_lights(alone, 2);
   alone.end_pass();
-  teach(whole, 1);
-  teach(copy, 2);
+  teach_lights(whole, 1);
+  teach_lights(copy, 2);
   ByteWriter out;
   copy.take_learned(out);
   EXPECT_FALSE(copy.has_learned());
@@ -127,7 +128,7 @@ TEST(LightImportance, ACopyLearnsWhatTheWholeWouldHave) {
 
 TEST(LightImportance, ComesBackFromATableAndIsMerged) {
   LightImportance a(clusters()), b(clusters());
-  teach(a, 1), teach(b, 2);
+  teach_lights(a, 1), teach_lights(b, 2);
   a.end_pass(), b.end_pass();
   const Result<LightImportance> back = LightImportance::load(a.save());
   ASSERT_TRUE(back.ok());
@@ -155,7 +156,7 @@ TEST(LightImportance, GoesWithTheGuide) {
   GuideSetup setup = test::setup_of();
   setup.lights = clusters();
   const std::unique_ptr<Guide> guide = test::taught("adaptive", 1, setup);
-  teach(*guide->light_importance(), 1);
+  teach_lights(*guide->light_importance(), 1);
   guide->end_pass();
   const std::vector<TableSection> sections = guide->save();
   ASSERT_EQ(sections.size(), 3u);
@@ -165,6 +166,21 @@ TEST(LightImportance, GoesWithTheGuide) {
   const std::unique_ptr<Guide> loaded = make_guide("adaptive", setup).value();
   ASSERT_TRUE(loaded->load(sections).ok());
   EXPECT_EQ(loaded->save()[2].bytes, sections[2].bytes);
+
+  const std::unique_ptr<Guide> copy = make_guide("adaptive", setup).value();
+  Bytes state;
+  SnapshotWriter out([&](std::span<const uint8_t> bytes) {
+    state.insert(state.end(), bytes.begin(), bytes.end());
+  });
+  guide->share()->save_copy(out);
+  SnapshotReader in{std::span<const uint8_t>(state)};
+  copy->share()->load_copy(in);
+  ASSERT_TRUE(in.ok());
+  const uint32_t here = guide->light_importance()->place(kSomewhere, {0, 1, 0});
+  for (int i = 0; i < 11; ++i)
+    EXPECT_EQ(copy->light_importance()->weights(here)[i],
+              guide->light_importance()->weights(here)[i]);
+  EXPECT_FALSE(copy->light_importance()->has_learned());
 
   setup.lights.fingerprint = 8;  // other lights
   const std::unique_ptr<Guide> elsewhere = make_guide("adaptive", setup).value();
