@@ -23,8 +23,7 @@ void add_light(const Film& film, const RenderSettings& settings, const LightSpli
   const auto wants = [&](PicturePass pass) { return settings.picture_passes.has(pass); };
   if (wants(PicturePass::kDirect))
     out.push_back({"direct", "RGB", film.layer(film.layers().bounce(1))});
-  if (wants(PicturePass::kIndirect))
-    out.push_back({"indirect", "RGB", film.indirect()});
+  if (wants(PicturePass::kIndirect)) out.push_back({"indirect", "RGB", film.indirect()});
   if (wants(PicturePass::kBounces))
     for (int i = 1; i <= film.layers().bounces; ++i)
       out.push_back({"bounce" + std::to_string(i), "RGB", film.layer(film.layers().bounce(i))});

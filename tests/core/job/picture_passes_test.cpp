@@ -118,7 +118,8 @@ TEST(PicturePasses, ABounceIsWhatOneSurfaceMoreBrings) {
     const Image& layer = whole.layer("bounce" + std::to_string(bounce));
     EXPECT_GT(test::mean_luminance(layer), 0) << bounce;
     for (size_t i = 0; i < with.data().size(); ++i) {
-      ASSERT_NEAR(layer.data()[i], with.data()[i] - before.data()[i], 1e-5f + with.data()[i] * 1e-5f)
+      ASSERT_NEAR(layer.data()[i], with.data()[i] - before.data()[i],
+                  1e-5f + with.data()[i] * 1e-5f)
           << bounce;
       if (bounce > 1) sum.data()[i] += layer.data()[i];
     }
