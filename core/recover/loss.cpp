@@ -9,7 +9,7 @@ namespace {
 
 constexpr float kDarkest = 0.02f;  // of squared means
 constexpr float kMostTerm = 20;
-constexpr float kLogScale = 10, kSmooth = 0.05f;
+constexpr float kLossScale = 10, kSmooth = 0.05f;
 
 // A term, and its gradient.
 struct Term {
@@ -57,8 +57,8 @@ double log_loss(const Image& result, const Image& albedo, const Image& target,
   const size_t row = static_cast<size_t>(result.width()) * 3;
   std::vector<float> e(size);
   for (size_t i = 0; i < size; ++i)
-    e[i] = std::log(1 + kLogScale * result.data()[i] * albedo.data()[i]) -
-           std::log(1 + kLogScale * target.data()[i]);
+    e[i] = std::log(1 + kLossScale * result.data()[i] * albedo.data()[i]) -
+           std::log(1 + kLossScale * target.data()[i]);
   d_result.assign(size, 0);
   double sum = 0;
   const auto add = [&](size_t from, size_t to) {
@@ -77,7 +77,7 @@ double log_loss(const Image& result, const Image& albedo, const Image& target,
   const float share = 1 / static_cast<float>(size);
   for (size_t i = 0; i < size; ++i) {
     const float a = albedo.data()[i];
-    d_result[i] *= share * kLogScale * a / (1 + kLogScale * result.data()[i] * a);
+    d_result[i] *= share * kLossScale * a / (1 + kLossScale * result.data()[i] * a);
   }
   return sum * static_cast<double>(share);
 }

@@ -9,8 +9,8 @@ namespace qray {
 namespace {
 
 constexpr int kRadiusPx = 3;
-constexpr int kReachPx = 15;          // where light is met that these few pixels may have missed
-constexpr float kSureChance = 0.01f;  // less: that they missed it is no accident
+constexpr int kFartherPx = 15;        // where light is met that these few pixels may have missed
+constexpr float kAccident = 0.01f;    // less: that they missed it is no accident
 constexpr float kLeastGuess = 1e-3f;  // luminance: differences are relative to the guess
 
 // Squares over the guess': summed over a column of the window, or the whole.
@@ -34,7 +34,7 @@ std::vector<float> noisy_brightness(const Image& samples, const Image& own_error
       const float own = own_error.at(x, y, 0);
       sums.set_rgb(x, y, {luminance(samples.rgb(x, y)), std::isfinite(own) ? sqr(own) : 0.0f, 0});
     }
-  const Image means = box_mean(sums, kReachPx, 1, pool);
+  const Image means = box_mean(sums, kFartherPx, 1, pool);
   std::vector<float> out;
   out.reserve(means.data().size() / 3);
   for (size_t i = 0; i < means.data().size(); i += 3)
@@ -80,7 +80,7 @@ Image shrink_towards(const Image& guess, const Image& samples, const Image& own_
       const float bright =
           brightness[static_cast<size_t>(y) * static_cast<size_t>(width) + static_cast<size_t>(x)];
       const float chance = bright > 0 ? std::exp(-missing / (bright * over)) : 0.0f;
-      const float unseen = std::min(1.0f, chance / kSureChance) * missing * bright /
+      const float unseen = std::min(1.0f, chance / kAccident) * missing * bright /
                            (sqr(luminance(guess.rgb(x, y))) + sqr(kLeastGuess));
       const float noise = std::max(sum.noise * over, unseen);
       // One pixel alone is no evidence: bright samples may be in both of its halves.
