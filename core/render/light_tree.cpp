@@ -76,21 +76,24 @@ inline LightTree::Weights LightTree::weigh(const Node& node, const LightReceiver
   return w;
 }
 
-LightTree::Weights LightTree::times(const Weights& weights, const float* factors) {
-  Weights w = weights;
+void LightTree::scale(Weights& w, const float* factors) {
   w.sum = 0;
   for (size_t i = 0; i < kLanes; ++i) w.sum += w.of[i] *= factors[i];
-  return w;
 }
 
+template <bool kByClusters>
 LightTree::Pick LightTree::pick(const LightReceiver& at, double u, const float* factors,
                                 Passed* passed) const {
   float probability = 1;
   for (uint32_t index = 0;;) {
     const Node& node = nodes_[index];
-    const uint32_t cluster = passed ? first_cluster(index) : kNoGroup;
-    const Weights plain = weigh(node, at);
-    const Weights w = factors && cluster != kNoGroup ? times(plain, factors + cluster) : plain;
+    Weights w = weigh(node, at);
+    const uint32_t cluster = kByClusters ? first_cluster(index) : kNoGroup;
+    [[maybe_unused]] Lanes plain;
+    if constexpr (kByClusters) {
+      plain = w.of;
+      if (cluster != kNoGroup) scale(w, factors + cluster);
+    }
     if (!(w.sum > 0) || !std::isfinite(w.sum)) return {};
     const double target = u * double{w.sum};
     double below = 0;
@@ -105,20 +108,30 @@ LightTree::Pick LightTree::pick(const LightReceiver& at, double u, const float* 
     below -= double{w.of[lane]};
     u = std::clamp((target - below) / double{w.of[lane]}, 0.0, 1.0);
     probability *= w.of[lane] / w.sum;
-    if (cluster != kNoGroup)
-      passed->picks[passed->count++] = {cluster + static_cast<uint32_t>(lane),
-                                        probability / plain.of[lane]};
+    if constexpr (kByClusters)
+      if (cluster != kNoGroup)
+        passed->picks[passed->count++] = {cluster + static_cast<uint32_t>(lane),
+                                          probability / plain[lane]};
     if (node.child[lane] & kLight) return {node.child[lane] & ~kLight, probability};
     index = node.child[lane];
   }
+}
+
+LightTree::Pick LightTree::sample(const LightReceiver& at, double u) const {
+  return pick<false>(at, u, nullptr, nullptr);
+}
+
+LightTree::Pick LightTree::sample(const LightReceiver& at, double u, const float* factors,
+                                  Passed& passed) const {
+  return pick<true>(at, u, factors, &passed);
 }
 
 float LightTree::probability(const LightReceiver& at, uint32_t light, const float* factors) const {
   float probability = 1;
   for (uint32_t slot = slot_of_light_[light];; slot = nodes_[slot / kLanes].parent) {
     const uint32_t node = slot / kLanes, cluster = factors ? first_cluster(node) : kNoGroup;
-    const Weights plain = weigh(nodes_[node], at);
-    const Weights w = cluster != kNoGroup ? times(plain, factors + cluster) : plain;
+    Weights w = weigh(nodes_[node], at);
+    if (cluster != kNoGroup) scale(w, factors + cluster);
     if (!(w.sum > 0) || !std::isfinite(w.sum)) return 0;
     probability *= w.of[slot % kLanes] / w.sum;
     if (slot < kLanes) return probability;

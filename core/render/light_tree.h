@@ -40,13 +40,13 @@ class LightTree {
     uint32_t light = 0;
     float probability = 0;  // 0: no light sends anything there
   };
-  Pick sample(const LightReceiver& at, double u) const { return pick(at, u, nullptr, nullptr); }
+  Pick sample(const LightReceiver& at, double u) const;
   float probability(const LightReceiver& at, uint32_t light) const {  // that sample() picks it
     return probability(at, light, nullptr);
   }
 
   // The clusters on its two uppermost levels: the root's children, then those of each of these in
-  // turn that is no light. `factors`: of each cluster's weight, over 0; null: all 1.
+  // turn that is no light. `factors`: of each cluster's weight, over 0.
   std::vector<uint32_t> clusters() const;  // how many each group has
   // `passed`: room for two picks, filled with the clusters that were picked until the light was, or
   // until none was left that sends anything; their scale is chance over weight.
@@ -54,9 +54,7 @@ class LightTree {
     std::array<ClusterPick, 2> picks;
     size_t count = 0;
   };
-  Pick sample(const LightReceiver& at, double u, const float* factors, Passed& passed) const {
-    return pick(at, u, factors, &passed);
-  }
+  Pick sample(const LightReceiver& at, double u, const float* factors, Passed& passed) const;
   float probability(const LightReceiver& at, uint32_t light, const float* factors) const;
   uint64_t fingerprint() const;  // of those clusters
   size_t size_bytes() const;
@@ -81,7 +79,8 @@ class LightTree {
   };
   struct Builder;
   static Weights weigh(const Node& node, const LightReceiver& at);
-  static Weights times(const Weights& weights, const float* factors);
+  static void scale(Weights& weights, const float* factors);
+  template <bool kByClusters>
   Pick pick(const LightReceiver& at, double u, const float* factors, Passed* passed) const;
   static constexpr uint32_t kNoGroup = ~0u;
   // The first cluster of a node's children; kNoGroup below the two levels.
