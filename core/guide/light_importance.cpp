@@ -164,7 +164,7 @@ void LightImportance::forget() {
 
 // Of each cluster that was picked, place by place: its distance from the one before, from 1 on, how
 // often, and the sum; then a 0.
-void LightImportance::take_learned(ByteWriter& out) {
+void LightImportance::write_learned(ByteWriter& out) const {
   size_t next = 0;
   for (size_t i = 0; i < counts_.size(); ++i) {
     if (counts_[i] == 0) continue;
@@ -174,6 +174,10 @@ void LightImportance::take_learned(ByteWriter& out) {
     next = i + 1;
   }
   put_varint(out, 0);
+}
+
+void LightImportance::take_learned(ByteWriter& out) {
+  write_learned(out);
   forget();
 }
 
@@ -185,12 +189,12 @@ bool LightImportance::read_learned(ByteReader& in, Learned& learned) const {
     if (step == 0) return true;
     if (!get_varint(in, count) || !get_varint(in, square) || count > ~uint32_t{0}) return false;
     next += step;
-    learned.sums.push_back({next - 1, {square, static_cast<uint32_t>(count)}});
+    learned.sums.push_back({next - 1, square, static_cast<uint32_t>(count)});
   }
 }
 
 void LightImportance::add(const Learned& learned) {
-  for (const auto& [i, sums] : learned.sums) squares_[i] += sums.first, counts_[i] += sums.second;
+  for (const auto& [i, square, count] : learned.sums) squares_[i] += square, counts_[i] += count;
 }
 
 bool LightImportance::has_learned() const {
@@ -209,8 +213,7 @@ Bytes LightImportance::save() const {
     out.u8(group.priors.empty() ? 0 : 1);
     for (const float prior : group.priors) out.f32(prior);
   }
-  LightImportance copy = *this;
-  copy.take_learned(out);
+  write_learned(out);
   return out.take();
 }
 

@@ -59,7 +59,12 @@ class LightImportance {
   void load_copy(SnapshotReader& in);
   void take_learned(ByteWriter& out);
   struct Learned {
-    std::vector<std::pair<size_t, std::pair<uint64_t, uint32_t>>> sums;
+    struct Sum {
+      size_t index;  // place and cluster
+      uint64_t square;
+      uint32_t count;
+    };
+    std::vector<Sum> sums;
   };
   bool read_learned(ByteReader& in, Learned& learned) const;
   void add(const Learned& learned);
@@ -78,6 +83,7 @@ class LightImportance {
 
  private:
   void solve(uint32_t place);
+  void write_learned(ByteWriter& out) const;
   void forget();
 
   LightClusters clusters_;
