@@ -24,9 +24,12 @@ std::string text_of(const FieldValue& value) {
   return "";
 }
 
+// By its option: what it is not by default.
+bool switched_to(const Field& field) { return field.fallback && !std::get<bool>(*field.fallback); }
+
 std::string help_of(const Field& field, unsigned caller) {
   std::string out = field.help;
-  if (field.type == FieldType::kSwitch) return "Off: " + out;
+  if (field.type == FieldType::kSwitch) return switched_to(field) ? out : "Off: " + out;
   out += " Expects " + expected(field, caller);
   if (!field.unit.empty()) out += " (" + field.unit + ")";
   if (field.fallback) out += "; default " + text_of(*field.fallback);
@@ -47,7 +50,9 @@ void add_option(CLI::App& app, const Field& field, unsigned caller, JobRequest& 
   const std::string name = field.option_name(), help = help_of(field, caller);
   if (field.type == FieldType::kSwitch) {
     app.add_flag_callback(
-        name, [&given, path = field.path] { given.set(path, FieldValue(false)); }, help);
+        name,
+        [&given, path = field.path, to = switched_to(field)] { given.set(path, FieldValue(to)); },
+        help);
     return;
   }
   const auto take = [&given, field, caller, name](const std::vector<std::string>& texts) {

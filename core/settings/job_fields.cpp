@@ -349,6 +349,14 @@ void add_queue(FieldTable& out) {
                  .most = 5,
                  .fallback = FieldValue(int64_t{0}),
                  .callers = kOfServer});
+  out.push_back({.path = "alone",
+                 .type = FieldType::kSwitch,
+                 .help = "No other job runs on the server meanwhile, so that its time can be "
+                         "compared.",
+                 .label = "Run alone, to compare times",
+                 .fallback = FieldValue(false),
+                 .callers = kOfServer,
+                 .option = "--alone"});
   out.push_back({.path = "workers",
                  .help = "The workers of a farm that sample the picture together (auto: as many as "
                          "there are). It has the bits that one makes. Left out, it is 1.",

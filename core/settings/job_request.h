@@ -52,7 +52,7 @@ inline constexpr FieldName<int> kWidth{"width"}, kHeight{"height"}, kSamples{"sa
 inline constexpr FieldName<double> kSeconds{"seconds"}, kNoise{"noise"}, kFrameMs{"frame_ms"};
 inline constexpr FieldName<uint64_t> kSeed{"seed"};
 inline constexpr FieldName<bool> kNee{"nee"}, kLearning{"learning"}, kRecovery{"recovery"},
-    kReprojection{"reprojection"};
+    kReprojection{"reprojection"}, kAlone{"alone"};
 inline constexpr FieldName<Labels> kLabels{"labels"};
 inline constexpr FieldName<Names> kPasses{"passes"};
 inline constexpr FieldName<std::string> kLightGroups{"light_groups"}, kMix{"mix"};

@@ -81,9 +81,11 @@ bool JobRunner::may_run(JobId id, bool alone) const {
 Status JobRunner::run(JobId id, std::stop_token stop) {
   const Result<JobRecord> record = stores_.jobs.get(id);
   if (!record.ok()) return record.error();
-  const bool alone = record.value().attempts >= kMaxAttempts - 1;
+  const bool asked_alone = record.value().request.get(field::kAlone);
+  const bool alone = asked_alone || record.value().attempts >= kMaxAttempts - 1;
   TaskPool share(pool_, std::exp2(record.value().request.get(field::kPriority)));
-  const Running running = new_run(id);
+  Running running = new_run(id);
+  running.asked_alone = asked_alone;
   JobRun job(context_of(id, running, share, stop), id);
   {
     std::unique_lock lock(mutex_);

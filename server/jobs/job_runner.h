@@ -106,6 +106,7 @@ class JobRunner {
     std::shared_ptr<Lease> lease;
     std::shared_ptr<RunningJob> shown{};  // null until it has a film
     uint64_t claim = 0;
+    bool asked_alone = false;  // to be alone to its end
   };
   size_t places() const;  // in the queue
   Status room() const;    // kBusy: none
@@ -130,8 +131,9 @@ class JobRunner {
   // kIo: it is still queued, as the disk does not say what it is, or does not take it.
   Status run(JobId id, std::stop_token stop);
   bool is_queued(JobId id) const;
-  // Beside those that run. Of several jobs that ended the server together, one is to blame: each
-  // runs alone from its last attempt but one, until it has got somewhere.
+  // Beside those that run. A job may ask to run alone. Of several jobs that ended the server
+  // together, one is to blame: each runs alone from its last attempt but one, until it has got
+  // somewhere.
   bool may_run(JobId id, bool alone) const;
   // Moves it into the queue.
   Result<JobRecord> extendable(JobId id) const;

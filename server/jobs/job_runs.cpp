@@ -20,7 +20,7 @@ RunContext JobRunner::context_of(JobId id, const Running& running, TaskPool& sha
   };
   const auto let_others_run = [this, id] {
     std::lock_guard lock(mutex_);
-    if (alone_ == id) alone_.reset();
+    if (alone_ == id && !running_.at(id).asked_alone) alone_.reset();
     ended_.notify_all();
   };
   return {stores_,
