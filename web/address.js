@@ -23,7 +23,8 @@ const pixel = {
 
 // name -> [how it is at first, how it is read and written]
 const kMembers = {
-  page: ['jobs', one_of('jobs', 'tables', 'figures')],
+  page: ['jobs', one_of('jobs', 'bench', 'tables', 'figures')],
+  group: [null, text], // the experiment that is shown
   find: ['', text], // words that listed jobs contain
   state: ['', text], // and their states
   job: [null, text],
@@ -145,6 +146,11 @@ export class Address extends EventTarget {
   link(job_id, with_id = null, more = {}) {
     const kept = Object.fromEntries(kLook.map((name) => [name, this.#view[name]]));
     return write_address({ ...first_view(), ...kept, job: job_id, with: with_id, ...more });
+  }
+
+  // Where an experiment is shown, or a new one is made like a job.
+  group_link(group, job = null) {
+    return this.link(job, null, { page: 'bench', group });
   }
 
   // Shows these jobs, as a link of link() does.

@@ -51,6 +51,11 @@ export const open_session = (token) => call('/v1/session', {
   body: JSON.stringify({ token }),
 }).then(() => ++sessions);
 
+const query = (values) => {
+  const known = Object.entries(values).filter(([, value]) => value !== null && value !== undefined);
+  return new URLSearchParams(known).toString();
+};
+
 const job_path = (id) => `/v1/jobs/${encodeURIComponent(id)}`;
 const get_json = async (path) => (await call(path)).json();
 
@@ -137,15 +142,27 @@ export const fetch_moment = async (id, moment, signal) =>
 
 export const jobs_of_table = async (table) =>
   (await get_json(`/v1/jobs?limit=50&table=${encodeURIComponent(table)}`)).jobs;
-export const jobs_labelled = async (label) =>
-  (await get_json(`/v1/jobs?limit=200&label=${encodeURIComponent(label)}`)).jobs;
+// All of them, the newest first.
+export async function jobs_labelled(label) {
+  const jobs = [];
+  for (let next = ''; next !== undefined;) {
+    const answer = await get_json(`/v1/jobs?${query({ limit: 200, label, before: next || null })}`);
+    jobs.push(...answer.jobs);
+    next = answer.next;
+  }
+  return jobs;
+}
+// The newest 200 that `filters` find.
+export const jobs_found = async (filters) =>
+  (await get_json(`/v1/jobs?${query({ limit: 200, ...filters })}`)).jobs;
+export async function delete_labelled(label) {
+  const delete_some = async () =>
+    (await call(`/v1/jobs?${query({ label })}`, { method: 'DELETE' })).json();
+  while ((await delete_some()).more);
+}
 export const get_metrics = (id, ref = null) =>
   get_json(`${job_path(id)}/metrics${ref ? `?ref=${encodeURIComponent(ref)}` : ''}`);
 
-const query = (values) => {
-  const known = Object.entries(values).filter(([, value]) => value !== null && value !== undefined);
-  return new URLSearchParams(known).toString();
-};
 export const get_pixel = (id, x, y, { moment, frame }, signal) =>
   call(`${job_path(id)}/pixel?${query({ x, y, moment, frame })}`, { signal })
     .then((r) => r.json());

@@ -32,7 +32,8 @@ import { ViewControls } from './view_controls.js';
 import { Viewer } from './viewer.js';
 
 const kSearchMs = 200; // after the last letter
-const kListed = ['page', 'job', 'with', ...kLook]; // members that the list or the page's parts show
+// Members that the list or the page's parts show.
+const kListed = ['page', 'group', 'job', 'with', ...kLook];
 const by_id = (id) => document.getElementById(id);
 
 const sign_in = new SignIn(by_id('sign-in'));
@@ -43,7 +44,8 @@ const job_moments = new JobMoments(() => viewer.update());
 let announced = '';
 const panes = new Panes(by_id('panes'));
 
-const list = new JobList(by_id('jobs'), by_id('row-template'), (id) => address.link(id));
+const list = new JobList(by_id('jobs'), by_id('row-template'),
+  (id, more) => address.link(id, null, more));
 new JobChoice(by_id('choice'), by_id('jobs'), store);
 export const viewer = new Viewer(by_id('viewer'),
   { pane: by_id('pane-template'), panel: by_id('panel-template') }, store, job_moments, address,
@@ -183,7 +185,9 @@ function show_all() {
     ? `${jobs.length}${has_older ? ' or more' : ''} of all jobs` : '';
   by_id('older').hidden = !has_older;
   form.show_tables(store.tables());
-  for (const name of ['jobs', 'tables', 'figures']) by_id(`${name}-page`).hidden = page !== name;
+  for (const name of ['jobs', 'bench', 'tables', 'figures']) {
+    by_id(`${name}-page`).hidden = page !== name;
+  }
   by_id('panes').hidden = page !== 'jobs';
   for (const link of document.querySelectorAll('nav a')) {
     if (link.dataset.page === page) link.setAttribute('aria-current', 'page');
@@ -191,7 +195,18 @@ function show_all() {
   }
   if (page === 'tables') tables.update();
   if (page === 'figures') figures.open();
+  if (page === 'bench') open_bench();
   viewer.update();
+}
+
+let bench = null; // a promise
+async function open_bench() {
+  bench ??= import('./bench_page.js').then(async ({ BenchPage }) => {
+    const opened = new BenchPage(by_id('bench-page'), store, address);
+    await opened.load();
+    return opened;
+  });
+  (await bench).open();
 }
 
 function announce(text) {

@@ -3,8 +3,14 @@
 
 const kUrl = '/lib/uPlot.esm.js';
 const kHeightPx = 260;
-// Okabe and Ito's blue and vermilion, told apart by dashes too.
-const kLines = [{ stroke: '#0072b2' }, { stroke: '#d55e00', dash: [7, 4] }];
+// Okabe and Ito's colours without yellow and black, blue and vermilion first; told apart by dashes
+// too. The ninth line and further have wider dashes.
+const kColors = ['#0072b2', '#d55e00', '#009e73', '#cc79a7', '#e69f00', '#56b4e9', '#8c6bb1',
+  '#7f7f7f'];
+const kDashes = [[], [7, 4], [2, 3], [10, 3, 2, 3]];
+// {stroke, dash} of the line of this number.
+export const line_style = (i) => ({ stroke: kColors[i % kColors.length],
+  dash: kDashes[(i + Math.floor(i / kColors.length)) % kDashes.length] });
 
 let library = null;
 function load_library() {
@@ -14,14 +20,14 @@ function load_library() {
 
 // The points' range and a little more; whole decades would be mostly empty.
 const range = (u, least, most) => (least > 0 ? [least / 1.15, most * 1.15] : [0.1, 1]);
-function log_splits(u, axis, least, most) {
+export function log_splits(least, most) {
   const splits = [];
   for (let power = Math.floor(Math.log10(least)); 10 ** power <= most; ++power) {
     for (let digit = 1; digit < 10; ++digit) splits.push(digit * 10 ** power);
   }
   return splits.filter((v) => v >= least && v <= most);
 }
-const log_ticks = (u, splits) => splits.map((v) => {
+export const log_ticks = (splits) => splits.map((v) => {
   const digit = v / 10 ** Math.floor(Math.log10(v) + 1e-9);
   return Math.abs(digit - Math.round(digit)) < 1e-6 && [1, 2, 5].includes(Math.round(digit))
     ? String(+v.toPrecision(2)) : '';
@@ -31,20 +37,24 @@ export class ErrorChart {
   #root;
   #on_hover;
   #on_pick;
+  #options_more;
   #plot = null;
   #shape = '';
   #lines = [];
 
-  // on_hover(line index, x | null), on_pick(line index, x)
-  constructor(root, on_hover, on_pick) {
+  // on_hover(line index, x | null), on_pick(line index, x). `zooms`: a rectangle that is dragged is
+  // enlarged, a double click shows all again; `legend`: uPlot's own.
+  constructor(root, on_hover, on_pick, { zooms = false, legend = true } = {}) {
     this.#root = root;
     this.#on_hover = on_hover;
     this.#on_pick = on_pick;
+    this.#options_more = { zooms, legend };
     new ResizeObserver(() => this.#plot?.setSize({ width: root.clientWidth, height: kHeightPx }))
       .observe(root);
   }
 
-  // lines: [{label, points: [[x, y]], marks: [{x, text}]}]. Resolves to false without the library.
+  // lines: [{label, points: [[x, y]], marks: [{x, text}], spread: [[least, most]] of each point, or
+  // none}]. Resolves to false without the library.
   async show(lines, x_label, y_label) {
     const uPlot = await load_library();
     if (!uPlot) return false;
@@ -54,22 +64,27 @@ export class ErrorChart {
       this.#clear();
       return true;
     }
-    const data = uPlot.join(lines.map(({ points }) =>
-      [points.map(([x]) => x), points.map(([, y]) => y)]));
-    const shape = JSON.stringify([lines.map(({ label }) => label), x_label, y_label,
-      getComputedStyle(this.#root).color]);
+    const data = uPlot.join(lines.map(({ points, spread }) => [points.map(([x]) => x),
+      points.map(([, y]) => y), ...(spread ? [0, 1].map((i) => spread.map((s) => s[i])) : [])]));
+    const shape = JSON.stringify([lines.map(({ label, spread }) => [label, Boolean(spread)]),
+      x_label, y_label, getComputedStyle(this.#root).color]);
     if (this.#plot && this.#shape === shape) {
       this.#plot.setData(data);
       return true;
     }
     this.#clear();
     this.#shape = shape;
-    this.#plot = new uPlot(this.#options(uPlot, x_label, y_label), data, this.#root);
+    this.#plot = new uPlot(this.#options(x_label, y_label), data, this.#root);
     this.#plot.over.addEventListener('click', () => {
       const at = this.#at();
       if (at) this.#on_pick(...at);
     });
     return true;
+  }
+
+  // uPlot's own; null without a chart.
+  get plot() {
+    return this.#plot;
   }
 
   #clear() {
@@ -78,21 +93,34 @@ export class ErrorChart {
     this.#shape = '';
   }
 
-  #options(uPlot, x_label, y_label) {
+  #options(x_label, y_label) {
     const style = getComputedStyle(this.#root);
+    const { zooms, legend } = this.#options_more;
     const [text, grid] = [style.color, style.getPropertyValue('--line')];
     const axis = (label) => ({ label, stroke: text, labelSize: 22, font: '12px system-ui',
       labelFont: '12px system-ui', grid: { stroke: grid, width: 1 },
-      ticks: { stroke: grid, width: 1 }, splits: log_splits, filter: (u, splits) => splits,
-      values: log_ticks });
+      ticks: { stroke: grid, width: 1 }, splits: (u, which, least, most) => log_splits(least, most),
+      filter: (u, splits) => splits, values: (u, splits) => log_ticks(splits) });
+    const series = [{ label: x_label }];
+    const bands = [];
+    this.#lines.forEach(({ label, spread }, i) => {
+      const { stroke, dash } = line_style(i);
+      series.push({ label, width: 2, spanGaps: true, points: { show: true, size: 5 }, stroke,
+        dash });
+      if (!spread) return;
+      const edge = { width: 0, spanGaps: true, points: { show: false } };
+      series.push({ ...edge, label: `${label}, least` }, { ...edge, label: `${label}, most` });
+      bands.push({ series: [series.length - 1, series.length - 2], fill: `${stroke}30` });
+    });
     return {
       width: this.#root.clientWidth,
       height: kHeightPx,
       scales: { x: { time: false, distr: 3, range }, y: { distr: 3, range } },
       axes: [axis(x_label), { ...axis(y_label), size: 56 }],
-      series: [{ label: x_label }, ...this.#lines.map(({ label }, i) => ({ label, width: 2,
-        spanGaps: true, points: { show: true, size: 5 }, ...kLines[i] }))],
-      cursor: { drag: { x: false, y: false }, y: false },
+      series,
+      bands,
+      legend: { show: legend },
+      cursor: { drag: { x: zooms, y: zooms }, y: false, points: { show: legend } },
       hooks: {
         draw: [(u) => this.#draw_marks(u)],
         setCursor: [() => {
@@ -124,10 +152,10 @@ export class ErrorChart {
     ctx.save();
     ctx.font = `${11 * devicePixelRatio}px system-ui`;
     ctx.textAlign = 'left';
-    this.#lines.forEach(({ marks }, line) => marks.forEach(({ x, text }, i) => {
+    this.#lines.forEach(({ marks = [] }, line) => marks.forEach(({ x, text }, i) => {
       const at = u.valToPos(x, 'x', true);
       if (!(at >= left - 1 && at <= left + width + 1)) return;
-      ctx.strokeStyle = ctx.fillStyle = kLines[line].stroke;
+      ctx.strokeStyle = ctx.fillStyle = line_style(line).stroke;
       ctx.lineWidth = devicePixelRatio;
       ctx.setLineDash([2, 3].map((v) => v * devicePixelRatio));
       ctx.beginPath();

@@ -18,8 +18,19 @@ export function fits(job, { state, find }) {
   return find.toLowerCase().split(/\s+/).every((word) => text.includes(word));
 }
 
+// Jobs that are one entry of the list: {name, words, page}; null for a job of its own.
+function group_of({ request: { labels = {} } }) {
+  if (labels.experiment) {
+    return { name: labels.experiment, words: `Experiment ${labels.experiment}`, page: 'bench',
+      jobs: Number(labels.jobs) };
+  }
+  return labels.page === 'thesis-figures'
+    ? { name: 'figures', words: 'Figures of the thesis', page: 'figures' } : null;
+}
+
 export class JobList {
   #list;
+  #open = new Set(); // groups whose jobs are listed
   #template;
   #link_to;
   #rows = new Map();
@@ -27,7 +38,7 @@ export class JobList {
   #selected = [];
   #thumbnails = new Thumbnails();
 
-  // link_to(id): the address that shows the job
+  // link_to(id): the address that shows the job, or with null and {page, group} a group
   constructor(list, template, link_to) {
     this.#list = list;
     this.#template = template;
@@ -39,7 +50,8 @@ export class JobList {
   update(jobs, selected) {
     this.#jobs = jobs;
     this.#selected = selected;
-    const listed = new Set(jobs.map(({ id }) => id));
+    const entries = this.#entries(jobs);
+    const listed = new Set(entries.map(({ key }) => key));
     const are_many = this.#rows.size > jobs.length + kMostUnlisted;
     for (const [id, row] of this.#rows) {
       if (listed.has(id)) continue;
@@ -48,12 +60,31 @@ export class JobList {
       this.#thumbnails.forget(row.querySelector('.row-picture'));
       this.#rows.delete(id);
     }
-    jobs.forEach((job, index) => {
-      const row = this.#row(job.id);
-      this.#fill(row, job);
+    entries.forEach(({ key, job, group, of }, index) => {
+      const row = this.#row(key, group);
+      if (group) this.#fill_group(row, group, of);
+      else this.#fill(row, job);
       const present = this.#list.children[index];
       if (present !== row) this.#list.insertBefore(row, present);
     });
+  }
+
+  // Jobs, and groups of them where the newest of each would stand, with their jobs if it is open.
+  #entries(jobs) {
+    const entries = [];
+    const groups = new Map();
+    for (const job of jobs) {
+      const group = group_of(job);
+      const key = group && `${group.page} ${group.name}`;
+      if (group && !groups.has(key)) {
+        groups.set(key, { key, group, of: [] });
+        entries.push(groups.get(key));
+      }
+      if (group) groups.get(key).of.push(job);
+      else entries.push({ key: job.id, job });
+    }
+    return entries.flatMap((entry) => (entry.group && this.#open.has(entry.key)
+      ? [entry, ...entry.of.map((job) => ({ key: job.id, job }))] : [entry]));
   }
 
   // One job that changed in place.
@@ -61,14 +92,60 @@ export class JobList {
     this.#fill(this.#row(job.id), job);
   }
 
-  #row(id) {
-    let row = this.#rows.get(id);
+  #row(key, group = null) {
+    let row = this.#rows.get(key);
     if (!row) {
       row = this.#template.content.firstElementChild.cloneNode(true);
-      row.dataset.job = id;
-      this.#rows.set(id, row);
+      this.#rows.set(key, row);
+      if (!group) row.dataset.job = key;
+      else this.#make_group(row, key);
     }
     return row;
+  }
+
+  #make_group(row, key) {
+    row.dataset.group = key;
+    row.querySelector('.row-choose').remove(); // its jobs are chosen one by one
+    const button = Object.assign(document.createElement('button'),
+      { type: 'button', className: 'row-open quiet' });
+    button.addEventListener('click', () => {
+      if (!this.#open.delete(key)) this.#open.add(key);
+      this.update(this.#jobs, this.#selected);
+    });
+    row.append(button);
+  }
+
+  // `jobs`: those that are known, the newest first.
+  #fill_group(row, { name, words, page, jobs: asked }, jobs) {
+    const all = Math.max(asked || 0, jobs.length);
+    const ended = jobs.filter(has_ended).length;
+    const running = jobs.find((job) => is_forming(job));
+    const failed = jobs.some(({ state }) => state === 'failed');
+    row.dataset.state = running ? 'rendering' : failed ? 'failed'
+      : ended === jobs.length ? 'succeeded' : 'queued';
+    const set = (part, text) => {
+      const place = row.querySelector(`.row-${part}`);
+      if (place.textContent !== text) place.textContent = text;
+    };
+    set('scene', words);
+    set('method', `${all} jobs`);
+    set('state', all > jobs.length ? `${jobs.length} of them listed here`
+      : ended === all ? 'All have ended' : `${ended} have ended`);
+    set('time', ago(jobs[0].created));
+    row.querySelector('.row-time').dateTime = jobs[0].created;
+    const bar = row.querySelector('.row-progress');
+    bar.hidden = ended === all;
+    bar.value = ended / all;
+    const pictured = jobs.find(({ progress }) => progress.samples > 0) ?? jobs[0];
+    this.#thumbnails.show(row.querySelector('.row-picture'), pictured);
+    const link = row.querySelector('a');
+    const href = this.#link_to(null, { page, group: page === 'bench' ? name : null });
+    if (link.getAttribute('href') !== href) link.href = href;
+    const is_open = this.#open.has(row.dataset.group);
+    const button = row.querySelector('.row-open');
+    button.textContent = is_open ? 'Hide its jobs' : `List its jobs`;
+    button.setAttribute('aria-expanded', String(is_open));
+    button.setAttribute('aria-label', `${button.textContent}: ${words}`);
   }
 
   #fill(row, job) {

@@ -94,6 +94,7 @@ export class JobPanel {
     this.#part('exr').href = exr_url(id, best, frame, mix);
     this.#part('png').href = png_url(id, best, ev, moment, frame, mix);
     this.#part('samples').href = exr_url(id, 'sampled', frame);
+    this.#part('bench').href = this.#link_to(id, null, { page: 'bench' });
     this.#part('around').hidden = request.width !== 2 * request.height;
     this.#part('around').href = `live_around.html#${id},${this.#look.ev}`;
   }

@@ -38,7 +38,7 @@ export class Viewer extends EventTarget {
     this.#address = address;
     this.#pictures = kSides.map((side) => this.#new_picture(templates.pane, side));
     this.#panels = [0, 1].map(() => new JobPanel(templates.panel, store,
-      (id) => address.link(id), on_duplicate));
+      (...of) => address.link(...of), on_duplicate));
     this.#part('panels').append(...this.#panels.map((panel) => panel.root));
     this.#tools = new StageTools(root, store, address);
     this.#place = new StagePlace(this.#part('stage'), {

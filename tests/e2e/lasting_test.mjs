@@ -130,15 +130,21 @@ test('the pages themselves stay small', async (context) => {
     .map((name) => ({ path: `/${name}`, bytes: statSync(join(kWeb, name)).size }));
   // What a live view needs is fetched when one is first opened.
   const is_live = ({ path }) => path.startsWith('/live') && path !== '/live_gate.js';
+  // And what experiments need when their page is.
+  const is_bench = ({ path }) => /^\/(bench|chart_files)/.test(path);
   const page = await sent('/#list');
+  const bench = (await sent('/#bench', '.bench-methods input')).filter(is_bench);
   const live = (await sent('/#scene=cornell-box', '.live-layer:visible')).filter(is_live);
   assert.ok(page.length > 35 && page.every((file) => file.bytes > 0), JSON.stringify(page));
-  assert.ok(!page.some(is_live) && bytes(page) < 99_000, `the page: ${bytes(page)} bytes`);
+  assert.ok(!page.some(is_live) && !page.some(is_bench) && bytes(page) < 101_000,
+    `the page: ${bytes(page)} bytes`);
+  assert.ok(bench.length > 6 && bytes(bench) < 18_000, `for experiments: ${bytes(bench)} bytes`);
   assert.ok(live.length > 5 && bytes(live) < 16_000, `for a live view: ${bytes(live)} bytes`);
-  const [live_source, page_source] = [true, false].map((which) =>
-    bytes(source.filter((file) => is_live(file) === which)));
-  assert.ok(page_source < 292_000, `${page_source} bytes`);
+  const [live_source, bench_source, page_source] = [is_live, is_bench,
+    (file) => !is_live(file) && !is_bench(file)].map((which) => bytes(source.filter(which)));
+  assert.ok(page_source < 297_000, `${page_source} bytes`);
   assert.ok(live_source < 40_000, `${live_source} bytes`);
-  context.diagnostic(`sent: ${bytes(page)} and ${bytes(live)} bytes of ${page_source} and ` +
-    `${live_source}`);
+  assert.ok(bench_source < 48_000, `${bench_source} bytes`);
+  context.diagnostic(`sent: ${bytes(page)}, ${bytes(live)} and ${bytes(bench)} bytes of ` +
+    `${page_source}, ${live_source} and ${bench_source}`);
 });

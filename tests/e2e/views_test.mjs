@@ -13,6 +13,7 @@ let guided;
 let plain;
 let turning;
 let lit;
+const experiment = { experiment: 'two', jobs: '2' };
 before(async () => {
   all = await start_all();
   guided = await all.server.post({ ...kJob, method: 'huang' });
@@ -20,7 +21,9 @@ before(async () => {
   turning = await all.server.post({ ...kJob, frames: { turntable: 6, degrees: 30 } });
   lit = await all.server.post({ scene: 'studio', method: 'none', samples: 4, width: 96, height: 72,
     light_groups: 'scene' });
-  for (const id of [guided, plain, turning, lit]) {
+  const runs = [await all.server.post({ ...kJob, method: 'none', labels: experiment }),
+    await all.server.post({ ...kJob, method: 'huang', labels: experiment })];
+  for (const id of [guided, plain, turning, lit, ...runs]) {
     await all.server.wait_until(id, ({ state }) => state === 'succeeded');
   }
 });
@@ -37,6 +40,8 @@ const views = () => ({
   states: [`#job=${guided}&overlay=state&curve=false`, 'img.overlay:visible'],
   tables: ['#tables', 'tbody tr'],
   figures: ['#figures', '.figure-card'],
+  experiments: ['#bench', '.bench-list li'],
+  experiment: ['#bench&group=two', '.case-chart canvas'],
   live: ['#scene=cornell-box', '.live-layer:visible'],
   'live job': [`#job=${guided}&live=on`, '.live-layer:visible'],
 });
