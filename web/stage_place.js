@@ -2,8 +2,8 @@
 // click and keys move it. The centre is kept as shares of the picture, so pictures of other sizes
 // follow. Tells on_place(place) with every move, on_settled(place) once it rests, and
 // on_click(share_x, share_y) when a point was chosen, on_hover(share_x, share_y | null).
-// A mouse that drags the whole picture, which cannot move, is told by on_pull([dx, dy]), and null
-// once it lets go.
+// A mouse or finger that drags the whole picture, which cannot move, is told by on_pull([dx, dy]),
+// and null once it lets go. A finger that goes up or down scrolls the page as everywhere.
 
 const kMostPixelPx = 128; // how large one pixel gets
 const kSettleMs = 250;
@@ -151,7 +151,7 @@ export class StagePlace {
       const share = 1 / this.#pointers.size;
       this.#go({ zoom, x: x - share * delta[0] / box.width / zoom,
         y: y - share * delta[1] / box.height / zoom });
-    } else if (this.#moved >= kPullFromPx && event.pointerType === 'mouse') {
+    } else if (this.#moved >= kPullFromPx && this.#pointers.size === 1) {
       this.#handlers.on_pull(delta);
     }
     this.#pointers.set(event.pointerId, now);

@@ -225,6 +225,26 @@ test('the picture of a job, pulled, is live; it stays until the first frame', as
   await other.context().close();
 });
 
+test('a finger that drags the picture to the side turns it, live', async () => {
+  const id = await all.server.post({ scene: 'cornell-box', width: 96, height: 96, samples: 2,
+    method: 'none' });
+  await all.server.wait_until(id, ({ state }) => state === 'succeeded');
+  const phone = await all.browser.page(`${all.server.url}/#job=${id}`, { width: 390, height: 844,
+    hasTouch: true, isMobile: true });
+  await wait_for_tiles(phone, 0);
+  const box = await phone.locator('.stage').boundingBox();
+  const session = await phone.context().newCDPSession(phone);
+  const touch = (type, ...touchPoints) =>
+    session.send('Input.dispatchTouchEvent', { type, touchPoints });
+  const [x, y] = [box.x + box.width / 2, box.y + box.height / 2];
+  await touch('touchStart', { x, y });
+  for (let dx = 4; dx <= 80; dx += 4) await touch('touchMove', { x: x + dx, y });
+  await touch('touchEnd');
+  await phone.locator('.live-layer').waitFor();
+  await phone.waitForFunction(() => /live=[^o&]/.test(location.hash)); // the camera has turned
+  await phone.context().close();
+});
+
 test('a server without room says so, and the picture of the job stays', async () => {
   const full = await start_all({ more: ['--live-sessions', '1'] });
   try {
