@@ -3,6 +3,7 @@
 
 const kUrl = '/lib/uPlot.esm.js';
 const kHeightPx = 260;
+const kPointed = 8; // of more lines the points would cover each other
 // Okabe and Ito's colours without yellow and black, blue and vermilion first; told apart by dashes
 // too. The ninth line and further have wider dashes.
 const kColors = ['#0072b2', '#d55e00', '#009e73', '#cc79a7', '#e69f00', '#56b4e9', '#8c6bb1',
@@ -105,8 +106,8 @@ export class ErrorChart {
     const bands = [];
     this.#lines.forEach(({ label, spread }, i) => {
       const { stroke, dash } = line_style(i);
-      series.push({ label, width: 2, spanGaps: true, points: { show: true, size: 5 }, stroke,
-        dash });
+      series.push({ label, width: 2, spanGaps: true, stroke, dash,
+        points: { show: this.#lines.length <= kPointed, size: 5 } });
       if (!spread) return;
       const edge = { width: 0, spanGaps: true, points: { show: false } };
       series.push({ ...edge, label: `${label}, least` }, { ...edge, label: `${label}, most` });
