@@ -36,7 +36,7 @@ const kSearchMs = 200; // after the last letter
 const kListed = ['page', 'group', 'job', 'with', ...kLook];
 const by_id = (id) => document.getElementById(id);
 
-const sign_in = new SignIn(by_id('sign-in'));
+const sign_in = new SignIn();
 on_unauthorized(() => sign_in.ask());
 export const address = new Address();
 export const store = new JobStore();
@@ -46,7 +46,7 @@ const panes = new Panes(by_id('panes'));
 
 const list = new JobList(by_id('jobs'), by_id('row-template'),
   (id, more) => address.link(id, null, more));
-new JobChoice(by_id('choice'), by_id('jobs'), store);
+new JobChoice(by_id('choice'), by_id('jobs'), store, () => show_all());
 export const viewer = new Viewer(by_id('viewer'),
   { pane: by_id('pane-template'), panel: by_id('panel-template') }, store, job_moments, address,
   (job) => {
@@ -142,7 +142,7 @@ new Keys(by_id('keys'), by_id('show-keys'), [
   ['r', 'Next channel: red, green, blue, luminance, colour', () => cycle('channel', kChannels)],
   ['x', 'Stripes where clipped, or not', () => cycle('clipped', ['', 'on'])],
   ['c', 'Next curve', () => cycle('curve', ['srgb', 'gamma', 'filmic', 'false'])],
-  ['s', 'Learned states over the picture, or not', () => cycle('overlay', ['', 'state'])],
+  ['s', 'Learned places over the picture, or not', () => cycle('overlay', ['', 'state'])],
   ['+', 'Zoom in', () => viewer.zoom_by(2)],
   ['-', 'Zoom out', () => viewer.zoom_by(0.5)],
   ['0', 'Fit', () => viewer.fit()],

@@ -32,6 +32,8 @@ export class ErrorPanel {
     this.#part('newest').addEventListener('click', () => address.set({ moment: null }));
     this.#part('ref').addEventListener('change', ({ target }) =>
       address.set({ ref: target.value || null }));
+    this.#part('files').addEventListener('click', ({ target }) =>
+      target.dataset.file && this.#save(target.dataset.file));
     matchMedia('(prefers-color-scheme: dark)').addEventListener('change', () => this.update());
     viewer.addEventListener('update', () => this.update());
   }
@@ -57,11 +59,33 @@ export class ErrorPanel {
     this.#part('problem').hidden = !problem;
     this.#part('problem').textContent = problem;
     this.#part('words').replaceChildren(...jobs.map((id) => this.#words(id)));
-    const drawn = await this.#chart.show(lines,
-      view.axis === 'seconds' ? 'seconds of rendering' : 'samples a pixel',
-      view.ref ? `relMSE against ${view.ref}` : 'relative error (estimate)');
+    this.#part('files').hidden = lines.every(({ points }) => !points.length);
+    const drawn = await this.#chart.show(lines, ...this.#labels(view.axis, view.ref));
     this.#part('no-chart').hidden = drawn;
     this.#part('chart').hidden = !drawn || lines.every(({ points }) => !points.length);
+  }
+
+  // The chart as a file of this kind: every moment that is known, or the curves as they are drawn.
+  async #save(kind) {
+    const { chart_svg, csv, save } = await import('./chart_files.js');
+    const { axis, ref } = this.#address.view;
+    const jobs = this.#viewer.shown_jobs;
+    const rows = jobs.flatMap((job) => this.#job_moments.of(job).moments
+      .map(({ number, samples, seconds: s, noise, relmse, learning, guided }) => ({ job,
+        method: this.#store.get(job).request.method, pass: number, samples, seconds: s, noise,
+        relmse: relmse ?? null, learning, guided })));
+    const text = {
+      csv: () => csv(Object.keys(rows[0] ?? {}), rows),
+      json: () => JSON.stringify({ jobs, reference: ref, passes: rows }, null, 1),
+      svg: () => chart_svg(jobs.map((id) => this.#line(id)), ...this.#labels(axis, ref),
+        `Error of ${jobs.join(' and ')}`),
+    }[kind]();
+    save(`errors-${jobs.join('-')}.${kind}`, text);
+  }
+
+  #labels(axis, ref) {
+    return [axis === 'seconds' ? 'seconds of rendering' : 'samples a pixel',
+      ref ? `relMSE against ${ref}` : 'relative error (estimate)'];
   }
 
   #measure(moment) {
@@ -77,7 +101,7 @@ export class ErrorPanel {
     return { label: `${id} ${this.#method(id)}`, points, marks };
   }
 
-  // Where learning ended, where the gate let the guide in, and what it gained at last.
+  // Where learning ended, where the guide began to draw directions, and what it gained at last.
   #marks(id, moments) {
     const marks = [];
     const taught = moments.findLast(({ learning }) => learning);
@@ -89,7 +113,7 @@ export class ErrorPanel {
       marks.push({ moment: guided, text: words });
     }
     const { gate } = this.#job_moments.of(id);
-    if (gate && gate !== 'on' && known) marks.push({ moment: known, text: 'gate: off' });
+    if (gate && gate !== 'on' && known) marks.push({ moment: known, text: 'guiding stopped' });
     return marks;
   }
 
@@ -108,10 +132,10 @@ export class ErrorPanel {
         : frames ? 'passes of many frames are not kept' : 'no finished pass yet');
     }
     for (const { moment, text } of this.#marks(id, moments)) {
-      if (text.startsWith('gate')) continue; // below, with its reason
+      if (text === 'guiding stopped') continue; // below, with its reason
       say.push(`${text} at ${samples_words(moment.samples)}`);
     }
-    if (gate) say.push(`gate ${gate}`);
+    if (gate) say.push(gate === 'on' ? 'guiding pays' : `guiding stopped: ${gate.slice(5)}`);
     line.textContent = `${id}, ${this.#method(id)}: ${say.join('; ')}.`;
     return line;
   }

@@ -6,7 +6,7 @@ const by_id = (id) => document.getElementById(id);
 const kBetweenLooksMs = 2000;
 const kSilentSeconds = 15; // longer, and its jobs are given to others
 
-const sign_in = new SignIn(by_id('sign-in'));
+const sign_in = new SignIn();
 on_unauthorized(() => sign_in.ask());
 const rows = new Map(); // id -> row
 

@@ -18,9 +18,10 @@ const kRows = [
   ['Standard error', ({ standard_error }) => known(standard_error)],
   ['Place (m)', ({ surface }) => (surface ? metres(surface.position) : 'no surface')],
   ['Normal', ({ surface }) => surface && triple(surface.normal, 2)],
-  ['State', ({ state }) => state && swatch(state)],
+  ['Place that learns (state)', ({ state }) => state && swatch(state)],
   ['Its edge (m)', ({ state }) => known(state?.size)],
-  ['Visits', ({ state }) => (state?.visits ?? null) !== null ? big(state.visits) : null],
+  ['Rays that taught it', ({ state }) =>
+    (state?.visits ?? null) !== null ? big(state.visits) : null],
   ['Gain of guiding', ({ state }) => known(state?.gain)],
   ['Guided directions', ({ state }) => (state?.guide_fraction ?? null) !== null
     ? `${Math.round(100 * state.guide_fraction)} %` : null],
@@ -36,10 +37,10 @@ function swatch({ id, color, known: is_known }) {
   return words;
 }
 
-// "state 12ab · 0.12 m · 1.2K visits · gain 1.7" for a line under the picture.
+// "place 12ab · 0.12 m · 1.2K visits · gain 1.7" for a line under the picture.
 export function state_line({ state }) {
-  if (!state) return 'no state here';
-  const words = [`state ${state.id.slice(0, 8)}`];
+  if (!state) return 'nothing is learned here';
+  const words = [`place ${state.id.slice(0, 8)}`];
   if (state.size !== null) words.push(`${significant(state.size)} m`);
   if (state.visits !== null) words.push(`${big(state.visits)} visits`);
   if (known(state.gain) !== null) words.push(`gain ${known(state.gain)}`);

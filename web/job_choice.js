@@ -3,27 +3,28 @@ import { ApiError, delete_job, extend_job, post_job } from './api.js';
 import { has_ended } from './format.js';
 
 const kMore = 64; // samples
+const kMost = 500; // jobs that "All" lists and chooses
 
 export class JobChoice {
   #root;
   #list;
   #store;
+  #on_choosing;
 
-  constructor(root, list, store) {
+  // on_choosing(): whether jobs are chosen is another now.
+  constructor(root, list, store, on_choosing) {
     this.#root = root;
     this.#list = list;
     this.#store = store;
+    this.#on_choosing = on_choosing;
     this.#part('toggle').addEventListener('click', () =>
       this.#choosing(!list.classList.contains('choosing')));
-    this.#part('all').addEventListener('click', () => {
-      const all = this.#chosen().length === this.#boxes().length;
-      for (const box of this.#boxes()) box.checked = !all;
-      this.#show();
-    });
+    this.#part('all').addEventListener('click', () => this.#choose_all());
     list.addEventListener('change', () => this.#show());
     this.#part('delete').addEventListener('click', () => this.#delete());
     this.#part('extend').addEventListener('click', () => this.#extend());
-    this.#part('again').addEventListener('click', () => this.#each('posted again',
+    this.#part('again').addEventListener('click', () => this.#each(
+      'rendered again, each as a new job',
       ({ request }) => post_job(request).then((job) => store.put(job)), has_ended, 'not ended'));
   }
 
@@ -36,8 +37,31 @@ export class JobChoice {
       .map((box) => this.#store.get(box.closest('li').dataset.job)).filter((job) => job);
   }
 
+  // Of all jobs that the search finds, so many that the list has them all; or none.
+  async #choose_all() {
+    const none = this.#boxes().length > 0 && this.#chosen().length === this.#boxes().length;
+    this.#part('tools').inert = true;
+    try {
+      while (!none && this.#more() && this.#boxes().length < kMost) {
+        this.#part('status').textContent = `${this.#boxes().length} are listed …`;
+        await this.#store.load_older();
+      }
+    } catch (error) {
+      if (!(error instanceof ApiError)) throw error;
+    }
+    this.#part('tools').inert = false;
+    for (const box of this.#boxes()) box.checked = !none;
+    this.#show(!none && this.#more() ? 'The search finds more: older ones are not chosen.' : '');
+  }
+
+  // There are jobs that fit and are not listed.
+  #more() {
+    return !document.getElementById('older').hidden;
+  }
+
   #choosing(on) {
     this.#list.classList.toggle('choosing', on);
+    this.#on_choosing();
     this.#part('toggle').setAttribute('aria-pressed', String(on));
     this.#part('tools').hidden = !on;
     for (const box of this.#boxes()) box.checked = false;

@@ -70,11 +70,13 @@ export class JobList {
   }
 
   // Jobs, and groups of them where the newest of each would stand, with their jobs if it is open.
+  // While jobs are chosen, each stands by itself.
   #entries(jobs) {
     const entries = [];
+    const is_choosing = this.#list.classList.contains('choosing');
     const groups = new Map();
     for (const job of jobs) {
-      const group = group_of(job);
+      const group = is_choosing ? null : group_of(job);
       const key = group && `${group.page} ${group.name}`;
       if (group && !groups.has(key)) {
         groups.set(key, { key, group, of: [] });

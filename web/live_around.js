@@ -1,8 +1,11 @@
 // A job's equirectangular picture from inside: the address has the job and its exposure
 // (#j000001,0.5). Drag, the arrow keys, the wheel, plus and minus move the view.
-import { get_picture, png_url } from './api.js';
+import { get_picture, on_unauthorized, png_url } from './api.js';
+import { SignIn } from './sign_in.js';
 
 const by_id = (id) => document.getElementById(id);
+const sign_in = new SignIn();
+on_unauthorized(() => sign_in.ask());
 const kLeastFov = 0.2, kMostFov = 2.4; // radians, from the lower edge to the upper one
 const kKeyTurn = 0.1; // radians
 

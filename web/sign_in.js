@@ -2,12 +2,29 @@
 // not see, and that event streams and pictures send too.
 import { open_session } from './api.js';
 
+const kDialog = `
+<h2 id="sign-in-title">This server asks for a token</h2>
+<form novalidate autocomplete="off">
+  <p class="hint wide">Whoever runs it makes one: <code>qrayd token NAME submit</code></p>
+  <div class="field wide">
+    <label for="token">Token</label>
+    <input id="token" type="password" autocomplete="current-password" spellcheck="false"
+      aria-describedby="token-error">
+    <p id="token-error" class="field-error" role="alert"></p>
+  </div>
+  <button type="submit" class="primary wide">Go on</button>
+</form>`;
+
 export class SignIn {
   #dialog;
   #waiting = null; // for all who ask while the dialog is open
   #go_on = null;
 
-  constructor(dialog) {
+  constructor() {
+    const dialog = document.createElement('dialog');
+    Object.assign(dialog, { id: 'sign-in', className: 'card', innerHTML: kDialog });
+    dialog.setAttribute('aria-labelledby', 'sign-in-title');
+    document.body.append(dialog);
     this.#dialog = dialog;
     dialog.addEventListener('cancel', (event) => event.preventDefault());
     dialog.addEventListener('close', () => this.#waiting && dialog.showModal());

@@ -67,7 +67,9 @@ export class TablesPage {
     part('version').textContent = `v${version_of(table, (id) => this.#store.table(id))}`;
     part('parents').append(...table.parents.flatMap((id, i) => [i ? ', ' : '', this.#parent(id)]));
     if (!table.parents.length) part('parents').textContent = '–';
-    part('job').append(table.job ? this.#job_link(table.job) : 'a merge');
+    const merged = table.parents.length > 1;
+    part('job').append(table.job ? this.#job_link(table.job)
+      : merged ? 'a merge' : 'a live view, or a file');
     part('samples').textContent = big(table.samples_seen);
     part('states').textContent = count(table.states);
     part('bytes').textContent = bytes(table.bytes);

@@ -1,6 +1,7 @@
 // Error against time: the chart and its words are what the server tells of each pass, it grows
 // while a job runs, a moment is shown while the pointer is on it and kept by a click or the slider.
 import assert from 'node:assert/strict';
+import { readFileSync } from 'node:fs';
 import { after, afterEach, before, test } from 'node:test';
 import { canvas_pixels, png_pixels, post_by_form, screenshot, start_all, wait_for, wait_for_state,
   wait_for_tiles } from './support.mjs';
@@ -36,7 +37,8 @@ test('the words under the chart are what the server tells', async () => {
   assert.ok(measured.length >= 3);
   const last = measured.at(-1);
   await words(guided).filter({ hasText: `${significant(last.noise)} after` }).waitFor();
-  assert.ok((await words(guided).textContent()).includes(`gate ${gate}`));
+  assert.ok((await words(guided).textContent()).includes(gate === 'on' ? 'guiding pays'
+    : gate.replace('off: ', 'guiding stopped: ')), gate);
   const ink = await page.locator('.error-chart canvas').evaluate((canvas) => {
     const { data } = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height);
     let blue = 0; // the first job's line
@@ -47,6 +49,20 @@ test('the words under the chart are what the server tells', async () => {
   });
   assert.ok(ink > 100, `${ink} pixels of the line`);
   await screenshot(page, 'errors-1280');
+});
+
+test('the chart is saved with every pass that it has', async () => {
+  const saved = async (kind) => {
+    const [download] = await Promise.all([page.waitForEvent('download'),
+      page.locator(`.error-files [data-file=${kind}]`).click()]);
+    return readFileSync(await download.path(), 'utf8');
+  };
+  const { moments } = await metrics(guided);
+  const lines = (await saved('csv')).trim().split('\n');
+  assert.equal(lines.filter((line) => line.startsWith(guided)).length, moments.length);
+  const json = JSON.parse(await saved('json'));
+  assert.equal(json.passes.filter(({ job }) => job === guided).at(-1).noise, moments.at(-1).noise);
+  assert.match(await saved('svg'), /^<svg [^]*<polyline [^]*<\/svg>\n$/);
 });
 
 test('against a reference the error is the relMSE', async () => {

@@ -134,6 +134,9 @@ test('the job list has one entry for it, which opens', async () => {
   assert.equal(await list.locator('#jobs [data-job]').count(), 6);
   await list.locator('.row-open').click();
   assert.equal(await list.locator('#jobs [data-job]').count(), 0);
+  await list.locator('.choice-toggle').click(); // each can be chosen
+  assert.equal(await list.locator('#jobs [data-job] .row-choose:visible').count(), 6);
+  await list.locator('.choice-toggle').click();
   await group_row(list).locator('a').click();
   await list.locator('.case-title').filter({ hasText: '48 × 48' }).waitFor();
   await list.context().close();

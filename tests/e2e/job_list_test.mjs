@@ -68,7 +68,7 @@ test('several jobs are chosen, and rendered again, extended and deleted together
   await other.getByLabel(`Choose ${ids[0]}`).check();
   await status('1 chosen.');
   await other.locator('.choice-again').click();
-  await status('1 posted again.');
+  await status('1 rendered again, each as a new job.');
   await rows.nth(3).waitFor();
 
   await other.locator('.choice-all').click();
@@ -106,6 +106,13 @@ test('words find jobs that are older than those listed', async () => {
   await other.locator('#find').fill('LOBBY');
   await other.locator(`#jobs [data-job="${jobs.plain}"]`).waitFor();
   assert.equal(await other.locator('#filtered').textContent(), '1 of all jobs');
+  await other.locator('#find').fill('none');
+  await other.locator('#older').waitFor();
+  const found = (await (await all.server.get('/v1/jobs?q=none&limit=200')).json()).jobs.length;
+  assert.ok(found > 60);
+  await other.locator('.choice-toggle').click();
+  await other.locator('.choice-all').click(); // not only of those that are listed
+  await other.locator('.choice-status').filter({ hasText: `${found} chosen.` }).waitFor();
   await other.context().close();
 });
 

@@ -45,7 +45,7 @@ test('a click asks for the pixel, and the answer is shown', async () => {
   if (expected.standard_error !== null) {
     assert.equal(await value('Standard error').textContent(), significant(expected.standard_error));
   }
-  assert.equal(await value('State').textContent(), expected.state.id);
+  assert.equal(await value('Place that learns (state)').textContent(), expected.state.id);
   const told = page.locator('#announcer').filter({ hasText: 'Pixel 64, 115: ' });
   await told.waitFor();
 });
@@ -110,7 +110,7 @@ test('states lie over the picture, and the pointer tells their size and visits',
   });
   const box = await page.locator('.stage').boundingBox();
   await page.mouse.move(box.x + box.width * 0.5, box.y + box.height * 0.9);
-  await page.locator('#readout').filter({ hasText: /state [0-9a-f]{8} · .* m · .* visits/ })
+  await page.locator('#readout').filter({ hasText: /place [0-9a-f]{8} · .* m · .* visits/ })
     .waitFor();
   await screenshot(page, 'learned-states-1280');
 });
