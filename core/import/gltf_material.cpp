@@ -84,7 +84,8 @@ void GltfMaterials::read_metallic_roughness(const JsonNode& node, Material& m) {
   m.roughness.channel = 1;
 }
 
-// The specular colour is F0; diffuse is what it leaves, as in metallic-roughness with metal 0.
+// The specular colour is F0. The extension scales what is diffuse by what its greatest channel
+// leaves; of a textured one the facets' share alone is taken.
 void GltfMaterials::read_specular_glossiness(const JsonNode& node, Material& m) {
   m.metallic.value = 0;
   m.reflectance.texture = texture(node, "diffuseTexture", /*srgb=*/true);
@@ -99,7 +100,11 @@ void GltfMaterials::read_specular_glossiness(const JsonNode& node, Material& m) 
                 texture(node, "specularGlossinessTexture", /*srgb=*/true)};
   const float glossiness = share(node, "glossinessFactor", 1);
   m.roughness.value = 1 - glossiness;
-  if (!m.specular.texture.valid()) return;
+  if (!m.specular.texture.valid()) {
+    m.reflectance.value =
+        m.reflectance.value * (1 - max_component(color(node, "specularFactor", Rgb{1.0f}, 1)));
+    return;
+  }
   const TextureId roughness = textures_.complement_of_alpha(node.get("specularGlossinessTexture"),
                                                             m.specular.texture, glossiness);
   if (roughness.valid()) m.roughness = {1, roughness};

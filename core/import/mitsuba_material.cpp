@@ -210,7 +210,7 @@ Material MitsubaMaterials::plastic(const MitsubaNode& bsdf, bool rough) {
 
 Material MitsubaMaterials::principled(const MitsubaNode& bsdf) {
   import_.expect_only(bsdf, {"base_color", "roughness", "anisotropic", "metallic", "spec_trans",
-                             "eta", "specular", "clearcoat", "clearcoat_gloss"});
+                             "eta", "specular", "clearcoat", "clearcoat_gloss", "spec_tint"});
   Material m;
   m.kind = MaterialKind::kPrincipled;
   m.reflectance = textures_.find_color(bsdf, "base_color", Rgb{0.5f});
@@ -227,6 +227,7 @@ Material MitsubaMaterials::principled(const MitsubaNode& bsdf) {
   }
   m.metallic = textures_.find_share(bsdf, "metallic", 0);
   m.transmission = textures_.find_share(bsdf, "spec_trans", 0);
+  m.specular.value = tinted(bsdf, "spec_tint", m.reflectance);
   // What passes a surface there is coloured by the base's root, here by the base.
   if (!m.reflectance.texture.valid() && !m.transmission.texture.valid()) {
     Rgb& base = m.reflectance.value;
@@ -244,6 +245,18 @@ Material MitsubaMaterials::principled(const MitsubaNode& bsdf) {
   const double ior = find_number(bsdf, "eta").value_or((1 + root) / (1 - root));
   m.ior = static_cast<float>(std::clamp(ior, 1.0, 4.0));
   return m;
+}
+
+// White, by this share in the hue of the base colour.
+Rgb MitsubaMaterials::tinted(const MitsubaNode& bsdf, const char* name, const ColorParam& base) {
+  const FloatParam share = textures_.find_share(bsdf, name, 0);
+  if (!(share.value > 0)) return Rgb{1.0f};
+  if (base.texture.valid() || share.texture.valid()) {
+    import_.warn(*find_parameter(bsdf, name), "with a texture it is left out");
+    return Rgb{1.0f};
+  }
+  const float y = luminance(base.value);
+  return lerp(std::min(share.value, 1.0f), Rgb{1.0f}, y > 0 ? base.value * (1 / y) : Rgb{1.0f});
 }
 
 // A share of mirror-like reflection, the rest diffuse.

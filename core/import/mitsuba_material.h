@@ -28,6 +28,7 @@ class MitsubaMaterials {
   Converted dielectric(const MitsubaNode& bsdf, bool rough);
   Material plastic(const MitsubaNode& bsdf, bool rough);
   Material principled(const MitsubaNode& bsdf);
+  Rgb tinted(const MitsubaNode& bsdf, const char* name, const ColorParam& base);
   Material glossy_over_diffuse(const MitsubaNode& bsdf, bool two_sided);  // phong, ward
   Material blend(const MitsubaNode& bsdf, bool two_sided);
   Material mixture(const MitsubaNode& bsdf, bool two_sided);

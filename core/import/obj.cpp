@@ -39,6 +39,13 @@ std::string_view next_token(std::string_view& line) {
   return token;
 }
 
+// Without white space around it.
+std::string trimmed(std::string_view line) {
+  const size_t begin = line.find_first_not_of(" \t");
+  if (begin == std::string_view::npos) return {};
+  return std::string(line.substr(begin, line.find_last_not_of(" \t") + 1 - begin));
+}
+
 template <class T>
 bool parse(std::string_view token, T& value) {
   if (token.starts_with('+')) token.remove_prefix(1);
@@ -139,10 +146,10 @@ class ObjReader {
       for (std::string_view more; !(more = next_token(line)).empty();)
         name_ += " " + std::string(more);
     } else if (keyword == "usemtl") {
-      use_material(std::string(next_token(line)));
+      const std::string name = trimmed(line);  // exporters put spaces into names
+      use_material(material_ids_.contains(name) ? name : std::string(next_token(line)));
     } else if (keyword == "mtllib") {
-      for (std::string_view name; !(name = next_token(line)).empty();)
-        if (libraries_.emplace(name).second) read_library(std::string(name));
+      read_libraries(line);
     }
   }
 
@@ -263,6 +270,19 @@ class ObjReader {
     material_ = it == material_ids_.end() ? kGrey : MaterialId(static_cast<uint32_t>(it->second));
     if (it == material_ids_.end() && unknown_.insert(name).second)
       out_.warnings.push_back(file_ + ": there is no material \"" + name + "\": drawn grey");
+  }
+
+  // One file whose name may have spaces, or else several.
+  void read_libraries(std::string_view line) {
+    std::string names(line);
+    std::replace(names.begin(), names.end(), '\\', '/');
+    line = names;
+    const std::string whole = trimmed(line);
+    const auto read_once = [&](const std::string& name) {
+      if (libraries_.insert(name).second) read_library(name);
+    };
+    if (find_within(folder_, folder_, whole).ok()) return read_once(whole);
+    for (std::string_view name; !(name = next_token(line)).empty();) read_once(std::string(name));
   }
 
   // One that is missing is a warning.

@@ -200,6 +200,23 @@ TEST(GltfMaterial, SpecularGlossinessKeepsF0AndTurnsGlossIntoRoughness) {
   EXPECT_NEAR(cache.lookup(roughness.value(), Vec2{0.75f, 0.5f}).r, 1 - 0.2f, 1e-5f);
 }
 
+TEST(GltfMaterial, SpecularGlossinessLeavesTheDiffusePartWhatItsGreatestChannelDoes) {
+  const auto diffuse = [](const char* specular) {
+    const test::SceneFolder folder;
+    GltfText text = gltf_triangle();
+    text.json["materials"] = {json::parse(
+        R"({"extensions": {"KHR_materials_pbrSpecularGlossiness": {
+        "diffuseFactor": [0.2, 0.4, 0.8, 1])" +
+        std::string(specular) + "}}}")};
+    return material_of(load_gltf(folder, text)).reflectance.value;
+  };
+  EXPECT_EQ(diffuse(""), Rgb{0.0f});  // white: nothing is diffuse
+  const Rgb half = diffuse(R"(, "specularFactor": [0, 0.5, 0.25])");
+  EXPECT_FLOAT_EQ(half.r, 0.1f);
+  EXPECT_FLOAT_EQ(half.g, 0.2f);
+  EXPECT_FLOAT_EQ(half.b, 0.4f);
+}
+
 TEST(GltfMaterial, TexturesHaveTheirSamplersAndTransforms) {
   const test::SceneFolder folder;
   folder.write("p.png", "not read here");

@@ -238,6 +238,20 @@ TEST_F(MitsubaMaterial, ACheckerboardIsAPictureOfFourTexels) {
   EXPECT_NEAR(uv.y, 0.75f, 1e-5f);
 }
 
+TEST_F(MitsubaMaterial, SpecTintIsTheHueOfTheBase) {
+  const auto specular = [&](const std::string& base) {
+    return of("<bsdf type=\"principled\">" + base +
+                  "<float name=\"spec_tint\" value=\"0.5\"/></bsdf>",
+              "3.0.0")
+        .specular.value;
+  };
+  const float hue = 1 / luminance(Rgb{1, 1, 0});
+  expect_near(specular("<rgb name=\"base_color\" value=\"0.5 0.5 0\"/>"),
+              {0.5f + 0.5f * hue, 0.5f + 0.5f * hue, 0.5f}, 1e-5f);
+  expect_near(specular("<rgb name=\"base_color\" value=\"0 0 0\"/>"), Rgb{1.0f}, 1e-6f);
+  EXPECT_FALSE(warned());
+}
+
 TEST_F(MitsubaMaterial, GlassOfPrincipledIsColouredByTheRoot) {
   const auto base = [&](const std::string& share) {
     return of("<bsdf type=\"principled\"><rgb name=\"base_color\" value=\"0.25 1 0\"/>"

@@ -254,6 +254,26 @@ map_bump rgb.png
             (std::vector<std::string>{"material \"net\": map_bump is left out"}));
 }
 
+TEST(Obj, NamesMayHaveSpacesAndBackslashes) {
+  const test::SceneFolder folder;
+  folder.write("in/my file.mtl", "newmtl dark red\r\nKd 0.5 0 0\r\nnewmtl b\r\nKd 0 0 1\r\n");
+  folder.write("c.mtl", "newmtl c\nKd 0 1 0\n");
+  const auto loaded =
+      folder.load("a.obj", "mtllib .\\in\\my file.mtl\r\nmtllib c.mtl in/my\n" + kTriangle +
+                               "usemtl dark red \r\nf 1 2 3\n"
+                               "usemtl b or another\nf 1 2 3\n"
+                               "usemtl c\nf 1 2 3\n");
+  ASSERT_TRUE(loaded.ok()) << loaded.error().text();
+  const Scene& scene = loaded.value().scene;
+  ASSERT_EQ(scene.meshes.size(), 3u);
+  const auto color = [&](size_t mesh) {
+    return scene.materials[scene.meshes[mesh].material.value].reflectance.value;
+  };
+  EXPECT_EQ(color(0), (Rgb{0.5f, 0, 0}));
+  EXPECT_EQ(color(1), (Rgb{0, 0, 1}));
+  EXPECT_EQ(color(2), (Rgb{0, 1, 0}));
+}
+
 TEST(Obj, AMissingLibraryIsAWarningAndGrey) {
   const test::SceneFolder folder;
   const auto loaded = folder.load("a.obj", "mtllib gone.mtl\n" + kTriangle + "usemtl x\nf 1 2 3\n");
