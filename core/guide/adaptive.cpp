@@ -78,8 +78,10 @@ GuidePoint AdaptiveGuide::find(Vec3 p, Vec3 n) const {
 // The base is the guide's alone: its density is a Lambert surface's at least. Lobes are their own,
 // rough ones beside the guide.
 GuideMixture AdaptiveGuide::mixture(const GuidePoint& point, const GuidedSurface& surface) const {
-  if (!states_[point.state.value].guides) return {};
-  const float of_lobes = surface.smooth ? 0 : params_.glossy;
+  const State& state = states_[point.state.value];
+  if (!state.guides) return {};
+  const bool fixed = params_.glossy >= 0;
+  const float of_lobes = surface.smooth ? 0 : fixed ? params_.glossy : state.lobe_share;
   return {lerp(of_lobes, surface.base_chance, 1.0f), 0, 1 - of_lobes};
 }
 
@@ -134,20 +136,28 @@ void AdaptiveGuide::update(GuideDelta& delta) {
 void AdaptiveGuide::record(std::span<const GuideVertex> path, GuideDelta& delta) const {
   for (const GuideVertex& v : path) {
     if (!v.guidable) continue;
+    const State& state = states_[v.at.state.value];
+    Sums& sums = sums_[v.at.state.value];
+    LobeShares lobes;
+    if (state.credible)
+      lobes = LobeShares::of(v, std::hypot(luminance(state.arriving), state.deviation));
     const Vec3 w = v.at.frame.to_local(v.wi);
-    if (w.z <= 0) continue;
+    if (w.z <= 0) {  // the guide never goes there, but lobes do
+      const std::lock_guard guard(sums.lock);
+      sums.lobes += lobes;
+      continue;
+    }
     const float inverse_pdf = std::min(w.z * kInvPi / v.pdf_w, kMaxInversePdf);
     const double factor = inverse_pdf / radiance_unit_;
     const double paid = luminance(v.arriving) * factor;
     if (!(paid < kMaxPaid)) continue;  // NaN too
     const bool upper = tree_.in_upper_half(tree_.beside(v.p, v.at.frame.z), v.at.state.value);
-    const ArrivalSums one = ArrivalSums::of(v.arriving, factor, paid, upper);
+    ArrivalSums one = ArrivalSums::of(v.arriving, factor, paid, upper);
+    one.lobes = lobes;
     const Vec2 u = disk_to_square({w.x, w.y});
-    Sums& sums = sums_[v.at.state.value];
     const std::lock_guard guard(sums.lock);
     sums += one;
-    directions_.add(states_[v.at.state.value].root, u,
-                    ArrivalSums::to_fixed(paid * ArrivalSums::kOne));
+    directions_.add(state.root, u, ArrivalSums::to_fixed(paid * ArrivalSums::kOne));
     ++static_cast<Delta&>(delta).samples;
   }
 }

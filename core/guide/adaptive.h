@@ -41,7 +41,7 @@ class AdaptiveGuide final : public Guide, private GuideShare {
   StateSummary summary(const GuidePoint& point) const override;
   std::vector<GuidePoint> known_points(size_t most) const override;
 
-  GuideNeeds needs() const override { return {}; }
+  GuideNeeds needs() const override { return {.bsdf = true}; }
   std::unique_ptr<GuideDelta> make_delta() const override;
   void record(std::span<const GuideVertex> path, GuideDelta& delta) const override;
   void update(GuideDelta& delta) override;
@@ -76,10 +76,12 @@ class AdaptiveGuide final : public Guide, private GuideShare {
     uint32_t root = 0;  // of its directions
     Rgb arriving;       // radiance
     float deviation = 0;
+    float lobe_share = LobeShares::kUnknown;  // of the guide in the directions of rough lobes
     bool credible = false, guides = false;
     template <class Self, class Archive>
     static void exchange(Self& self, Archive& archive) {
-      archive(self.key, self.root, self.arriving, self.deviation, self.credible, self.guides);
+      archive(self.key, self.root, self.arriving, self.deviation, self.lobe_share, self.credible,
+              self.guides);
     }
   };
   // What is learned of it.
@@ -87,7 +89,7 @@ class AdaptiveGuide final : public Guide, private GuideShare {
     SpinLock lock;  // of the state's directions too
     template <class Self, class Archive>
     static void exchange(Self& self, Archive& archive) {
-      archive(self.n, self.n_upper, self.y, self.square_hi, self.square_lo);
+      for (auto* v : self.all()) archive(*v);
     }
   };
 
@@ -121,6 +123,7 @@ class AdaptiveGuide final : public Guide, private GuideShare {
   size_t bytes() const;
   void refine_as(const AdaptiveGuide& other);
   void summarize(State& state, const Sums& sums) const;
+  void choose_lobe_shares();
   void put(State& state, Cells cells, DirectionTrees& to) const;
   void load_record(uint32_t leaf, AdaptiveRecord&& record);
 

@@ -21,6 +21,20 @@ void AdaptiveGuide::summarize(State& state, const Sums& sums) const {
   state.credible = true;
 }
 
+// Samples below the surface count in no n, but they are few: the means are usual ones, no more.
+void AdaptiveGuide::choose_lobe_shares() {
+  LobeShares::Means usual{};
+  double n = 0;
+  for (const Sums& sums : sums_) {
+    n += static_cast<double>(sums.n);
+    for (size_t i = 0; i < usual.size(); ++i)
+      usual[i] += static_cast<double>(sums.lobes.moments[i]);
+  }
+  if (!(n > 0)) return;
+  for (double& mean : usual) mean /= n;
+  for (size_t s = 0; s < states_.size(); ++s) states_[s].lobe_share = sums_[s].lobes.best(usual);
+}
+
 // The halves share what the whole knew as they shared its samples.
 void AdaptiveGuide::cut(uint32_t leaf, Growth& growth) {
   const int64_t n = sums_[leaf].n;
@@ -115,6 +129,7 @@ void AdaptiveGuide::end_pass() {
   for (size_t s = 0; s < states_.size(); ++s)
     if (!growth.parts[s].stays) summarize(states_[s], sums_[s]);
   cut_places(growth);
+  choose_lobe_shares();
   const size_t held_back = rebuild(growth);
   if (grows_) refused_ += held_back;
 }

@@ -1,5 +1,6 @@
 #include "core/guide/adaptive_layout.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -8,15 +9,21 @@ namespace {
 
 using Cell = DirectionTrees::Cell;
 
-constexpr std::string_view kCubeTag = "ACUB", kRecordsTag = "AQTD";
+constexpr std::string_view kCubeTag = "ACUB", kRecordsTag = "AQTD", kLobesTag = "ALOB";
 constexpr uint32_t kMaxDepth = 16;  // of directions
 constexpr uint32_t kMaxCount = std::numeric_limits<uint32_t>::max();
 
-Status read_record(ByteReader& in, AdaptiveRecord& record) {
+const TableSection* find_section(std::span<const TableSection> sections, std::string_view tag) {
+  const auto found = std::ranges::find(sections, tag, &TableSection::tag);
+  return found == sections.end() ? nullptr : &*found;
+}
+
+Status read_record(ByteReader& in, ByteReader* lobes, AdaptiveRecord& record) {
   bool good = true;
-  for (int64_t* v : record.sums.all()) {
-    *v = in.i64();
-    good = good && *v >= 0 && *v <= DirectionTrees::kMaxSum;
+  const auto sums = record.sums.all();
+  for (size_t i = 0; i < (lobes ? sums.size() : ArrivalSums::kArrival); ++i) {
+    *sums[i] = (i < ArrivalSums::kArrival ? in : *lobes).i64();
+    good = good && *sums[i] >= 0 && *sums[i] <= DirectionTrees::kMaxSum;
   }
   good = good && record.sums.n > 0 && record.sums.n_upper <= record.sums.n;
   DirectionTrees::Sums total;
@@ -40,7 +47,7 @@ bool fit_together(const DirectionTrees::Sums& a, const DirectionTrees::Sums& b) 
 std::vector<TableSection> encode_adaptive(const SpatialTree& tree, const AdaptiveHead& head,
                                           std::span<const uint32_t> leaves,
                                           const std::function<AdaptiveRecord(uint32_t leaf)>& of) {
-  ByteWriter cube, out;
+  ByteWriter cube, out, lobes;
   write_cube(cube, tree);
   cube.f64(head.radiance_unit);
   cube.u64(head.samples_seen);
@@ -50,21 +57,26 @@ std::vector<TableSection> encode_adaptive(const SpatialTree& tree, const Adaptiv
   for (uint32_t leaf : leaves) {
     const AdaptiveRecord record = of(leaf);
     out.u64(tree.key(leaf));
-    for (const int64_t* v : record.sums.all()) out.i64(*v);
+    const auto sums = record.sums.all();
+    for (size_t i = 0; i < sums.size(); ++i)
+      (i < ArrivalSums::kArrival ? out : lobes).i64(*sums[i]);
     write_cells(out, record.cells, [&](const Cell& c, const Cell* four) {
       if (four) return;
       out.i64(c.sums.s);
       out.u32(c.sums.n);
     });
   }
-  return {{std::string(kCubeTag), cube.take()}, {std::string(kRecordsTag), out.take()}};
+  return {{std::string(kCubeTag), cube.take()},
+          {std::string(kRecordsTag), out.take()},
+          {std::string(kLobesTag), lobes.take()}};
 }
 
 Result<AdaptiveHead> decode_adaptive_head(std::span<const TableSection> sections) {
-  const bool with_lights = sections.size() == 3 && sections[2].tag == kLightsTag;
-  if (Status s = expect_sections(with_lights ? sections.first(2) : sections, kCubeTag, kRecordsTag);
-      !s.ok())
-    return s.error();
+  std::span<const TableSection> needed = sections;
+  for (const std::string_view may_be_left_out : {kLightsTag, kLobesTag})
+    if (needed.size() > 2 && needed.back().tag == may_be_left_out)
+      needed = needed.first(needed.size() - 1);
+  if (Status s = expect_sections(needed, kCubeTag, kRecordsTag); !s.ok()) return s.error();
   AdaptiveHead head;
   ByteReader in(sections[0].bytes);
   head.cube = read_cube(in);
@@ -84,17 +96,26 @@ Result<AdaptiveHead> decode_adaptive_head(std::span<const TableSection> sections
 Result<uint64_t> decode_adaptive_records(
     std::span<const TableSection> sections, SpatialTree& tree,
     const std::function<Status(uint32_t leaf, AdaptiveRecord&& record)>& add) {
-  return read_records(sections[1], "state", tree, SpatialTree::kFaces,
-                      [&](ByteReader& in, uint32_t leaf) -> Status {
-                        AdaptiveRecord record;
-                        if (Status s = read_record(in, record); !s.ok()) return s;
-                        return add(leaf, std::move(record));
-                      });
+  const TableSection* of_lobes = find_section(sections, kLobesTag);
+  ByteReader lobes(of_lobes ? std::span<const uint8_t>(of_lobes->bytes)
+                            : std::span<const uint8_t>());
+  const Result<uint64_t> count =
+      read_records(sections[1], "state", tree, SpatialTree::kFaces,
+                   [&](ByteReader& in, uint32_t leaf) -> Status {
+                     AdaptiveRecord record;
+                     if (Status s = read_record(in, of_lobes ? &lobes : nullptr, record); !s.ok())
+                       return s;
+                     return add(leaf, std::move(record));
+                   });
+  if (count.ok() && (!lobes.ok() || lobes.remaining() > 0))
+    return Error{ErrorCode::kCorrupt, "wrong size", place_of(kLobesTag)};
+  return count;
 }
 
 Result<std::optional<LightImportance>> decode_lights(std::span<const TableSection> sections) {
-  if (sections.size() < 3) return std::optional<LightImportance>();
-  Result<LightImportance> lights = LightImportance::load(sections[2].bytes);
+  const TableSection* section = find_section(sections, kLightsTag);
+  if (!section) return std::optional<LightImportance>();
+  Result<LightImportance> lights = LightImportance::load(section->bytes);
   if (!lights.ok()) return Error{ErrorCode::kCorrupt, lights.error().message, place_of(kLightsTag)};
   return std::optional(std::move(lights).value());
 }

@@ -1,8 +1,8 @@
 // The layout of `adaptive`'s tables, which proto/table_file.md describes: sections ACUB (the cube,
 // the unit of radiance, the samples seen, the worth) and AQTD (a record per state: key, sums, then
-// the direction cells with a leaf's sums); ALIT, which may be left out (what was learned of
-// lights). Encoding, decoding, and checks of each record. Pure
-// functions.
+// the direction cells with a leaf's sums); ALOB (of each record how lobes share directions with the
+// guide) and ALIT (what was learned of lights), which may be left out. Encoding, decoding, and
+// checks of each record. Pure functions.
 #pragma once
 
 #include "core/guide/arrival_sums.h"

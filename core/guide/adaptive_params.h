@@ -20,9 +20,10 @@ struct DirectionParams {
 struct AdaptiveParams {
   DirectionParams direction;
   float split_samples = 4000;  // a place that was hit more often in a pass is cut in two
-  float glossy = 0.5f;         // the chance to draw from the guide in place of a rough lobe
-  float keep = 0.7f;           // the least part of what a place knows that a pass keeps
-  float uniform = 0.15f;       // the part of DirectionTrees::add_uniform()
+  // The chance to draw from the guide in place of a rough lobe; below 0: each place's own, learned.
+  float glossy = -1;
+  float keep = 0.7f;      // the least part of what a place knows that a pass keeps
+  float uniform = 0.15f;  // the part of DirectionTrees::add_uniform()
   // A place whose directions have a lower GuideInspector::gain() draws from the BSDF alone.
   float min_gain = 1.15f;
   bool lights = true;  // whether it is learned which lights send how much where

@@ -54,6 +54,7 @@ Status AdaptiveGuide::merge(const GuideTable& other) {
     to.summarize(to.states_[leaf], to.sums_[leaf]);
     put(to.states_[leaf], std::move(cells), next);
   }
+  to.choose_lobe_shares();
   to.directions_ = std::move(next);
   to.index();
   if (to.bytes() > max_bytes_) return over_memory("both tables need", max_bytes_, "table");
@@ -103,6 +104,7 @@ Status AdaptiveGuide::load(std::span<const TableSection> sections) {
   };
   const Result<uint64_t> count = decode_adaptive_records(sections, tree_, add);
   if (!count.ok()) return count.error();
+  choose_lobe_shares();
   rebuild(whole_trees());
   if (count.value() > 0 && bytes() > max_bytes_) return too_large;
   if (Result<std::optional<LightImportance>> lights = decode_lights(sections); !lights.ok())

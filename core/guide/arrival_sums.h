@@ -1,5 +1,6 @@
-// What arrives at a place, as `adaptive` counts it: sums in fixed point, so that neither the order
-// nor the threads that add to them change a bit. Not synchronised.
+// What `adaptive` counts at a place: what arrives, and by which share of the guide lobes send on
+// with the least noise. Sums in fixed point, so that neither the order nor the threads that add to
+// them change a bit. Not synchronised.
 #pragma once
 
 #include <algorithm>
@@ -8,6 +9,7 @@
 #include <cstdint>
 
 #include "core/guide/direction_tree.h"
+#include "core/guide/lobe_shares.h"
 #include "core/math/vec.h"
 
 namespace qray {
@@ -21,6 +23,7 @@ struct ArrivalSums {
   int64_t y[3]{};              // red, green, blue
   // Of luminance squared: whole parts and what is left of them, since squares range widely.
   int64_t square_hi = 0, square_lo = 0;
+  LobeShares lobes;
 
   static int64_t to_fixed(double v) { return static_cast<int64_t>(v); }
 
@@ -54,21 +57,34 @@ struct ArrivalSums {
     for (int64_t* v : all()) *v = DirectionTrees::scaled(*v, numerator, denominator);
   }
 
-  // In the order of a table's file.
-  std::array<int64_t*, 7> all() {
-    return {&n, &n_upper, &y[0], &y[1], &y[2], &square_hi, &square_lo};
-  }
-  std::array<const int64_t*, 7> all() const {
-    return {&n, &n_upper, &y[0], &y[1], &y[2], &square_hi, &square_lo};
-  }
+  // In the order of a table's file; the first kArrival of them do without `lobes`.
+  static constexpr size_t kArrival = 7, kAll = kArrival + LobeShares::kShares.size();
+  std::array<int64_t*, kAll> all() { return all_of<int64_t*>(*this); }
+  std::array<const int64_t*, kAll> all() const { return all_of<const int64_t*>(*this); }
 
  private:
+  template <class Pointer, class Self>
+  static std::array<Pointer, kAll> all_of(Self& s) {
+    return {&s.n,
+            &s.n_upper,
+            &s.y[0],
+            &s.y[1],
+            &s.y[2],
+            &s.square_hi,
+            &s.square_lo,
+            &s.lobes.moments[0],
+            &s.lobes.moments[1],
+            &s.lobes.moments[2],
+            &s.lobes.moments[3]};
+  }
   ArrivalSums& add(const ArrivalSums& o, int64_t sign) {
     n += sign * o.n;
     n_upper += sign * o.n_upper;
     for (int k = 0; k < 3; ++k) y[k] += sign * o.y[k];
     square_hi += sign * o.square_hi;
     square_lo += sign * o.square_lo;
+    for (size_t k = 0; k < LobeShares::kShares.size(); ++k)
+      lobes.moments[k] += sign * o.lobes.moments[k];
     return *this;
   }
 };

@@ -34,6 +34,11 @@ struct GuideVertex {
   struct BsdfPart {
     float pdf_w = 0;  // the BSDF's density for the direction taken
     float f_cos = 0;  // luminance of f |cos|
+    // For methods that draw in place of a surface's base, where they expect anything: the base's
+    // part of pdf_w, the guide's own density, and the luminance of what the surface scatters of
+    // white light.
+    float base_pdf_w = 0, guide_pdf_w = 0, albedo = 1;
+    GuidedSurface surface{};
   } bsdf;
 };
 

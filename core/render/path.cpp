@@ -265,6 +265,8 @@ inline void PathTracer::ask_guide(const PathState& path, PathVertex& v, bool fro
   if (!learner_.on()) return;
   learner_.vertex(v.at, v.surface.p, path);
   if (learner_.wants_albedo()) learner_.albedo(luminance(v.albedo()));
+  if (learner_.wants_bsdf())
+    learner_.surface(v.guided_surface(), luminance(v.parts.base_albedo + v.parts.lobes_albedo));
 }
 
 // Light straight from a light, paid if its ray turns out to be free. Nothing else finds a light
@@ -453,12 +455,17 @@ std::optional<ScatterSample> PathTracer::scatter(const PathVertex& v, float u_lo
                      .weight = s->weight,
                      .pdf_w = s->pdf_w,
                      .bsdf_pdf_w = s->pdf_w,
+                     .base_pdf_w = s->base_pdf_w,
                      .lobes_weight = s->weight - s->base_weight,
                      .delta = s->delta};
+  if (!next.delta && (mixture.guide > 0 || learner_.wants_bsdf())) {
+    const CycleScope guiding(timed_, counters_.timed_guiding);
+    next.guide_pdf_w = guide_->pdf_w(v.at, next.wi);
+  }
   if (mixture.guide > 0) {
     float rescaled = 1 / mixture.lobes;
     if (!next.delta) {
-      next.pdf_w = mixture_pdf_w(v, next.wi, s->pdf_w, s->base_pdf_w);
+      next.pdf_w = mixed(v, next.guide_pdf_w, s->pdf_w, s->base_pdf_w);
       rescaled = s->pdf_w / next.pdf_w;
     }
     next.weight *= rescaled;
@@ -479,7 +486,9 @@ inline ScatterSample PathTracer::scatter_by_guide(const PathVertex& v, Vec2 u_di
   ScatterSample next{.wi = s.wi,
                      .weight = {},
                      .pdf_w = mixed(v, s.pdf_w, eval.pdf_w, eval.base_pdf_w),
-                     .bsdf_pdf_w = eval.pdf_w};
+                     .bsdf_pdf_w = eval.pdf_w,
+                     .base_pdf_w = eval.base_pdf_w,
+                     .guide_pdf_w = s.pdf_w};
   if (!eval.f_cos.is_black() && v.sides_agree(s.wi, wi_local)) {
     next.weight = eval.f_cos / next.pdf_w;
     next.lobes_weight = (eval.f_cos - eval.base_f_cos) / next.pdf_w;

@@ -62,7 +62,10 @@ void PathLearner::scattered(const ScatterSample& next) {
   GuideVertex& v = vertices_.back();
   v.wi = next.wi;
   v.pdf_w = next.pdf_w;
-  if (needs_.bsdf) v.bsdf = {next.bsdf_pdf_w, luminance(next.weight) * next.pdf_w};
+  v.bsdf.pdf_w = next.bsdf_pdf_w;
+  v.bsdf.f_cos = luminance(next.weight) * next.pdf_w;
+  v.bsdf.base_pdf_w = next.base_pdf_w;
+  v.bsdf.guide_pdf_w = next.guide_pdf_w;
   v.guidable = true;
   note.weight = next.weight * note.survivors;
   note.lobes_weight = next.lobes_weight * note.survivors;

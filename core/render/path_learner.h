@@ -30,6 +30,11 @@ class PathLearner {
   // Luminance of that vertex' surface, if the guide wants it.
   bool wants_albedo() const { return needs_.transition; }
   void albedo(float albedo) { vertices_.back().transition.albedo = albedo; }
+  // How that surface scatters, if the guide wants it: `albedo` as for a guide that expects.
+  bool wants_bsdf() const { return on() && needs_.bsdf; }
+  void surface(const GuidedSurface& surface, float albedo) {
+    vertices_.back().bsdf.surface = surface, vertices_.back().bsdf.albedo = albedo;
+  }
   uint32_t current() const {
     return on() ? static_cast<uint32_t>(vertices_.size() - 1) : kNoVertex;
   }

@@ -87,8 +87,10 @@ FieldTable guide_fields() {
        .methods = adaptive,
        .setting = setting([](RenderSettings & s) -> auto& { return s.adaptive.lights; })}));
   out.push_back(guide_setting(
-      "glossy", adaptive, "The chance that the guide is drawn from in place of a rough lobe.",
-      "Guided in place of rough lobes", {0, 1},
+      "glossy", adaptive,
+      "The chance that the guide is drawn from in place of a rough lobe; -1: learned for each "
+      "place.",
+      "Guided in place of rough lobes", {-1, 1},
       [](RenderSettings & s) -> auto& { return s.adaptive.glossy; }));
   out.push_back(guide_setting(
       "shrinkage", adaptive,

@@ -37,6 +37,10 @@ void teach(AdaptiveGuide& guide, uint64_t seed, int events, int shuffle = 1, boo
     const Vec3 local = square_to_cosine_hemisphere(random.next_2d());
     v.wi = v.at.frame.to_world(local);
     v.pdf_w = cosine_hemisphere_pdf_w(local.z);
+    v.bsdf.f_cos = 0.5f * v.pdf_w;  // a lobe as broad as a Lambert surface's
+    v.bsdf.pdf_w = v.pdf_w;
+    v.bsdf.guide_pdf_w = guide.pdf_w(v.at, v.wi);
+    v.bsdf.surface.base_chance = 0;
     v.guidable = true;
     v.arriving = Rgb{x > 3 ? 20.0f : 1.0f} * random.next();
     if (narrow && local.x * local.x + local.y * local.y > 0.1f) v.arriving = {};
@@ -271,6 +275,7 @@ Status load_states(std::initializer_list<uint64_t> keys, int64_t n = 100, int64_
   out.u64(keys.size());
   for (uint64_t key : keys) write_state(out, key, n, second);
   sections[1].bytes = out.take();
+  sections.resize(2);  // as version 4 wrote it
   return guide.load(sections);
 }
 
@@ -280,6 +285,7 @@ Status load_sum(AdaptiveGuide& guide, int64_t sum_of_cell) {
   out.u64(1);
   write_state(out, /*the floor*/ 1 << 3 | 2, 100, 40, sum_of_cell);
   sections[1].bytes = out.take();
+  sections.resize(2);
   return guide.load(sections);
 }
 
@@ -319,6 +325,24 @@ TEST(Adaptive, ItsRecordsAreChecked) {
   refused(load_states({key(1, kFloor)}, 100, -1), "sums");
   refused(load_states({key(1, kFloor)}, 0, 0), "sums");
   refused(load_states({key(1, kFloor)}, -5, 0), "sums");
+}
+
+TEST(Adaptive, WhatLobesShareGoesWithTheTable) {
+  const auto guide = taught(5);
+  std::vector<TableSection> sections = guide->save();
+  ASSERT_EQ(sections[2].tag, "ALOB");
+  EXPECT_TRUE(std::ranges::any_of(sections[2].bytes, [](uint8_t byte) { return byte != 0; }));
+  AdaptiveGuide loaded(setup_with());
+  ASSERT_TRUE(loaded.load(sections).ok());
+  EXPECT_EQ(loaded.save()[2].bytes, sections[2].bytes);
+  for (const bool longer : {false, true}) {
+    std::vector<TableSection> damaged = sections;
+    damaged[2].bytes.resize(sections[2].bytes.size() + (longer ? 8 : -8));
+    AdaptiveGuide other(setup_with());
+    const Status refused = other.load(damaged);
+    ASSERT_FALSE(refused.ok());
+    EXPECT_EQ(refused.error().code, ErrorCode::kCorrupt);
+  }
 }
 
 TEST(Adaptive, ATableThatIsTooLargeOrOfAnotherCubeIsRefused) {

@@ -159,13 +159,13 @@ TEST(LightImportance, GoesWithTheGuide) {
   teach_lights(*guide->light_importance(), 1);
   guide->end_pass();
   const std::vector<TableSection> sections = guide->save();
-  ASSERT_EQ(sections.size(), 3u);
+  ASSERT_EQ(sections.back().tag, "ALIT");
   const Result<GuideSetup> again = setup_of_table("adaptive", sections);
   ASSERT_TRUE(again.ok());
   EXPECT_TRUE(again.value().lights == clusters());
   const std::unique_ptr<Guide> loaded = make_guide("adaptive", setup).value();
   ASSERT_TRUE(loaded->load(sections).ok());
-  EXPECT_EQ(loaded->save()[2].bytes, sections[2].bytes);
+  EXPECT_EQ(loaded->save().back().bytes, sections.back().bytes);
 
   const std::unique_ptr<Guide> copy = make_guide("adaptive", setup).value();
   Bytes state;
@@ -185,7 +185,7 @@ TEST(LightImportance, GoesWithTheGuide) {
   setup.lights.fingerprint = 8;  // other lights
   const std::unique_ptr<Guide> elsewhere = make_guide("adaptive", setup).value();
   ASSERT_TRUE(elsewhere->load(sections).ok());
-  EXPECT_EQ(elsewhere->save().size(), 2u);
+  EXPECT_NE(elsewhere->save().back().tag, "ALIT");
 
   loaded->doubt();
   const uint32_t place = loaded->light_importance()->place(kSomewhere, {0, 1, 0});
@@ -195,7 +195,7 @@ TEST(LightImportance, GoesWithTheGuide) {
   EXPECT_GT(doubted, 0.75f);
   loaded->set_lights(setup.lights);
   EXPECT_EQ(loaded->light_importance()->weights(place), nullptr);
-  EXPECT_EQ(loaded->save().size(), 2u);
+  EXPECT_NE(loaded->save().back().tag, "ALIT");
 }
 
 }  // namespace
