@@ -11,6 +11,11 @@
 // greatest channel's; all below the coat 1 - c max(E(wo), E(wi)) (Dassault Systemes Enterprise
 // PBR), and all below the sheen alike, with s's greatest channel. All are reciprocal, and no light
 // is made.
+//
+// With `disney` it is the model of Burley 2012 and 2015 as other renderers have it: diffuse part
+// and sheen are burley.h's, neither is weighed by what the facets leave, and they make light at
+// grazing angles; what passes is coloured by the root of the base colour.
+#include "core/bsdf/burley.h"
 #include "core/bsdf/fresnel.h"
 #include "core/bsdf/ggx_albedo.h"
 #include "core/bsdf/kinds.h"
@@ -32,10 +37,11 @@ class Principled final : public Bsdf {
  public:
   explicit Principled(const Material& m)
       : table_(GgxAlbedo::table()),
-        sheen_(absent(m.sheen) ? nullptr : &Sheen::table()),
+        sheen_(absent(m.sheen) || m.disney ? nullptr : &Sheen::table()),
         ior_(m.ior),
         film_ior_(m.film_ior),
         film_(!absent(m.iridescence)),
+        disney_(m.disney),
         thin_(m.thin || m.ior - 1 < kLeastIndexStep),
         smooth_(is_smooth(m)),
         smooth_coat_(absent(m.clearcoat_roughness)),
@@ -118,7 +124,7 @@ class Principled final : public Bsdf {
     float sheen;  // its albedo's greatest channel
     Rgb passes;   // share of what enters the dielectric that passes it
     Rgb facets;   // albedo of the microfacets, reflected and passed
-    Rgb diffuse;  // f * pi / ((1 - E(wo)) (1 - E(wi)))
+    Rgb diffuse;  // f * pi / ((1 - E(wo)) (1 - E(wi))); of Disney's, over Burley's terms
     Rgb diffuse_albedo;
     Rgb through;  // as `diffuse`, of what leaves on the other side
     Rgb through_albedo;
@@ -144,7 +150,7 @@ class Principled final : public Bsdf {
     l.sheen = max_component(sheen_color);
 
     const float below = 1 - sp.metallic;
-    l.passes = sp.reflectance * (below * sp.transmission);
+    l.passes = (disney_ ? root(sp.reflectance) : sp.reflectance) * (below * sp.transmission);
     const GgxAlbedo::Value at = table_.at(roughness_along(sp, wo), std::abs(wo.z));
     l.open = 1 - max_component(at.of(l.dielectric_f0, l.dielectric_f90));
     l.facets = at.of(l.f0, l.f90) + l.passes * l.open;
@@ -153,6 +159,12 @@ class Principled final : public Bsdf {
     const float lambert = mean_open > 1e-4f ? below * (1 - sp.transmission) / mean_open : 0;
     l.diffuse = sp.reflectance * (lambert * (1 - sp.diffuse_transmission));
     l.diffuse_albedo = l.diffuse * (l.open * mean_open);
+    if (disney_) {
+      const float z = std::abs(wo.z);
+      l.diffuse = burley(sp, wo, sp.reflectance * (1 - sp.transmission));
+      l.diffuse_albedo = l.diffuse * Burley::albedo(z, sp.roughness) +
+                         burley(sp, wo, sp.sheen) * Burley::sheen_albedo(z);
+    }
     l.through = sp.diffuse_transmission_color * (lambert * sp.diffuse_transmission);
     l.through_albedo = l.through * (l.open * mean_open);
 
@@ -168,6 +180,10 @@ class Principled final : public Bsdf {
     l.through_chance = through * inverse;
     l.diffuse_chance = diffuse * inverse;
     return l;
+  }
+  // A colour of the Disney model's diffuse part: metal has none, nor has a solid from inside.
+  Rgb burley(const ShadingPoint& sp, Vec3 wo, Rgb color) const {
+    return wo.z < 0 && !thin_ && sp.transmission > 0 ? Rgb{} : color * (1 - sp.metallic);
   }
   static Ggx microfacets(const ShadingPoint& sp) {
     return Ggx(sp.roughness, Microfacets::kGgx, sp.anisotropy);
@@ -231,7 +247,8 @@ class Principled final : public Bsdf {
       f.cos_t = fresnel_dielectric(f.cos_o, eta(wo)).cos_t;
       if (wo.z < 0) {  // Schlick's term wants the angle outside
         const Rgb inside = f.cos_t > 0 ? fresnel(sp, l, f.cos_t).dielectric : Rgb{1.0f};
-        f.reflected += (inside - dielectric) * ((1 - sp.metallic) * sp.transmission);
+        const float share = (1 - sp.metallic) * sp.transmission;
+        f.reflected = disney_ ? inside * share : f.reflected + (inside - dielectric) * share;
         dielectric = inside;
       }
       reflects_all = f.cos_t > 0 ? 0.0f : 1.0f;
@@ -280,7 +297,13 @@ class Principled final : public Bsdf {
         e.pdf_w += l.facet_chance * f.reflect_chance * d * ggx.g1_over_cos(o);
       }
       const float cosine = cosine_hemisphere_pdf_w(i.z);
-      e.base_f_cos = l.diffuse * (under * l.open * open(l, sp, i) * cosine);
+      if (disney_) {
+        const Burley terms(o, i, sp.roughness);
+        e.base_f_cos =
+            (l.diffuse * terms.diffuse + burley(sp, wo, sp.sheen) * terms.sheen) * (under * cosine);
+      } else {
+        e.base_f_cos = l.diffuse * (under * l.open * open(l, sp, i) * cosine);
+      }
       e.base_pdf_w = l.diffuse_chance * cosine;
       e.f_cos += e.base_f_cos;
       e.pdf_w += e.base_pdf_w;
@@ -343,6 +366,7 @@ class Principled final : public Bsdf {
     e.pdf_w += l.facet_chance * (1 - f.reflect_chance) * d * ggx.g1_over_cos(o);
   }
 
+  static Rgb root(Rgb v) { return {std::sqrt(v.r), std::sqrt(v.g), std::sqrt(v.b)}; }
   static Rgb schlick(Rgb f0, Rgb f90, float cosine) {
     return lerp(schlick_weight(cosine), f0, f90);
   }
@@ -377,9 +401,9 @@ class Principled final : public Bsdf {
   }
 
   const GgxAlbedo& table_;
-  const Sheen* sheen_;  // null: the material has none
+  const Sheen* sheen_;  // null: the material has none of glTF's
   float ior_, film_ior_;
-  bool film_, thin_, smooth_, smooth_coat_;
+  bool film_, disney_, thin_, smooth_, smooth_coat_;
   BsdfKind kind_;
 };
 

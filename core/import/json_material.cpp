@@ -99,6 +99,7 @@ const Kind& read_kind(const JsonNode& node) {
         "metallic",
         "transmission",
         "thin",
+        "disney",
         "absorption",
         "clearcoat",
         "clearcoat_roughness",
@@ -218,6 +219,7 @@ Material read_material(const JsonNode& node, const TextureNames& textures,
   if (const auto v = node.find("ior")) m.ior = v->number();
   if (const auto v = node.find("absorption")) m.absorption = v->number_or_rgb();
   if (const auto v = node.find("thin")) m.thin = v->boolean();
+  if (const auto v = node.find("disney")) m.disney = v->boolean();
   if (const auto v = node.find("nonlinear")) m.nonlinear = v->boolean();
   if (m.kind == MaterialKind::kConductor) read_metal(node, m);
   if (m.kind == MaterialKind::kBlend) read_blend(node, textures, earlier, m);

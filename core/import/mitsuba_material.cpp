@@ -209,10 +209,12 @@ Material MitsubaMaterials::plastic(const MitsubaNode& bsdf, bool rough) {
 }
 
 Material MitsubaMaterials::principled(const MitsubaNode& bsdf) {
-  import_.expect_only(bsdf, {"base_color", "roughness", "anisotropic", "metallic", "spec_trans",
-                             "eta", "specular", "clearcoat", "clearcoat_gloss", "spec_tint"});
+  import_.expect_only(
+      bsdf, {"base_color", "roughness", "anisotropic", "metallic", "spec_trans", "eta", "specular",
+             "clearcoat", "clearcoat_gloss", "spec_tint", "sheen", "sheen_tint"});
   Material m;
   m.kind = MaterialKind::kPrincipled;
+  m.disney = true;
   m.reflectance = textures_.find_color(bsdf, "base_color", Rgb{0.5f});
   m.roughness = textures_.find_share(bsdf, "roughness", 0.5f);
   // Burley 2012, "Physically Based Shading at Disney", section 5.4.
@@ -227,14 +229,6 @@ Material MitsubaMaterials::principled(const MitsubaNode& bsdf) {
   }
   m.metallic = textures_.find_share(bsdf, "metallic", 0);
   m.transmission = textures_.find_share(bsdf, "spec_trans", 0);
-  m.specular.value = tinted(bsdf, "spec_tint", m.reflectance);
-  // What passes a surface there is coloured by the base's root, here by the base.
-  if (!m.reflectance.texture.valid() && !m.transmission.texture.valid()) {
-    Rgb& base = m.reflectance.value;
-    for (int i = 0; i < 3; ++i)
-      base[i] =
-          std::lerp(base[i], std::sqrt(base[i]), std::clamp(m.transmission.value, 0.0f, 1.0f));
-  }
   m.clearcoat = textures_.find_share(bsdf, "clearcoat", 0);
   m.clearcoat.value *= 0.25f;  // Disney's coat reflects a quarter of a real one
   const float gloss = textures_.find_share(bsdf, "clearcoat_gloss", 0).value;
@@ -244,6 +238,10 @@ Material MitsubaMaterials::principled(const MitsubaNode& bsdf) {
       std::sqrt(0.08 * std::clamp(find_number(bsdf, "specular").value_or(0.5), 0.0, 1.0));
   const double ior = find_number(bsdf, "eta").value_or((1 + root) / (1 - root));
   m.ior = static_cast<float>(std::clamp(ior, 1.0, 4.0));
+  m.specular.value = tinted(bsdf, "spec_tint", m.reflectance);
+  m.sheen = textures_.find_color(bsdf, "sheen", Rgb{0.0f});
+  if (max_component(m.sheen.value) > 0)
+    m.sheen.value = m.sheen.value * tinted(bsdf, "sheen_tint", m.reflectance);
   return m;
 }
 

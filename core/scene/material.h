@@ -67,6 +67,10 @@ struct Material {
   // Principled: of cloth, on all but the coat.
   ColorParam sheen{};
   FloatParam sheen_roughness{0.5f};
+  // Principled: Disney's model of 2012 and 2015 instead of glTF's. What is diffuse is Burley's and
+  // keeps all that the facets would leave, the sheen is Disney's, what passes is coloured by the
+  // root of the base colour, and a solid that light passes is diffuse from outside alone.
+  bool disney = false;
   bool thin = false;  // principled: what passes is not bent, the surface is a sheet
   // Principled: the share of the diffuse part that leaves on the other side, in a colour of its
   // own.

@@ -193,6 +193,7 @@ Digest hash_materials(const Scene& scene, const std::vector<Digest>& textures) {
       add.texture(m.coat_normal_map);
       out.f32(m.coat_normal_scale);
     }
+    if (m.disney) out.u8(2);
     for (const bool flag : {m.nonlinear, m.thin, m.two_sided}) out.u8(flag ? 1 : 0);
   }
   for (size_t m = 0; m < scene.meshes.size(); ++m) {

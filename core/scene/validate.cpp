@@ -87,7 +87,7 @@ Status check_material(const Material& m, size_t index, size_t textures) {
         check_param(at + "/transmission", m.transmission, textures),
         check_param(at + "/clearcoat", m.clearcoat, textures),
         check_param(at + "/clearcoat_roughness", m.clearcoat_roughness, textures),
-        check_param(at + "/sheen", m.sheen, 1, textures),
+        check_param(at + "/sheen", m.sheen, m.disney ? kMaxSpecular : 1, textures),
         check_param(at + "/sheen_roughness", m.sheen_roughness, textures),
         check_param(at + "/specular_weight", m.specular_weight, textures),
         check_param(at + "/diffuse_transmission", m.diffuse_transmission, textures),

@@ -1,6 +1,7 @@
 // How much light a Bsdf sends back, and that it does so alike both ways.
 #include <gtest/gtest.h>
 
+#include "core/bsdf/burley.h"
 #include "core/bsdf/fresnel.h"
 #include "core/bsdf/ggx.h"
 #include "core/bsdf/sheen.h"
@@ -150,6 +151,34 @@ TEST(BsdfEnergy, WhitePrincipledDielectricKeepsAll) {
     for (const Vec3 wo : test::eye_directions())
       EXPECT_NEAR(mean_weight(c, wo, 5, /*flux=*/true).mean(), 1, 2e-3)
           << (thin ? "thin" : "solid") << " from " << test::text(wo);
+  }
+}
+
+// Its diffuse part is Burley's whole, whatever facets reflect: neither is weighed by the other.
+// What returns is told by burley.h in closed form, and by the facets over a black base.
+TEST(BsdfEnergy, DisneysDiffuseIsBurleysWhole) {
+  for (const float roughness : {0.2f, 0.5f, 1.0f}) {
+    Material m = white(MaterialKind::kPrincipled, roughness);
+    m.disney = true;
+    const test::BsdfCase all = test::make_case("", m);
+    m.reflectance.value = Rgb{0.0f};
+    const test::BsdfCase facets = test::make_case("", m);
+    m.specular_weight.value = 0;
+    m.sheen.value = Rgb{1.0f};
+    const test::BsdfCase sheen = test::make_case("", m);
+    for (const Vec3 wo : {test::direction(0, 0), test::direction(50, 10), test::direction(75, 80),
+                          test::direction(86, 200), test::direction(120, 30)}) {
+      const float z = std::abs(wo.z);
+      const test::Moments both = mean_weight(all, wo, 3), mirrored = mean_weight(facets, wo, 5),
+                          fibres = mean_weight(sheen, wo, 7);
+      const std::string at = std::to_string(roughness) + " from " + test::text(wo);
+      EXPECT_NEAR(both.mean() - mirrored.mean(), static_cast<double>(Burley::albedo(z, roughness)),
+                  5 * (both.standard_error() + mirrored.standard_error()) + 2e-3)
+          << at;
+      EXPECT_NEAR(fibres.mean(), static_cast<double>(Burley::sheen_albedo(z)),
+                  5 * fibres.standard_error() + 0.01)
+          << at;
+    }
   }
 }
 

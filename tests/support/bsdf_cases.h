@@ -107,6 +107,17 @@ inline std::vector<BsdfCase> principled_cases() {
     m.iridescence.value = 1;
     m.film_nm.value = 550;
   });
+  add("Disney", 0.6f, [](Material& m) {
+    m.disney = true;
+    m.sheen.value = {0.5f, 1.4f, 0.2f};
+  });
+  add("Disney's half glass under a coat", 0.3f, [](Material& m) {
+    m.disney = true;
+    m.metallic.value = 0.2f;
+    m.transmission.value = 0.5f;
+    m.clearcoat.value = 0.25f;
+    m.clearcoat_roughness.value = 0.3f;
+  });
   for (const float roughness : {0.0f, 0.3f}) {
     add("tilted coat", 0.5f, [&](Material& m) {
       m.clearcoat.value = 0.9f;

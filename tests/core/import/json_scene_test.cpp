@@ -147,7 +147,7 @@ TEST(JsonScene, ReadsEveryKindOfMaterial) {
         {"name": "m", "type": "plastic", "nonlinear": false},
         {"name": "p", "type": "principled", "reflectance": 0.9, "ior": 1.4, "roughness": 0.3,
          "metallic": {"texture": "t", "scale": 0.5, "channel": "b"}, "transmission": 0.25,
-         "thin": true, "specular": 20, "specular_weight": 0.75, "clearcoat": 0.125,
+         "thin": true, "disney": true, "specular": 20, "specular_weight": 0.75, "clearcoat": 0.125,
          "clearcoat_roughness": 0.0625, "absorption": 4, "sheen": [0.25, 0.5, 0.75],
          "sheen_roughness": {"texture": "t", "channel": "a"}, "anisotropy_directions": true,
          "diffuse_transmission": 0.5, "diffuse_transmission_color": [0.75, 0.5, 0.25],
@@ -175,6 +175,7 @@ TEST(JsonScene, ReadsEveryKindOfMaterial) {
   EXPECT_EQ(m[3].metallic, (FloatParam{0.5f, t, 2}));
   EXPECT_EQ(m[3].transmission.value, 0.25f);
   EXPECT_TRUE(m[3].thin);
+  EXPECT_TRUE(m[3].disney);
   EXPECT_EQ(m[3].specular.value, Rgb{20});
   EXPECT_EQ(m[3].specular_weight.value, 0.75f);
   EXPECT_EQ(m[3].clearcoat.value, 0.125f);

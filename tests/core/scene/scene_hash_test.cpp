@@ -91,6 +91,7 @@ TEST(SceneHash, EachChangeShowsInItsPartAlone) {
        [](Scene& s) { s.materials[1].microfacets = Microfacets::kBeckmann; }},
       {"nonlinear", kMaterialPart, [](Scene& s) { s.materials[1].nonlinear = false; }},
       {"thin", kMaterialPart, [](Scene& s) { s.materials[1].thin = true; }},
+      {"disney", kMaterialPart, [](Scene& s) { s.materials[1].disney = true; }},
       {"one-sided", kMaterialPart, [](Scene& s) { s.materials[1].two_sided = false; }},
       {"opacity", kMaterialPart, [](Scene& s) { s.materials[1].opacity.value = 0.5f; }},
       {"cutoff", kMaterialPart, [](Scene& s) { s.materials[1].alpha_cutoff = 0.5f; }},
