@@ -25,10 +25,11 @@ struct Burley {
   // Share of light from cosine z that the base scatters: the integral of `diffuse` above.
   static float albedo(float z, float roughness) {
     const float f = schlick_weight(z);
-    constexpr float m0 = 1.0f / 21, m1 = 1.0f / 84, m2 = 1.0f / 252;  // of 2 z^(k+1) (1 - z)^5
-    return (1 - 0.5f * f) * (1 - 0.5f * m0) +
-           roughness * (f * (1 + z * (2.0f / 3)) + (1 - f) * (m0 + z * m1)) +
-           sqr(roughness) * f * (m0 + 2 * z * m1 + sqr(z) * m2 + 0.5f * (1 - sqr(z)) * (m0 - m2));
+    constexpr float kM0 = 1.0f / 21, kM1 = 1.0f / 84, kM2 = 1.0f / 252;  // of 2 z^(k+1) (1 - z)^5
+    return (1 - 0.5f * f) * (1 - 0.5f * kM0) +
+           roughness * (f * (1 + z * (2.0f / 3)) + (1 - f) * (kM0 + z * kM1)) +
+           sqr(roughness) * f *
+               (kM0 + 2 * z * kM1 + sqr(z) * kM2 + 0.5f * (1 - sqr(z)) * (kM0 - kM2));
   }
   // The same of the sheen; a fit within .01.
   static float sheen_albedo(float z) { return 0.088f * sqr(1 - z) * std::sqrt(1 - z); }

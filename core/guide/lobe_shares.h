@@ -2,7 +2,8 @@
 // Where the lobe is broad or light comes from few directions the guide is better, else the lobe's
 // own sampling. Each path that was learned from tells what the second moment of its contribution
 // would have been under each of a few shares, whatever share drew it (as Meyer et al. 2024, "MARS",
-// compare techniques by second moments). Sums in fixed point: no order changes a bit.
+// compare techniques by second moments). No share is 0: rare light that no sample has met yet is
+// what the guide may find first. Sums in fixed point: no order changes a bit.
 #pragma once
 
 #include <algorithm>
@@ -15,8 +16,8 @@
 namespace qray {
 
 struct LobeShares {
-  static constexpr std::array<float, 4> kShares{0, 0.2f, 0.5f, 0.8f};
-  static constexpr float kUnknown = 0.2f;  // as long as nothing was learned
+  static constexpr std::array<float, 4> kShares{0.1f, 0.25f, 0.5f, 0.8f};
+  static constexpr float kUnknown = 0.25f;  // as long as nothing was learned
   static constexpr double kPriorSamples = 500;
   using Means = std::array<double, kShares.size()>;  // over all places, of a sample
 
@@ -30,18 +31,20 @@ struct LobeShares {
   }
 
   // One sample; `expected`: the luminance that arrives there, its deviation counted. What few
-  // samples show of rare light is bounded here, never in a picture.
+  // samples show of rare light is bounded here, never in a picture. A surface without rough lobes
+  // tells nothing.
   static LobeShares of(const GuideVertex& v, float expected) {
     constexpr float kOne = 0x1p16f, kMostOverExpected = 8, kMostRatio = 64;
     LobeShares one;
     const GuideVertex::BsdfPart& bsdf = v.bsdf;
+    if (bsdf.surface.smooth || bsdf.surface.base_chance >= 1) return one;
     const float contribution = bsdf.f_cos / v.pdf_w * luminance(v.arriving);
     const float relative = contribution / (bsdf.albedo * expected);
     if (!(relative > 0)) return one;  // NaN too
     const float square = sqr(std::min(relative, kMostOverExpected)) * kOne;
     for (size_t i = 0; i < kShares.size(); ++i) {
-      const float pdf_w = mixed(bsdf.surface.smooth ? 0 : kShares[i], bsdf.surface.base_chance,
-                                bsdf.guide_pdf_w, bsdf.pdf_w - bsdf.base_pdf_w);
+      const float pdf_w = mixed(kShares[i], bsdf.surface.base_chance, bsdf.guide_pdf_w,
+                                bsdf.pdf_w - bsdf.base_pdf_w);
       const float ratio = pdf_w * kMostRatio > v.pdf_w ? v.pdf_w / pdf_w : kMostRatio;
       one.moments[i] = static_cast<int64_t>(square * ratio);
     }

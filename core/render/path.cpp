@@ -458,7 +458,7 @@ std::optional<ScatterSample> PathTracer::scatter(const PathVertex& v, float u_lo
                      .base_pdf_w = s->base_pdf_w,
                      .lobes_weight = s->weight - s->base_weight,
                      .delta = s->delta};
-  if (!next.delta && (mixture.guide > 0 || learner_.wants_bsdf())) {
+  if (!next.delta && (mixture.guide > 0 || (learner_.wants_bsdf() && v.parts.base_chance < 1))) {
     const CycleScope guiding(timed_, counters_.timed_guiding);
     next.guide_pdf_w = guide_->pdf_w(v.at, next.wi);
   }
