@@ -80,7 +80,8 @@ TEST(TableStale, WarmIsUnbiasedAndRecovers) {
       mode.error(name, std::string(change.name) + ", after 4 passes, over that of a cold start",
                  formatted("%.2f", ratio));
       if (judged) {
-        EXPECT_LE(ratio, 1.05) << change.name;  // medians of 48 have noise of their own
+        // The ratio of two medians of 48 has noise of its own, some hundredths.
+        EXPECT_LE(ratio, 1.1) << change.name;
       }
     }
   }
