@@ -42,6 +42,7 @@ export class JobChoice {
     const none = this.#boxes().length > 0 && this.#chosen().length === this.#boxes().length;
     this.#part('tools').inert = true;
     try {
+      await this.#store.answered();
       while (!none && this.#more() && this.#boxes().length < kMost) {
         this.#part('status').textContent = `${this.#boxes().length} are listed …`;
         await this.#store.load_older();

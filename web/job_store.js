@@ -12,6 +12,8 @@ export class JobStore extends EventTarget {
   #missing = new Set();
   #asking = new Map(); // id -> whether to ask once more after the answer
   #search = { find: '', state: '', states: [] };
+  #wanted = null; // the last search, and when it has its answer
+  #answered = Promise.resolve();
   #next; // where older jobs go on; undefined before the first answer, null after the last
   most = kPage; // that are listed
   pinned = []; // ids of jobs that are not forgotten
@@ -48,7 +50,21 @@ export class JobStore extends EventTarget {
 
   // From now on these are listed: of all jobs those that fit, the newest of them first.
   // Older pages that were asked for before stay as they are.
-  async search({ find, state }) {
+  // It is asked for after so many ms, unless another search comes before.
+  search(wanted, after_ms = 0) {
+    this.#wanted = wanted;
+    const quiet = new Promise((resolve) => { setTimeout(resolve, after_ms); });
+    this.#answered = quiet.then(() =>
+      (wanted === this.#wanted ? this.#ask_for(wanted) : undefined));
+    return this.#answered;
+  }
+
+  // The last search, one that waits included, has its answer; rejects as the search did.
+  answered() {
+    return this.#answered;
+  }
+
+  async #ask_for({ find, state }) {
     const old = this.#search;
     if (find !== old.find || state !== old.state) {
       this.#search = { find, state, states: states_of(state) };
@@ -62,7 +78,9 @@ export class JobStore extends EventTarget {
     this.#changed(null);
   }
 
+  // Before the last search has its answer nobody knows where older ones begin.
   async load_older() {
+    await this.answered();
     this.most += kPage;
     if (this.#next) {
       const answer = await list_jobs(this.#next, this.#search);
