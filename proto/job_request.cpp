@@ -7,6 +7,15 @@
 namespace qray::proto {
 namespace {
 
+// As far as it can be judged before the scene says how large its picture is.
+void check_region(const Json& tree, const JobRequest& request, std::vector<FieldError>& errors) {
+  if (!tree.contains("region")) return;
+  for (const char* side : {"/region/width", "/region/height"})
+    if (!request.find(side + 1)) errors.push_back({side, "expected a whole number, got nothing"});
+  if (request.get(field::kPixels) == pixels_name(Pixels::kByNoise))
+    errors.push_back({"/region", "expected no region where pixels are sampled by their noise"});
+}
+
 void read_request(const Json& tree, const RequestLimits& limits, const FieldTable& fields,
                   JobRequest& out, std::vector<FieldError>& errors) {
   read_fields(tree, fields, kJob, limits, out, errors);
@@ -23,6 +32,7 @@ void read_request(const Json& tree, const RequestLimits& limits, const FieldTabl
     errors.push_back({"/seconds", "expected at most " + number_text(limits.max_seconds) +
                                       " s for all frames, got " + std::to_string(frames) + " of " +
                                       number_text(seconds) + " s"});
+  check_region(tree, out, errors);
   complete_budget(out, limits.max_seconds);
 }
 

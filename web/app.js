@@ -61,6 +61,20 @@ async function post(request) {
   store.put(job);
   address.go(job.id);
 }
+const part_first = by_id('part-first');
+part_first.addEventListener('click', async () => {
+  const { request } = store.get(address.view.job);
+  try {
+    await post({ ...request, region: viewer.seen_part });
+  } catch (error) {
+    if (!(error instanceof ApiError)) throw error;
+    by_id('share-status').textContent = error.message;
+  }
+});
+viewer.addEventListener('update', () => {
+  const job = store.get(address.view.job);
+  part_first.disabled = !job || job.request.pixels === 'by-noise' || !viewer.seen_part;
+});
 const mixer = new LightMixer(by_id('mixer'), store, viewer, address, post);
 export const live_gate = new LiveGate(by_id('viewer'), viewer, store, address, post);
 viewer.addEventListener('update', () => live_gate.update());
@@ -215,16 +229,12 @@ function announce(text) {
   by_id('announcer').textContent = text;
 }
 
-let search_timer = 0;
-function search_soon() {
-  clearTimeout(search_timer);
-  search_timer = setTimeout(() => store.search(address.view).catch(() => {}), kSearchMs);
-}
-
 address.addEventListener('change', ({ detail: old }) => {
   const { view } = address;
   filters.update();
-  if (old.find !== view.find || old.state !== view.state) search_soon();
+  if (old.find !== view.find || old.state !== view.state) {
+    store.search(view, kSearchMs).catch(() => {});
+  }
   if (old.job !== view.job || old.with !== view.with || old.ref !== view.ref) ask_for_selected();
   viewer.follow(old);
   const shown = view.job ?? view.scene;

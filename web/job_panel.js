@@ -118,6 +118,7 @@ export class JobPanel {
       ['Seed', exact(request.seed)]];
     if (request.frames) facts.push(['Frames', frames_words(request.frames)]);
     if (request.pixels !== 'all') facts.push(['Pixels', kPixelsWords[request.pixels]]);
+    if (request.region) facts.push(['First', this.#region(request.region)]);
     if (request.recover !== 'none') facts.push(['Recovery', this.#recovery(job)]);
     if (request.method !== 'none') {
       facts.push(['Table used', this.#table_used(job)], ['Table made', this.#table_made(job)]);
@@ -148,6 +149,10 @@ export class JobPanel {
   #size(request) {
     if (!request.width || !request.height) return "the scene's own";
     return `${request.width} × ${request.height}`;
+  }
+
+  #region({ x = 0, y = 0, width, height }) {
+    return `${width} × ${height} pixels, ${x} from the left and ${y} from the top`;
   }
 
   #recovery({ request, stats }) {

@@ -140,6 +140,19 @@ export class Viewer extends EventTarget {
     this.#place.zoom_to(this.#place.one_to_one(this.#pictures[0].width || 1));
   }
 
+  // The pixels of the first picture that are seen, as a job's region; null: all of them.
+  get seen_part() {
+    const { width, height } = this.#size();
+    const { zoom, x, y } = this.#place.place;
+    if (!width || zoom === 1) return null;
+    const span = (centre, size) => {
+      const first = Math.max(0, Math.floor((centre - 0.5 / zoom) * size));
+      return [first, Math.min(size, Math.ceil((centre + 0.5 / zoom) * size)) - first];
+    };
+    const [[left, wide], [top, high]] = [span(x, width), span(y, height)];
+    return { x: left, y: top, width: wide, height: high };
+  }
+
   // `pixel`: [x, y] of the first picture, or null.
   inspect(pixel) {
     const { width, height } = this.#size();

@@ -11,6 +11,8 @@ namespace {
 
 constexpr float kLeastShare = 0.25f, kMostShare = 8;  // of the mean
 constexpr int kRounds = 4;                            // to find the scale that uses all samples
+constexpr uint64_t kMostAhead = 16;  // as often as all is the region sampled in a pass: workers
+                                     // stop between pixels
 
 }  // namespace
 
@@ -20,12 +22,24 @@ PixelPlan::PixelPlan(const RenderSettings& settings, bool in_rounds)
       seed_(settings.seed),
       step_(settings.pixels == Pixels::kAll ? 1 : 2),
       width_((settings.width + step_ - 1) / step_),
-      height_((settings.height + step_ - 1) / step_) {
+      height_((settings.height + step_ - 1) / step_),
+      region_(region_of(settings, step_)),
+      most_(settings.seconds > 0 || settings.noise > 0 ? 0
+                                                       : static_cast<uint32_t>(settings.samples)) {
   QRAY_CHECK(!in_rounds || settings.pixels == Pixels::kAll);
 }
 
+PixelPlan::Region PixelPlan::region_of(const RenderSettings& settings, int step) {
+  const auto first_from = [step](int pixel) { return (pixel + step - 1) / step; };
+  const PixelRegion& of = settings.region;
+  return {first_from(of.x), first_from(of.y), first_from(of.x + of.width),
+          first_from(of.y + of.height)};
+}
+
 void PixelPlan::start_pass(int samples, const NoiseEstimate* noise) {
-  samples_ = static_cast<uint32_t>(samples);
+  samples_ = in_region_ = static_cast<uint32_t>(samples);
+  // The first pass shows something everywhere.
+  if (done_ > 0 && region_.pixels() > 0 && region_.pixels() < pixels()) prefer_region();
   if (adaptive_ && noise && noise->known()) share_out(samples, *noise);
 }
 
@@ -65,8 +79,22 @@ void PixelPlan::share_out(int samples, const NoiseEstimate& noise) {
   }
 }
 
+// All of the pass, until the region has the render's samples; half of it where these are not known.
+void PixelPlan::prefer_region() {
+  const uint64_t inside = region_.pixels(), outside = pixels() - inside;
+  const uint64_t spend = spare_ + samples_ * pixels();
+  const uint64_t lacks = most_ > done_in_region_ ? most_ - done_in_region_ : 0;
+  const uint64_t wanted = most_ > 0 ? std::min(spend / inside, lacks)
+                                    : std::max<uint64_t>(spend / 2 / inside, samples_);
+  in_region_ = static_cast<uint32_t>(std::min(wanted, kMostAhead * samples_));
+  const uint64_t left = spend - in_region_ * inside;
+  samples_ = static_cast<uint32_t>(left / outside);
+  spare_ = left % outside;
+}
+
 void PixelPlan::end_pass() {
   done_ += samples_;
+  done_in_region_ += in_region_;
   for (size_t i = 0; i < counts_.size(); ++i) done_each_[i] += counts_[i];
 }
 

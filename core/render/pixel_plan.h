@@ -2,7 +2,8 @@
 // that grid. With the pixels kByNoise, those get more whose samples scatter more, so that a mean's
 // relative error is the same everywhere: n in proportion to deviation / mean lowers the sum of
 // squared relative errors most. Their counts follow their own samples, so the mean of such pictures
-// is not exactly that of the light. Between passes one thread; readers from any.
+// is not exactly that of the light. A region may get its samples before the other pixels: whatever
+// their values, so that this changes no mean. Between passes one thread; readers from any.
 #pragma once
 
 #include <cstdint>
@@ -36,11 +37,16 @@ class PixelPlan {
     return true;
   }
 
-  // As many samples as `samples` for each pixel of the grid would be. `noise`: null, not used.
+  // As many samples as `samples` for each pixel of the grid would be; with a region a few less,
+  // which later passes make up for. `noise`: null, not used.
   void start_pass(int samples, const NoiseEstimate* noise);
   // The pixel's samples in this pass, and how many it had before.
-  uint32_t count(int x, int y) const { return counts_.empty() ? samples_ : counts_[index(x, y)]; }
-  uint32_t first(int x, int y) const { return counts_.empty() ? done_ : done_each_[index(x, y)]; }
+  uint32_t count(int x, int y) const {
+    return !counts_.empty() ? counts_[index(x, y)] : region_.has(x, y) ? in_region_ : samples_;
+  }
+  uint32_t first(int x, int y) const {
+    return !counts_.empty() ? done_each_[index(x, y)] : region_.has(x, y) ? done_in_region_ : done_;
+  }
   void end_pass();
   size_t index(int x, int y) const {  // row by row
     return static_cast<size_t>(y) * static_cast<size_t>(width_) + static_cast<size_t>(x);
@@ -48,7 +54,8 @@ class PixelPlan {
 
   template <class Self, class Archive>
   static void exchange(Self& self, Archive& archive) {
-    archive(self.samples_, self.done_, self.counts_, self.done_each_);
+    archive(self.samples_, self.done_, self.in_region_, self.done_in_region_, self.spare_,
+            self.counts_, self.done_each_);
   }
   // Whether what was read is of this grid.
   bool fits() const {
@@ -56,14 +63,30 @@ class PixelPlan {
   }
 
  private:
+  // Of the grid, from the first column and row to before the last.
+  struct Region {
+    int x = 0, y = 0, end_x = 0, end_y = 0;
+    bool has(int column, int row) const {
+      return column >= x && column < end_x && row >= y && row < end_y;
+    }
+    uint64_t pixels() const {
+      return static_cast<uint64_t>(end_x - x) * static_cast<uint64_t>(end_y - y);
+    }
+  };
+  static Region region_of(const RenderSettings& settings, int step);
   void share_out(int samples, const NoiseEstimate& noise);
+  void prefer_region();
 
   static constexpr int kRoundX[] = {0, 1, 1, 0}, kRoundY[] = {0, 1, 0, 1};
 
   bool adaptive_, in_rounds_;
   uint64_t seed_;
   int step_, width_, height_;
-  uint32_t samples_ = 0, done_ = 0;           // a pixel, while all are alike
+  Region region_;                    // without pixels: none comes first
+  uint32_t most_;                    // samples a pixel, of the whole render; 0: not known
+  uint32_t samples_ = 0, done_ = 0;  // a pixel outside of the region, while all there are alike
+  uint32_t in_region_ = 0, done_in_region_ = 0;
+  uint64_t spare_ = 0;  // samples of earlier passes that could not be given to all alike
   std::vector<uint32_t> counts_, done_each_;  // empty while all are alike
 };
 

@@ -146,6 +146,38 @@ void add_job(FieldTable& out) {
   out.push_back(recover_field());
 }
 
+template <class Member>
+Field region_field(std::string name, std::string label, std::string help, double least,
+                   Member member) {
+  return {.path = "region/" + std::move(name),
+          .help = std::move(help),
+          .label = std::move(label),
+          .unit = "pixels",
+          .least = least,
+          .most = kMaxSidePx,
+          .callers = kOfJobs,
+          .setting = setting_if(member, [member](const RenderSettings& s) {
+            return member(const_cast<RenderSettings&>(s)) != 0;
+          })};
+}
+
+void add_region(FieldTable& out) {
+  out.push_back(region_field(
+      "x", "Region first: from the left",
+      "The left edge of the region that gets its samples first: all of them, or half of the job's "
+      "where time or noise ends it.",
+      0, [](RenderSettings & s) -> auto& { return s.region.x; }));
+  out.push_back(region_field(
+      "y", "Region first: from the top", "The upper edge of that region.", 0,
+      [](RenderSettings & s) -> auto& { return s.region.y; }));
+  out.push_back(region_field(
+      "width", "Region first: width", "The width of that region.", 1,
+      [](RenderSettings & s) -> auto& { return s.region.width; }));
+  out.push_back(region_field(
+      "height", "Region first: height", "The height of that region.", 1,
+      [](RenderSettings & s) -> auto& { return s.region.height; }));
+}
+
 // What is kept and made beside the picture.
 void add_passes(FieldTable& out) {
   Field passes{.path = "passes",
@@ -376,6 +408,7 @@ void add_queue(FieldTable& out) {
 FieldTable make_job_fields() {
   FieldTable out;
   add_job(out);
+  add_region(out);
   add_passes(out);
   add_renderer(out);
   for (Field& field : guide_fields()) out.push_back(std::move(field));

@@ -1,6 +1,7 @@
 #include "core/settings/render_settings.h"
 
 #include <string>
+#include <tuple>
 
 #include "core/scene/validate.h"
 #include "core/settings/job_fields.h"
@@ -40,6 +41,22 @@ Status check_range(const Field& field, const RenderSettings& settings) {
 
 constexpr std::pair<Pixels, std::string_view> kPixels[] = {
     {Pixels::kAll, "all"}, {Pixels::kQuarter, "quarter"}, {Pixels::kByNoise, "by-noise"}};
+
+Status check_region(const RenderSettings& s) {
+  const PixelRegion& region = s.region;
+  if (region.empty()) return {};
+  if (s.pixels == Pixels::kByNoise)
+    return Error{ErrorCode::kInvalid,
+                 "expected no region where the noise decides which pixels are sampled", "/region"};
+  for (const auto& [value, least, most, path] :
+       {std::tuple{region.x, 0, s.width - 1, "/region/x"},
+        std::tuple{region.y, 0, s.height - 1, "/region/y"},
+        std::tuple{region.width, 1, s.width - region.x, "/region/width"},
+        std::tuple{region.height, 1, s.height - region.y, "/region/height"}})
+    if (Status status = check_range(value, least, most, path); !status.ok()) return status;
+  return {};
+}
+
 }  // namespace
 
 std::string_view pixels_name(Pixels pixels) {
@@ -72,6 +89,7 @@ Status check_settings(const RenderSettings& s, int64_t max_pixels) {
                      std::to_string(static_cast<int64_t>(s.width) * s.height),
                  "/width"};
   }
+  if (Status status = check_region(s); !status.ok()) return status;
   for (int pass : s.passes)
     if (Status status = check_range(pass, 1, kMaxSamples, "/passes"); !status.ok()) return status;
   if (s.camera) {

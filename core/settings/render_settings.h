@@ -21,6 +21,11 @@ enum class Pixels { kAll, kQuarter, kByNoise };
 std::string_view pixels_name(Pixels pixels);  // all, quarter, by-noise
 std::optional<Pixels> pixels_named(std::string_view name);
 
+struct PixelRegion {
+  int x = 0, y = 0, width = 0, height = 0;  // pixels, from the top left
+  bool empty() const { return width == 0 && height == 0 && x == 0 && y == 0; }
+};
+
 struct RenderSettings {
   std::string method = "adaptive";
   bool nee = true;
@@ -29,6 +34,7 @@ struct RenderSettings {
   bool gate = true;  // a guide that does not pay is left (guide_gate.h); else it rules regardless
   int width = 512, height = 512;  // pixels
   Pixels pixels = Pixels::kAll;   // others than kAll: width and height must be even
+  PixelRegion region;             // it gets its samples first (pixel_plan.h); empty: none does
   std::string recover = "none";   // what makes the picture whole: a name, that only charts look up
                                   // (run_job is given its network)
   bool estimates_noise = false;   // for Film::noise(); some methods and pixels do anyway

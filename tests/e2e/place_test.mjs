@@ -58,6 +58,25 @@ test('keys zoom, a drag moves the picture, and a reload shows the same part', as
     `${i}: ${v} against ${numbers(here)[i]}`));
 });
 
+test('the part that is seen is rendered first, by a job of its own', async () => {
+  assert.equal(await zoom(), await times(4));
+  await page.locator('#part-first').click();
+  await page.waitForFunction((old) => !location.hash.includes(`job=${old}`), job);
+  const first = new URLSearchParams(new URL(page.url()).hash.slice(1)).get('job');
+  const { request } = await all.server.job(first);
+  const { x, y, width, height } = request.region;
+  for (const side of [width, height]) assert.ok(side >= kSide / 4 && side <= kSide / 4 + 2, side);
+  assert.ok(x >= 0 && x + width <= kSide && y >= 0 && y + height <= kSide, `${x} ${y}`);
+  assert.equal(request.samples, 8);
+  await all.server.wait_until(first, ({ state }) => state === 'succeeded');
+  await page.locator('.panel-facts').filter({ hasText: `${width} × ${height} pixels, ${x} from` })
+    .waitFor();
+  await page.getByRole('button', { name: 'Fit' }).click();
+  assert.ok(await page.locator('#part-first').isDisabled()); // the part is all of it
+  await page.goto(`${all.server.url}/#job=${job}`);
+  await wait_for_tiles(page, 0);
+});
+
 test('pixels that are close wear their numbers', async () => {
   const ink = () => page.locator('.pane.left .marks').evaluate((canvas) => {
     const { data } = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height);
@@ -65,7 +84,7 @@ test('pixels that are close wear their numbers', async () => {
   });
   assert.equal(await ink(), 0);
   await page.locator('.stage').focus();
-  for (let i = 0; i < 2; ++i) await page.keyboard.press('+');
+  for (let i = 0; i < 4; ++i) await page.keyboard.press('+');
   await page.waitForFunction(() => document.querySelector('.pane.left .marks').width > 1);
   assert.ok(await ink() > 500);
   await screenshot(page, 'numbers-1280');

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <vector>
+
 namespace qray {
 namespace {
 
@@ -69,6 +71,58 @@ TEST(PixelPlan, NoPixelIsLeftOut) {
   plan.end_pass();
   plan.start_pass(30, &noise);
   EXPECT_GE(plan.first(10, 30) + plan.count(10, 30), 5u);
+}
+
+// Runs passes of so many samples; what a pixel in the region and one outside have by the end of
+// each.
+struct Ahead {
+  std::vector<uint32_t> inside, outside;
+};
+Ahead with_region(RenderSettings s, const std::vector<int>& passes) {
+  s.region = {10, 20, 30, 40};
+  PixelPlan plan(s);
+  Ahead out;
+  for (const int samples : passes) {
+    plan.start_pass(samples, nullptr);
+    EXPECT_EQ(plan.first(9, 20), plan.first(40, 60));
+    out.inside.push_back(plan.first(10, 20) + plan.count(10, 20));
+    out.outside.push_back(plan.first(9, 20) + plan.count(9, 20));
+    EXPECT_EQ(plan.first(39, 59) + plan.count(39, 59), out.inside.back());
+    plan.end_pass();
+    EXPECT_EQ(plan.first(10, 20), out.inside.back());
+  }
+  return out;
+}
+
+TEST(PixelPlan, ARegionHasItsSamplesFirstAndInTheEndAllHaveAsMany) {
+  RenderSettings s = settings(Pixels::kAll);
+  s.samples = 40;
+  const Ahead ahead = with_region(s, {1, 1, 2, 4, 8, 16, 8});
+  EXPECT_EQ(ahead.inside, (std::vector<uint32_t>{1, 14, 40, 40, 40, 40, 40}));
+  EXPECT_EQ(ahead.outside.front(), 1u);  // the first pass shows all of the picture
+  EXPECT_EQ(ahead.outside[1], 1u);
+  EXPECT_EQ(ahead.outside.back(), 40u);
+}
+
+TEST(PixelPlan, WhereTimeEndsTheJobARegionHasHalfOfTheSamples) {
+  RenderSettings s = settings(Pixels::kAll);
+  s.samples = 0;
+  s.seconds = 60;
+  const Ahead ahead = with_region(s, {1, 1, 2, 4, 8});
+  const double region = 30 * 40, all = 4 * kPlanSide * kPlanSide;
+  EXPECT_NEAR(ahead.inside.back() * region, 15 * all / 2, 0.1 * 15 * all);
+  EXPECT_NEAR(ahead.outside.back() * (all - region), 15 * all / 2, 0.1 * 15 * all);
+}
+
+TEST(PixelPlan, ARegionWithoutASampledPixelChangesNothing) {
+  RenderSettings s = settings(Pixels::kQuarter);
+  s.region = {1, 1, 1, 1};
+  PixelPlan plan(s);
+  for (const int samples : {1, 2, 4}) {
+    plan.start_pass(samples, nullptr);
+    EXPECT_EQ(total(plan), static_cast<uint64_t>(samples) * plan.pixels());
+    plan.end_pass();
+  }
 }
 
 }  // namespace

@@ -60,6 +60,20 @@ TEST(Renderer, RoundsOfAPassTakeEachPixelOnce) {
   EXPECT_EQ(units, 3u * 4 * 4) << "3 passes of 4 rounds of 4 tiles";
 }
 
+// Of `none`, a pixel's samples are the same ones, in other passes.
+TEST(Renderer, ARegionThatComesFirstChangesTheOrderAlone) {
+  const auto scene = test::prepare(test::room());
+  RenderSettings settings = test::small_settings("none", 100, 24);
+  const Image even = test::render(*scene, settings).image;
+  settings.region = {30, 50, 20, 20};
+  const Image first = test::render(*scene, settings).image;
+  for (int y = 0; y < 100; ++y)
+    for (int x = 0; x < 100; ++x)
+      EXPECT_NEAR(luminance(first.rgb(x, y)), luminance(even.rgb(x, y)),
+                  1e-5f * (1 + luminance(even.rgb(x, y))))
+          << x << " " << y;
+}
+
 TEST(Renderer, MayBeKeptFromLearning) {
   const auto scene = test::prepare(test::room());
   const RenderSettings settings = passes_of_one("adaptive", 4);

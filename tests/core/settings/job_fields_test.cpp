@@ -66,6 +66,25 @@ TEST(JobFields, SettingsAreJudgedByTheirRanges) {
   }
 }
 
+TEST(JobFields, ARegionLiesWithinThePicture) {
+  RenderSettings settings;
+  settings.width = 100, settings.height = 60;
+  const auto where = [&](PixelRegion region) {
+    settings.region = region;
+    const Status status = check_settings(settings, 1 << 20);
+    return status.ok() ? std::string() : status.error().where;
+  };
+  EXPECT_EQ(where({0, 0, 100, 60}), "");
+  EXPECT_EQ(where({99, 59, 1, 1}), "");
+  EXPECT_EQ(where({100, 0, 1, 1}), "/region/x");
+  EXPECT_EQ(where({0, 60, 1, 1}), "/region/y");
+  EXPECT_EQ(where({50, 0, 51, 1}), "/region/width");
+  EXPECT_EQ(where({0, 30, 1, 31}), "/region/height");
+  EXPECT_EQ(where({0, 30, 1, 0}), "/region/height");
+  settings.pixels = Pixels::kByNoise;
+  EXPECT_EQ(where({0, 0, 10, 10}), "/region");
+}
+
 TEST(JobFields, ReadsWhatIsTyped) {
   const auto value = [](const char* path, const char* text) {
     JobRequest request;
