@@ -82,7 +82,7 @@ GuideMixture AdaptiveGuide::mixture(const GuidePoint& point, const GuidedSurface
   if (!state.guides) return {};
   const bool fixed = params_.glossy >= 0;
   const float of_lobes = surface.smooth ? 0 : fixed ? params_.glossy : state.lobe_share;
-  return {lerp(of_lobes, surface.base_chance, 1.0f), 0, 1 - of_lobes};
+  return GuideMixture::in_place_of_base(surface.base_chance, of_lobes);
 }
 
 GuideSample AdaptiveGuide::sample(const GuidePoint& point, Vec2 u) const {

@@ -41,6 +41,15 @@ struct GuideMixture {
 
   // Guide and whole BSDF.
   static GuideMixture of(float guide) { return {guide, 1 - guide, 1 - guide}; }
+  // The guide in place of the base, and of this share of the lobes.
+  static GuideMixture in_place_of_base(float base_chance, float share_of_lobes) {
+    return {lerp(share_of_lobes, base_chance, 1.0f), 0, 1 - share_of_lobes};
+  }
+
+  // p of a direction, of the densities that its parts have there.
+  float pdf_w(float of_guide, float of_base, float of_lobes) const {
+    return guide * of_guide + base * of_base + lobes * of_lobes;
+  }
 };
 
 struct GuideSample {

@@ -25,11 +25,6 @@ struct LobeShares {
   // with that share), times kOne.
   std::array<int64_t, kShares.size()> moments{};
 
-  // The density of a direction: guide and lobes share the lobes' part.
-  static float mixed(float share, float base_chance, float guide_pdf_w, float lobes_pdf_w) {
-    return (base_chance + (1 - base_chance) * share) * guide_pdf_w + (1 - share) * lobes_pdf_w;
-  }
-
   // One sample; `expected`: the luminance that arrives there, its deviation counted. What few
   // samples show of rare light is bounded here, never in a picture. A surface without rough lobes
   // tells nothing.
@@ -43,8 +38,8 @@ struct LobeShares {
     if (!(relative > 0)) return one;  // NaN too
     const float square = sqr(std::min(relative, kMostOverExpected)) * kOne;
     for (size_t i = 0; i < kShares.size(); ++i) {
-      const float pdf_w = mixed(kShares[i], bsdf.surface.base_chance, bsdf.guide_pdf_w,
-                                bsdf.pdf_w - bsdf.base_pdf_w);
+      const float pdf_w = GuideMixture::in_place_of_base(bsdf.surface.base_chance, kShares[i])
+                              .pdf_w(bsdf.guide_pdf_w, 0, bsdf.pdf_w - bsdf.base_pdf_w);
       const float ratio = pdf_w * kMostRatio > v.pdf_w ? v.pdf_w / pdf_w : kMostRatio;
       one.moments[i] = static_cast<int64_t>(square * ratio);
     }

@@ -148,19 +148,11 @@ inline bool PathTracer::intersect(const Ray& ray, Hit& hit) {
   return scene_.accel->intersect(ray, hit);
 }
 
-// Of a direction that guide and BSDF draw with these densities.
-inline float PathTracer::mixed(const PathVertex& v, float guide_pdf_w, float bsdf_pdf_w,
-                               float base_pdf_w) {
-  const GuideMixture& mixture = v.mixture;
-  return mixture.guide * guide_pdf_w + mixture.base * base_pdf_w +
-         mixture.lobes * (bsdf_pdf_w - base_pdf_w);
-}
-
 inline float PathTracer::mixture_pdf_w(const PathVertex& v, Vec3 wi, float bsdf_pdf_w,
                                        float base_pdf_w) {
   if (v.mixture.guide == 0) return bsdf_pdf_w;
   const CycleScope guiding(timed_, counters_.timed_guiding);
-  return mixed(v, guide_->pdf_w(v.at, wi), bsdf_pdf_w, base_pdf_w);
+  return v.mixture.pdf_w(guide_->pdf_w(v.at, wi), base_pdf_w, bsdf_pdf_w - base_pdf_w);
 }
 
 // More than the rounding noise of o + t d and of the largest triangle's coordinates.
@@ -458,14 +450,15 @@ std::optional<ScatterSample> PathTracer::scatter(const PathVertex& v, float u_lo
                      .base_pdf_w = s->base_pdf_w,
                      .lobes_weight = s->weight - s->base_weight,
                      .delta = s->delta};
-  if (!next.delta && (mixture.guide > 0 || (learner_.wants_bsdf() && v.parts.base_chance < 1))) {
+  if (!next.delta &&
+      (mixture.guide > 0 || (learner_.on() && learner_.wants_bsdf() && v.parts.base_chance < 1))) {
     const CycleScope guiding(timed_, counters_.timed_guiding);
     next.guide_pdf_w = guide_->pdf_w(v.at, next.wi);
   }
   if (mixture.guide > 0) {
     float rescaled = 1 / mixture.lobes;
     if (!next.delta) {
-      next.pdf_w = mixed(v, next.guide_pdf_w, s->pdf_w, s->base_pdf_w);
+      next.pdf_w = mixture.pdf_w(next.guide_pdf_w, s->base_pdf_w, s->pdf_w - s->base_pdf_w);
       rescaled = s->pdf_w / next.pdf_w;
     }
     next.weight *= rescaled;
@@ -483,12 +476,13 @@ inline ScatterSample PathTracer::scatter_by_guide(const PathVertex& v, Vec2 u_di
   }
   const Vec3 wi_local = v.frame.to_local(s.wi);
   const BsdfEval eval = v.eval(wi_local);
-  ScatterSample next{.wi = s.wi,
-                     .weight = {},
-                     .pdf_w = mixed(v, s.pdf_w, eval.pdf_w, eval.base_pdf_w),
-                     .bsdf_pdf_w = eval.pdf_w,
-                     .base_pdf_w = eval.base_pdf_w,
-                     .guide_pdf_w = s.pdf_w};
+  ScatterSample next{
+      .wi = s.wi,
+      .weight = {},
+      .pdf_w = v.mixture.pdf_w(s.pdf_w, eval.base_pdf_w, eval.pdf_w - eval.base_pdf_w),
+      .bsdf_pdf_w = eval.pdf_w,
+      .base_pdf_w = eval.base_pdf_w,
+      .guide_pdf_w = s.pdf_w};
   if (!eval.f_cos.is_black() && v.sides_agree(s.wi, wi_local)) {
     next.weight = eval.f_cos / next.pdf_w;
     next.lobes_weight = (eval.f_cos - eval.base_f_cos) / next.pdf_w;

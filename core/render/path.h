@@ -83,7 +83,6 @@ class PathTracer {
   float unguided_chance(int depth, Rgb throughput) const;  // of roulette
   std::optional<ScatterSample> scatter(const PathVertex& v, float u_lobe, Vec2 u_direction);
   ScatterSample scatter_by_guide(const PathVertex& v, Vec2 u_direction);
-  static float mixed(const PathVertex& v, float guide_pdf_w, float bsdf_pdf_w, float base_pdf_w);
   float mixture_pdf_w(const PathVertex& v, Vec3 wi, float bsdf_pdf_w, float base_pdf_w);
   float ray_offset(Vec3 p, float t) const;
 

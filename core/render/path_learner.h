@@ -31,7 +31,7 @@ class PathLearner {
   bool wants_albedo() const { return needs_.transition; }
   void albedo(float albedo) { vertices_.back().transition.albedo = albedo; }
   // How that surface scatters, if the guide wants it: `albedo` as for a guide that expects.
-  bool wants_bsdf() const { return on() && needs_.bsdf; }
+  bool wants_bsdf() const { return needs_.bsdf; }
   void surface(const GuidedSurface& surface, float albedo) {
     vertices_.back().bsdf.surface = surface, vertices_.back().bsdf.albedo = albedo;
   }

@@ -35,7 +35,7 @@ struct Place {
       v.bsdf.pdf_w = v.bsdf.f_cos = lobe_pdf_w(z);
       v.bsdf.guide_pdf_w = guide_pdf_w(z);
       v.bsdf.surface = {0, smooth};
-      v.pdf_w = LobeShares::mixed(drawn, 0, v.bsdf.guide_pdf_w, v.bsdf.pdf_w);
+      v.pdf_w = GuideMixture::in_place_of_base(0, drawn).pdf_w(v.bsdf.guide_pdf_w, 0, v.bsdf.pdf_w);
       sums += LobeShares::of(v, 0.5f);
     }
     return sums;
