@@ -67,6 +67,9 @@ void LightImportance::end_pass() {
 
 void LightImportance::solve(uint32_t place) {
   const size_t row = place * count_;
+  const std::span counts(&counts_[row], count_);
+  known_[place] = 0;
+  if (std::ranges::none_of(counts, [](uint32_t count) { return count > 0; })) return;
   bool any = false;
   size_t first = row;
   for (const LightClusters::Group& group : clusters_.groups) {

@@ -18,10 +18,14 @@ constexpr float kTiny = 1e-30f;
 
 using Vec8 = float __attribute__((vector_size(32)));
 
-inline Vec8 load(const std::array<float, 8>& from) {
+inline Vec8 load(const float* from) {
   Vec8 v;
-  std::memcpy(&v, from.data(), sizeof v);
+  std::memcpy(&v, from, sizeof v);
   return v;
+}
+inline Vec8 load(const std::array<float, 8>& from) { return load(from.data()); }
+inline float sum_of(const std::array<float, 8>& v) {
+  return ((v[0] + v[4]) + (v[2] + v[6])) + ((v[1] + v[5]) + (v[3] + v[7]));
 }
 inline Vec8 root(const Vec8& v) {
   std::array<float, 8> values;
@@ -71,14 +75,28 @@ inline LightTree::Weights LightTree::weigh(const Node& node, const LightReceiver
   const Vec8 weight = load(node.intensity) * sent * received / larger(d2, radius * radius);
   Weights w;
   std::memcpy(w.of.data(), &weight, sizeof weight);
-  const Lanes& v = w.of;
-  w.sum = ((v[0] + v[4]) + (v[2] + v[6])) + ((v[1] + v[5]) + (v[3] + v[7]));
+  w.sum = sum_of(w.of);
   return w;
 }
 
-void LightTree::scale(Weights& w, const float* factors) {
-  w.sum = 0;
-  for (size_t i = 0; i < kLanes; ++i) w.sum += w.of[i] *= factors[i];
+inline void LightTree::scale(Weights& w, const float* factors) {
+  const Vec8 scaled = load(w.of) * load(factors);
+  std::memcpy(w.of.data(), &scaled, sizeof scaled);
+  w.sum = sum_of(w.of);
+}
+
+// The lane in which `u` of the sum lies, and how far in it. Without branches on which it is, since
+// nobody can tell that before.
+inline LightTree::LaneAt LightTree::lane_at(const Weights& w, double u) {
+  const double target = u * double{w.sum};
+  std::array<double, kLanes + 1> below{};
+  for (size_t i = 0; i < kLanes; ++i) below[i + 1] = below[i] + double{w.of[i]};
+  size_t lane = 0;
+  for (size_t i = 1; i <= kLanes; ++i) lane += below[i] <= target ? 1 : 0;
+  if (lane == kLanes)  // by rounding: the last that weighs something
+    while (!(w.of[--lane] > 0)) {
+    }
+  return {lane, std::clamp((target - below[lane]) / double{w.of[lane]}, 0.0, 1.0)};
 }
 
 template <bool kByClusters>
@@ -95,18 +113,9 @@ LightTree::Pick LightTree::pick(const LightReceiver& at, double u, const float* 
       if (cluster != kNoGroup) scale(w, factors + cluster);
     }
     if (!(w.sum > 0) || !std::isfinite(w.sum)) return {};
-    const double target = u * double{w.sum};
-    double below = 0;
-    size_t lane = 0;
-    for (size_t i = 0; i < kLanes;
-         ++i) {  // of those that weigh something the last that begins there
-      if (!(w.of[i] > 0)) continue;
-      if (below > target) break;
-      lane = i;
-      below += double{w.of[i]};
-    }
-    below -= double{w.of[lane]};
-    u = std::clamp((target - below) / double{w.of[lane]}, 0.0, 1.0);
+    const LaneAt at_lane = lane_at(w, u);
+    const size_t lane = at_lane.lane;
+    u = at_lane.u;
     probability *= w.of[lane] / w.sum;
     if constexpr (kByClusters)
       if (cluster != kNoGroup)

@@ -77,9 +77,14 @@ class LightTree {
     alignas(32) Lanes of;
     float sum;
   };
+  struct LaneAt {
+    size_t lane;
+    double u;
+  };
   struct Builder;
   static Weights weigh(const Node& node, const LightReceiver& at);
   static void scale(Weights& weights, const float* factors);
+  static LaneAt lane_at(const Weights& weights, double u);
   template <bool kByClusters>
   Pick pick(const LightReceiver& at, double u, const float* factors, Passed* passed) const;
   static constexpr uint32_t kNoGroup = ~0u;
