@@ -288,7 +288,7 @@ void GltfImport::expect_extensions(const JsonNode& node,
   for (const std::string& key : extensions->keys())
     if (std::find(known.begin(), known.end(), key) == known.end() &&
         !says_nothing(key, extensions->get(key)))
-      warn(extensions->get(key), "the extension is left out");
+      warn(extensions->get(key), "the extension " + key + " is left out");
 }
 
 std::optional<JsonNode> find_extension(const JsonNode& node, std::string_view name) {

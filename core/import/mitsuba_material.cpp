@@ -223,7 +223,7 @@ Material MitsubaMaterials::principled(const MitsubaNode& bsdf) {
     const float alpha = sqr(m.roughness.value);
     if (m.roughness.texture.valid())
       import_.warn(*find_parameter(bsdf, "anisotropic"),
-                   "with a textured roughness it is left out");
+                   "anisotropic is left out where the roughness is a texture");
     else
       set_roughness(m, std::min(alpha / aspect, 1.0f), alpha * aspect);
   }
@@ -250,7 +250,8 @@ Rgb MitsubaMaterials::tinted(const MitsubaNode& bsdf, const char* name, const Co
   const FloatParam share = textures_.find_share(bsdf, name, 0);
   if (!(share.value > 0)) return Rgb{1.0f};
   if (base.texture.valid() || share.texture.valid()) {
-    import_.warn(*find_parameter(bsdf, name), "with a texture it is left out");
+    import_.warn(*find_parameter(bsdf, name),
+                 std::string(name) + " is left out where it or the base colour is a texture");
     return Rgb{1.0f};
   }
   const float y = luminance(base.value);

@@ -102,6 +102,18 @@ TEST(Material, WhatIsNotOpaqueLetsItsShareOfCameraRaysPass) {
   }
 }
 
+// docs/scenes.md has the distances at which the second is skipped.
+TEST(Material, BothOfTwoPanesAFifthOfAMillimetreApartAreMet) {
+  Material pane;
+  pane.kind = MaterialKind::kThinDielectric;
+  pane.ior = 1;
+  pane.transmittance.value = Rgb{0.5f};
+  Scene scene = wall_above();
+  add_sheet(scene, add(scene, pane), 5, 10, false);
+  add_sheet(scene, add(scene, pane), 5.0002f, 10, false);
+  expect_mean(brightness(*test::prepare(scene)), 0.25, 8, "two panes");
+}
+
 TEST(Material, ShadowRaysAndBouncesPassAlike) {
   const test::Moments free = brightness(*test::prepare(floor_under_a_sheet(black(0))));
   EXPECT_GT(free.mean(), 0.1);

@@ -333,7 +333,7 @@ TEST(GltfMaterial, WhatIsNotReadIsAWarning) {
       return load_with(folder, R"({"extensions": {")" + name + "\": {" + members + "}}}").warnings;
     };
     EXPECT_EQ(warnings("\"" + strength + "\": 0.5"),
-              std::vector<std::string>{at + name + ": the extension is left out"});
+              std::vector<std::string>{at + name + ": the extension " + name + " is left out"});
     EXPECT_EQ(warnings("\"" + strength + "\": 0"), std::vector<std::string>{});
     EXPECT_EQ(warnings(""), std::vector<std::string>{});
   }
@@ -353,8 +353,8 @@ TEST(GltfMaterial, WhatIsNotReadIsAWarning) {
   EXPECT_FALSE(material_of(loaded).normal_map.valid());
   EXPECT_EQ(picture(loaded, material_of(loaded).emission.texture), "p.webp");
   EXPECT_EQ(loaded.warnings,
-            std::vector<std::string>{
-                "a.gltf:/textures/0/extensions/KHR_texture_basisu: the extension is left out"});
+            std::vector<std::string>{"a.gltf:/textures/0/extensions/KHR_texture_basisu: the "
+                                     "extension KHR_texture_basisu is left out"});
 }
 
 TEST(GltfMaterial, Sheen) {

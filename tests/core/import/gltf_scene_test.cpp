@@ -244,7 +244,8 @@ TEST(GltfScene, WhatIsLeftOutIsAWarning) {
             (std::vector<std::string>{
                 "a.gltf:/extensions/KHR_materials_variants: drawn with the materials of no variant",
                 "a.gltf:/animations: animations are left out: the scene at rest is drawn",
-                "a.gltf:/nodes/0/extensions/KHR_node_visibility: the extension is left out"}));
+                "a.gltf:/nodes/0/extensions/KHR_node_visibility: the extension KHR_node_visibility "
+                "is left out"}));
   const auto strict = load_scene(folder.path() / "a.gltf", {{}, true, {}});
   EXPECT_FALSE(strict.ok());
 }
