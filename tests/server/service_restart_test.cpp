@@ -1,10 +1,15 @@
 // What a data folder keeps over the end of one server and the start of the next.
 #include <gtest/gtest.h>
 
+#include <fstream>
+#include <map>
+
 #include "core/base/byte_io.h"
 #include "core/base/file.h"
+#include "core/image/picture_layers.h"
 #include "core/render/checkpoint.h"
 #include "tests/server/test_service.h"
+#include "tests/support/render.h"
 #include "tests/support/sanitized.h"
 
 namespace qray::server {
@@ -45,13 +50,27 @@ TEST(ServiceRestart, QueuedAndRunningJobsGoOn) {
   EXPECT_EQ(s.submit(tiny_of(1)), "j000003");
 }
 
-// A stop of the server in the middle of jobs, twice, changes no bit of their pictures.
+// By their names.
+std::map<std::string, Image> layers_of(const TestService& s, const std::string& id) {
+  const qray::test::ScratchFolder scratch;
+  const std::filesystem::path file = scratch / "passes.exr";
+  std::ofstream(file, std::ios::binary) << body_of(s, "/v1/jobs/" + id + "/passes.exr");
+  std::map<std::string, Image> layers;
+  const std::vector<std::string> names = read_layer_names(file).value();
+  for (const std::string& name : names) layers[name] = read_layer(file, name).value().image;
+  return layers;
+}
+
+// A stop of the server in the middle of jobs, twice, changes no bit of their pictures and layers.
 TEST(ServiceRestart, AnInterruptedJobGoesOnFromItsState) {
   TestService s;
   s.start();
   Json request = tiny_of(qray::test::kSanitized ? 2000 : 6000);  // takes a second or more
   request["learning_samples"] = qray::test::kSanitized ? 400 : 1000;
   request["table"] = "none";
+  request["light_groups"] = "each";
+  request["passes"] = {"bounces", "indirect"};
+  request["region"] = {{"x", 3}, {"y", 4}, {"width", 20}, {"height", 10}};
   const std::string whole = s.submit(request), cut = s.submit(request);
   s.wait_end(whole);
   // Learning may be over before anybody asks.
@@ -63,6 +82,11 @@ TEST(ServiceRestart, AnInterruptedJobGoesOnFromItsState) {
   ASSERT_EQ(s.wait_end(cut)["state"], "succeeded");
   EXPECT_EQ(body_of(s, "/v1/jobs/" + cut + "/image.png"),
             body_of(s, "/v1/jobs/" + whole + "/image.png"));
+  const auto of_whole = layers_of(s, whole), of_cut = layers_of(s, cut);
+  EXPECT_GE(of_whole.size(), 4u);
+  ASSERT_EQ(of_cut.size(), of_whole.size());
+  for (const auto& [name, image] : of_whole)
+    EXPECT_TRUE(qray::test::same_bits(of_cut.at(name), image)) << name;
   const std::string log = body_of(s, "/v1/jobs/" + cut + "/log");
   EXPECT_NE(log.find("going on from a checkpoint"), std::string::npos) << log;
 }
