@@ -41,7 +41,7 @@ std::optional<Pilot> render_pilot(const PreparedScene& scene, const RenderSettin
                                   Guide* guide, TaskPool& pool, const Clock& clock,
                                   const std::stop_token& stop) {
   if (!guide || !guide->expects() || !settings.gate || settings.learning_samples == 0) return {};
-  if (GuideGate::paid(guide->worth()) || !settings.nee) return {};
+  if (GuideGate::paid(guide->worth())) return {};
   const std::optional<RenderSettings> small = pilot_settings(settings);
   if (!small) return {};
 

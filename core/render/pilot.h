@@ -23,8 +23,7 @@ struct Pilot {
 };
 
 // None: it was stopped, or there is nothing to find out. That is so without a guide that expects
-// and may learn, with an open gate, with a table that paid before, and in small pictures. Without
-// next event estimation a table that is as young as a pilot's makes too many fireflies.
+// and may learn, with an open gate, with a table that paid before, and in small pictures.
 std::optional<Pilot> render_pilot(const PreparedScene& scene, const RenderSettings& settings,
                                   Guide* guide, TaskPool& pool, const Clock& clock,
                                   const std::stop_token& stop);
