@@ -83,7 +83,8 @@ TEST(PicturePasses, EmissionDirectAndIndirectAreTheBeautyWhichTheyDoNotChange) {
   }
 }
 
-// With the same random numbers, paths of two surfaces are what paths of many begin with.
+// With the same random numbers, paths of two surfaces are what paths of many begin with. When their
+// rays to lights are traced, and thus the order in which a pixel's light is summed, may differ.
 TEST(PicturePasses, DirectIsWhatPathsOfTwoSurfacesBring) {
   const auto scene = test::prepare(lit_room());
   RenderSettings settings = small("none");
@@ -92,8 +93,11 @@ TEST(PicturePasses, DirectIsWhatPathsOfTwoSurfacesBring) {
   const Outcome whole = run(*scene, settings);
   settings.max_depth = 2;
   const Outcome two = run(*scene, settings);
-  EXPECT_TRUE(test::same_bits(whole.layer("direct"), two.layer("direct")));
-  EXPECT_TRUE(test::same_bits(whole.layer("emission"), two.layer("emission")));
+  for (const char* name : {"direct", "emission"}) {
+    const Image &of_whole = whole.layer(name), &of_two = two.layer(name);
+    for (size_t i = 0; i < of_two.data().size(); ++i)
+      ASSERT_LT(relative(of_whole.data()[i], of_two.data()[i]), 1e-5f) << name;
+  }
   EXPECT_GT(test::mean_luminance(whole.film->develop()),
             1.05 * test::mean_luminance(two.film->develop()));
 }
