@@ -2,6 +2,7 @@
 
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "core/base/sha256.h"
@@ -13,7 +14,9 @@ namespace {
 // A unit takes about so long: little against a pass, for what is left to wait for at its end, and
 // much against what it costs to hand one in.
 constexpr double kMostUnitSeconds = 0.25, kUnitsAPass = 16;
-constexpr double kLeastPatience = 0.5, kPatience = 4;  // seconds; over a unit's time
+// Seconds until a unit is given out again; the second: over a unit's time, as the last pass tells
+// it. A process that slept tells far too much, so there is a bound.
+constexpr double kLeastPatience = 0.5, kPatience = 4, kMostPatience = 10;
 // Seconds between looks at the database: while there are units to sample here, and at a pass' end,
 // where all wait for the last of them.
 constexpr double kBetweenLooks = 0.1, kBetweenLastLooks = 0.01;
@@ -158,8 +161,8 @@ Status SharedPassSampler::begin(const Renderer& renderer) {
   const double seconds = samples_of(renderer, renderer.units_left()) * seconds_a_sample_;
   pass.key = {wanted_.job, wanted_.claim, ++serial_};
   pass.cut = cut_of(renderer, seconds);
-  pass.patience =
-      std::max(kLeastPatience, kPatience * seconds / static_cast<double>(pass.cut.units()));
+  pass.patience = std::clamp(kPatience * seconds / static_cast<double>(pass.cut.units()),
+                             kLeastPatience, kMostPatience);
   pass.state = written([&](SnapshotWriter& out) { renderer.save_pass(out); });
   Bytes guide;
   if (renderer.needs_guide()) {
