@@ -20,6 +20,8 @@ constexpr double kLeastPatience = 0.5, kPatience = 4, kMostPatience = 10;
 // Seconds between looks at the database: while there are units to sample here, and at a pass' end,
 // where all wait for the last of them.
 constexpr double kBetweenLooks = 0.1, kBetweenLastLooks = 0.01;
+// Seconds without a unit, there being none to take, after which the rest is sampled here alone.
+constexpr double kMostWait = 10;
 constexpr std::chrono::milliseconds kLookAgain{5}, kNothingToTake{20};
 
 Bytes written(const std::function<void(SnapshotWriter&)>& write) {
@@ -88,9 +90,16 @@ Status SharedPassSampler::sample(Renderer& renderer, const std::function<bool()>
   }
   while (renderer.units_left() > 0 && !stop.stop_requested() && !enough()) {
     if (const std::optional<Unit> unit = next_ready(renderer, stop)) {
+      came_ = uses_.clock.seconds();
       // It has the hash that it was sent with, by a process whose bits are this one's.
       if (!renderer.add_units(unit->sampled, observer))
         return Error{ErrorCode::kIo, "a unit that was sampled elsewhere cannot be read", ""};
+    } else if (nothing_to_take_ && uses_.clock.seconds() - came_ > kMostWait) {
+      spdlog::warn("job={} a unit of its pass does not come: the rest is sampled here",
+                   wanted_.job.text());
+      end_pass();
+      sample_alone(renderer, enough, stop, observer);
+      return {};
     } else if (uses_.clock.seconds() - looked_ >=
                (nothing_to_take_ ? kBetweenLastLooks : kBetweenLooks)) {
       if (is_bad(uses_.passes.me()))
@@ -178,6 +187,7 @@ Status SharedPassSampler::begin(const Renderer& renderer) {
   totals_.bytes_begun += pass.state.size() + (new_guide ? guide.size() : 0);
   ++totals_.passes;
   shared_ = renderer.pass();
+  came_ = uses_.clock.seconds();
   {
     std::lock_guard lock(mutex_);
     under_way_ = std::move(begun);

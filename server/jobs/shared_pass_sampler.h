@@ -93,6 +93,7 @@ class SharedPassSampler final : public PassSampler {
   std::string guide_;            // SHA-256 of what was handed out
   double seconds_a_sample_ = 0;  // of this process, by its last pass; 0: not known
   double looked_ = 0;            // at the database, the last time
+  double came_ = 0;              // seconds: when the last unit did, or the pass began
   Totals totals_;
 
   std::atomic<bool> nothing_to_take_{false};  // for its thread
