@@ -16,7 +16,6 @@ export class Picture {
   #shown = { job: null, which: '', moment: null, frame: 0 };
   #texels = new Uint32Array(0);
   #on_change;
-  #zoom = 1;
   #mix = null; // factors of groups of lights
   #group_feeds = [];
   groups_came = false; // some tiles of each
@@ -87,7 +86,7 @@ export class Picture {
     this.#tiles.look = look;
   }
   set place(place) {
-    this.#zoom = place.zoom;
+    this.#tiles.zoom = place.zoom;
     this.marks.place = place;
     this.#choose_scaling();
   }
@@ -178,8 +177,6 @@ export class Picture {
 
   // Enlarged pixels stay sharp squares; a reduced picture is smoothed.
   #choose_scaling() {
-    const shown_px = this.#canvas.clientWidth * this.#zoom * devicePixelRatio;
-    this.#tiles.shown_px = shown_px;
-    this.#root.classList.toggle('enlarged', shown_px >= this.width);
+    this.#root.classList.toggle('enlarged', this.#tiles.shown_px() >= this.width);
   }
 }

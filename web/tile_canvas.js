@@ -83,7 +83,7 @@ export class TileCanvas {
   #sums = null; // {factors, moving, coarse, frame_buffer, textures}: what was added up for a mix
   #probe = null; // the same of one pixel
   #restless = 0; // frames until the mix is at rest
-  shown_px = Infinity; // width on the screen
+  zoom = 1; // of the canvas on the screen, over its size in the layout
   #width = 0;
   #height = 0;
   #look = kFirstLook;
@@ -183,6 +183,12 @@ export class TileCanvas {
     this.#mix = factors;
     this.#restless = kRestFrames;
     this.#draw_soon();
+  }
+
+  // The picture's width on the screen, as it is laid out now: a frame may be drawn before an
+  // observer of sizes is told.
+  shown_px() {
+    return this.#canvas.clientWidth * this.zoom * devicePixelRatio;
   }
 
   // What a mix makes of a pixel.
@@ -349,7 +355,7 @@ export class TileCanvas {
     const gl = this.#gl;
     const mixing = this.#mix !== null && this.#textures.length > 2;
     const coarse = mixing && this.#restless
-      ? Math.max(1, Math.round(this.#width / this.shown_px)) : 1;
+      ? Math.max(1, Math.round(this.#width / (this.shown_px() || this.#width))) : 1;
     const [width, height] = [this.#width, this.#height].map((side) => Math.ceil(side / coarse));
     if (mixing) this.#prepare_mix(coarse, width, height);
     // Setting a canvas' size empties it.
