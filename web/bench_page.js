@@ -7,8 +7,10 @@ import { measure } from './bench_data.js';
 import { BenchForm } from './bench_form.js';
 import { equal_time, median, summary_of } from './bench_measures.js';
 import { chart_command, kLabel } from './bench_plan.js';
+import { with_text } from './camera_text.js';
 import { csv, save } from './chart_files.js';
 import { ago, has_ended, progress_words, state_words } from './format.js';
+import { kept_cameras } from './live_bookmarks.js';
 import { ViewControls } from './view_controls.js';
 
 const kColumns = ['scene', 'width', 'height', 'method', 'seed', 'job', 'at', 'samples', 'seconds',
@@ -119,9 +121,13 @@ export class BenchPage {
     }));
   }
 
-  // Cameras of jobs of the scene, the newest first.
+  // Cameras of the scene: those that were kept by name, then those of its jobs, the newest first.
   #cameras(scene) {
     const cameras = new Map();
+    for (const [name, text] of kept_cameras(scene)) {
+      const camera = with_text({}, text);
+      if (camera) cameras.set(JSON.stringify(camera), [name, camera]);
+    }
     for (const { id, request } of this.#store.newest_first()) {
       const key = JSON.stringify(request.camera);
       if (request.scene !== scene || !request.camera || cameras.has(key)) continue;

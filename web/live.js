@@ -2,6 +2,7 @@
 // second one without what is being compared. Controls set the address (`live`: the camera, `off`,
 // `dark`, `beside`), and follow() shows what it says. Loaded when it is first needed
 // (live_gate.js).
+import { camera_text, with_text } from './camera_text.js';
 import { keep_camera, kept_cameras } from './live_bookmarks.js';
 import { LiveCamera } from './live_camera.js';
 import { show_measures } from './live_measures.js';
@@ -17,25 +18,6 @@ const kMeasuresMs = 250;
 const kRestMs = 300; // until a camera stands in the address
 
 const parts_of = (text) => (text ? text.split(',') : []);
-
-// As the address has it: six numbers, and f (field of view) or h (height of parallel rays).
-function camera_text({ position, target, projection, vertical_fov_deg: fov, height }) {
-  const short = (v) => String(Number(v.toPrecision(5)));
-  const more = projection === 'orthographic' ? height && `h${short(height)}`
-    : fov && `f${short(fov)}`;
-  return [...position, ...target].map(short).concat(more || []).join();
-}
-
-// `base` as the text changes it; null where it is no camera.
-function with_text(base, text) {
-  const parts = text.split(',');
-  const numbers = parts.slice(0, 6).map(Number);
-  if (numbers.length < 6 || !numbers.every(Number.isFinite)) return null;
-  const camera = { ...base, position: numbers.slice(0, 3), target: numbers.slice(3) };
-  const more = Number(parts[6]?.slice(1));
-  if (more > 0) camera[parts[6][0] === 'h' ? 'height' : 'vertical_fov_deg'] = more;
-  return camera;
-}
 
 function size_of({ width, height }) {
   const scale = Math.min(1, kMostSide / Math.max(width, height));

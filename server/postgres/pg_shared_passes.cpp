@@ -20,17 +20,21 @@ Bytes bytes_of(const PgRows& rows, int row, int column) {
 
 }  // namespace
 
-// The units of passes before go, in the same statement. Deleted rows and new ones differ in their
-// keys, so it does not matter which part is carried out first.
+// The units of passes before go, in the same statement: where this process has the job, for one that
+// slept would otherwise delete the units of the process that has it now. Deleted rows and new ones
+// differ in their keys, so it does not matter which part is carried out first.
 Status PgSharedPasses::begin(const Pass& pass, const std::string& bits, int workers,
                              const Bytes* guide) {
   PgDatabase::Session session(db_);
   const Cut& cut = pass.cut;
   const Result<PgRows> rows = session.run(
       "WITH mine AS (SELECT job FROM runs WHERE job=$1 AND claim=$2 AND worker=$4), "
-      "old_units AS (DELETE FROM pass_units WHERE job=$1 AND (claim, pass) <> ($2, $3)), "
-      "old_results AS (DELETE FROM pass_results WHERE job=$1 AND (claim, pass) <> ($2, $3)), "
-      "old_disputes AS (DELETE FROM pass_disputes WHERE job=$1 AND (claim, pass) <> ($2, $3)), "
+      "old_units AS (DELETE FROM pass_units o USING mine WHERE o.job=mine.job AND "
+      "(o.claim, o.pass) <> ($2, $3)), "
+      "old_results AS (DELETE FROM pass_results o USING mine WHERE o.job=mine.job AND "
+      "(o.claim, o.pass) <> ($2, $3)), "
+      "old_disputes AS (DELETE FROM pass_disputes o USING mine WHERE o.job=mine.job AND "
+      "(o.claim, o.pass) <> ($2, $3)), "
       "begun AS (INSERT INTO shared_passes(job, claim, pass, bits, workers, first, last, tiles, "
       "patience, state, guide_hash, guide) SELECT job, $2, $3, $5, $6, $7, $8, $9, $10, $11, $12, "
       "$13 FROM mine ON CONFLICT(job) DO UPDATE SET claim=$2, pass=$3, bits=$5, workers=$6, "

@@ -9,15 +9,6 @@ import { scratch_folder, Server } from '../e2e/support.mjs';
 const [what = 'shares', amount] = process.argv.slice(2);
 const kHeaderBytes = 88;
 
-async function call(server, method, path, body) {
-  const answer = await fetch(server.url + path, {
-    method,
-    headers: { 'content-type': 'application/json' },
-    body: body && JSON.stringify(body),
-  });
-  return answer.status === 204 ? null : answer.json();
-}
-
 // A session that flies to and fro until it is closed; counts frames, paths and rays.
 class Flight {
   frames = 0;
@@ -29,7 +20,7 @@ class Flight {
   static async open(server, size = 512) {
     const flight = new Flight();
     flight.server = server;
-    flight.info = await call(server, 'POST', '/v1/live',
+    flight.info = await server.call('POST', '/v1/live',
       { scene: 'thesis-room', width: size, height: size, frame_ms: 100 });
     flight.reading = flight.#read().catch(() => {});
     flight.flying = flight.#fly();
@@ -45,7 +36,7 @@ class Flight {
   async #fly() {
     for (let number = 1; !this.#abort.signal.aborted; ++number) {
       const t = number / 30;
-      await call(this.server, 'PUT', `/v1/live/${this.info.id}/camera`, { number,
+      await this.server.call('PUT', `/v1/live/${this.info.id}/camera`, { number,
         camera: { target: [0.2 * Math.cos(t), 1, -1],
           position: [0.6 * Math.sin(t), 1.45 + 0.2 * Math.sin(t / 2), 2 + 0.3 * Math.cos(t)] } });
       await sleep(50);
@@ -101,7 +92,7 @@ async function shares(server, seconds) {
   await alone_flight.close();
   let job = await post_job(server);
   const job_alone = (await rates(server, [], job, seconds)).samples;
-  await call(server, 'POST', `/v1/jobs/${job}/cancel`);
+  await server.call('POST', `/v1/jobs/${job}/cancel`);
   await sleep(2000);
 
   const flights = [];

@@ -1,7 +1,8 @@
 // Whether a table can only get better: after each of many random visits to a scene (a live session
 // of 1 to 8 s, a job of 1 to 64 samples, more samples for an old job), a job that takes its table
 // by itself is compared with one from the table that was there before all visits.
-//   QRAYD=$PWD/build/release/bin/qrayd node tests/bench/live_tables.mjs SCENE [visits] [seed]
+//   QRAYD=$PWD/build/release/bin/qrayd QRAY_E2E_MS=4000000 \
+//     node tests/bench/live_tables.mjs SCENE [visits] [seed]
 // SCENE: an included scene. `qray` lies beside qrayd. Prints, for each visit, the error of the job
 // over that of the other (relMSE, and without the worst .1 % of pixels), and geometric means of
 // each kind of visit.
@@ -16,6 +17,7 @@ const kSide = 256;
 const kTeacherSeconds = 30;
 const kReferenceSeconds = 60;
 const kSamples = 16; // of the jobs that are compared
+const kWaitMs = 180_000;
 
 // Numbers in [0, 1), the same for a seed (mulberry32).
 let state = Number(seed);
@@ -29,18 +31,10 @@ function random() {
 const folder = scratch_folder();
 const server = await Server.start(folder);
 
-async function call(method, path, body) {
-  const answer = await fetch(server.url + path, {
-    method, headers: { 'content-type': 'application/json' }, body: body && JSON.stringify(body),
-  });
-  if (!answer.ok) throw new Error(`${method} ${path}: ${answer.status} ${await answer.text()}`);
-  return answer.status === 204 ? null : answer.json().catch(() => null);
-}
-
 const size = { scene, width: kSide, height: kSide };
 async function done(request) {
   const id = await server.post({ ...size, ...request });
-  return server.wait_until(id, ({ state: now }) => now === 'succeeded');
+  return server.wait_until(id, ({ state: now }) => now === 'succeeded', kWaitMs);
 }
 
 async function picture(job, name) {
@@ -52,7 +46,7 @@ async function picture(job, name) {
 
 // A session that looks at points around the first one, from places around the first one.
 async function session() {
-  const live = await call('POST', '/v1/live', { ...size, frame_ms: 100 });
+  const live = await server.call('POST', '/v1/live', { ...size, frame_ms: 100 });
   const end = new AbortController();
   const reading = fetch(`${server.url}/v1/live/${live.id}/frames`, { signal: end.signal })
     .then(async ({ body }) => { for await (const chunk of body) void chunk; }).catch(() => {});
@@ -60,13 +54,13 @@ async function session() {
   const near = (point, by) => point.map((v) => v + by * (2 * random() - 1));
   const { position, target } = live.camera;
   for (let number = 1; Date.now() < until; ++number) {
-    await call('PUT', `/v1/live/${live.id}/camera`, { number,
+    await server.call('PUT', `/v1/live/${live.id}/camera`, { number,
       camera: { position: near(position, 0.2), target: near(target, 0.6) } });
     await sleep(100 + 900 * random());
   }
   end.abort();
   await reading;
-  await call('DELETE', `/v1/live/${live.id}`);
+  await server.call('DELETE', `/v1/live/${live.id}`);
   await sleep(500); // its table is kept
 }
 
@@ -74,9 +68,9 @@ const kinds = {
   session,
   job: () => done({ samples: 1 + Math.floor(64 * random()), seed: Math.floor(1e6 * random()) }),
   async extend() {
-    await call('POST', `/v1/jobs/${teacher.id}/extend`, { samples: 1 + Math.floor(8 * random()) });
+    await server.call('POST', `/v1/jobs/${teacher.id}/extend`, { samples: 1 + Math.floor(8 * random()) });
     await sleep(100);
-    await server.wait_until(teacher.id, ({ state: now }) => now === 'succeeded');
+    await server.wait_until(teacher.id, ({ state: now }) => now === 'succeeded', kWaitMs);
   },
 };
 
@@ -99,8 +93,8 @@ try {
     for (const table of ['auto', teacher.table_out]) {
       const job = await done({ samples: kSamples, seed: 1000 + visit, table });
       errors.push(relmse(await picture(job, table), reference));
-      await call('DELETE', `/v1/jobs/${job.id}`);
-      if (job.table_out) await call('DELETE', `/v1/tables/${job.table_out}`);
+      await server.call('DELETE', `/v1/jobs/${job.id}`);
+      if (job.table_out) await server.call('DELETE', `/v1/tables/${job.table_out}`);
     }
     const ratios = errors[0].map((v, i) => v / errors[1][i]);
     (logs[kind] ??= []).push(ratios.map(Math.log));

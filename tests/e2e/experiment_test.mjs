@@ -169,6 +169,11 @@ test('a job starts an experiment with its view, and on a phone it fits', async (
   await phone.waitForFunction(() => document.querySelector('#bench-width').value === '64');
   assert.equal(await phone.locator('#bench-camera').evaluate((one) => one.selectedOptions[0].text),
     `that of ${id}`);
+  await phone.evaluate(() => localStorage.setItem('qray-cameras',
+    JSON.stringify({ 'cornell-box': { 'from the left': '-1,1,3,0,1,0,f40' } })));
+  await phone.locator('#bench-width').fill('65'); // the form looks at itself again
+  assert.deepEqual(await phone.locator('#bench-camera option').allTextContents(),
+    ["each scene's own", 'from the left', `that of ${id}`]);
   await screenshot(phone, 'experiment-form-390');
   await phone.goto(`${all.server.url}/#bench&group=${encodeURIComponent(kName)}`);
   await phone.locator('.case-chart canvas').waitFor();

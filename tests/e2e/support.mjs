@@ -121,8 +121,20 @@ export class Server {
     return (await response.json()).id;
   }
 
-  async wait_until(id, done) {
-    const until = Date.now() + kWaitMs;
+  // The JSON that the server answers, or null where it answers nothing.
+  async call(method, path, body) {
+    const response = await fetch(this.url + path, {
+      method,
+      headers: { 'content-type': 'application/json' },
+      body: body && JSON.stringify(body),
+    });
+    const text = await response.text();
+    assert.ok(response.ok, `${method} ${path}: ${response.status} ${text}`);
+    return text ? JSON.parse(text) : null;
+  }
+
+  async wait_until(id, done, wait_ms = kWaitMs) {
+    const until = Date.now() + wait_ms;
     for (;;) {
       const job = await this.job(id);
       if (done(job)) return job;

@@ -126,11 +126,15 @@ TEST_F(PgSharedPassesTest, WhatComesTooLateIsRefused) {
   EXPECT_EQ(put(*one_, 0, "h", before), Put::kLate);
   EXPECT_FALSE(owner_->passes.collect(before, {}).value().there);
   EXPECT_FALSE(one_->passes.take(before, 0).value());
-  // The run has lost the job.
+  ASSERT_TRUE(take(*one_));
+  EXPECT_EQ(put(*one_, 0, "h"), Put::kTaken);
+  // The run has lost the job: what it does changes nothing for the one that has it.
   SharedPasses::Pass zombie = pass_;
   ++zombie.key.claim;
   EXPECT_EQ(owner_->passes.begin(zombie, "bits", 0, nullptr).error().code, ErrorCode::kCanceled);
   EXPECT_EQ(other_->passes.begin(pass_, "bits", 0, nullptr).error().code, ErrorCode::kCanceled);
+  EXPECT_EQ(owner_->passes.collect(pass_.key, {}).value().units.size(), 1u);
+  EXPECT_EQ(take(*other_), 1u);
   ASSERT_TRUE(owner_->passes.end(open_.job, open_.claim).ok());
   EXPECT_FALSE(one_->passes.find("bits").value());
   EXPECT_FALSE(one_->passes.join(open_).value());
