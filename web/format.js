@@ -98,8 +98,12 @@ export function count(n) {
 }
 
 // What a job's `frames` asks for.
-export const frames_words = ({ turntable, degrees, cameras }) => (turntable
-  ? `${turntable}, a turntable of ${degrees ?? 360}°` : `${cameras.length}, cameras one by one`);
+export function frames_words({ turntable, degrees, cameras, animation, from, to }) {
+  if (turntable) return `${turntable}, a turntable of ${degrees ?? 360}°`;
+  if (!animation) return `${cameras.length}, cameras one by one`;
+  return `${animation} a second of its animation, from ${from ?? 0} s to ${
+    to === undefined ? 'its end' : `${to} s`}`;
+}
 export const samples_words = (n) => (n === 1 ? '1 sample' : `${count(n)} samples`);
 
 export function big(n) {

@@ -10,7 +10,8 @@ const kExamples = { labels: 'project: lobby, owner: me', names: 'none; all, or n
   cameras: 'one; * is all that the scene names' };
 // What a field that is left empty means, where that is not the scene's.
 const kEmpty = { noise: 'never', 'frames.turntable': 'one picture', 'frames.degrees': '360',
-  'frames.center': 'what the camera looks at', 'frames.axis': "the camera's up" };
+  'frames.center': 'what the camera looks at', 'frames.axis': "the camera's up",
+  'frames.animation': 'at rest', 'frames.from': '0', 'frames.to': 'its end' };
 
 const make = (tag, values) => Object.assign(document.createElement(tag), values);
 const name_of = ({ path }) => path.replace('/', '.');

@@ -49,8 +49,8 @@ Result<std::filesystem::path> find_scene_path(const std::string& scene) {
 
 Result<std::shared_ptr<const PreparedScene>> prepare_named_scene(const std::string& scene,
                                                                  int threads, ProgressLine& line,
-                                                                 std::stop_token stop,
-                                                                 bool strict) {
+                                                                 std::stop_token stop, bool strict,
+                                                                 std::optional<double> seconds) {
   Result<std::filesystem::path> path = find_scene_path(scene);
   if (!path) return path.error();
   const SteadyClock clock;
@@ -62,7 +62,7 @@ Result<std::shared_ptr<const PreparedScene>> prepare_named_scene(const std::stri
               clock.seconds() - start);
     return !stop.stop_requested();
   };
-  auto prepared = load_and_prepare_scene(path.value(), threads, {{}, strict, watch});
+  auto prepared = load_and_prepare_scene(path.value(), threads, {{}, strict, watch, seconds});
   line.finish();
   return prepared;
 }

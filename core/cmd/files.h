@@ -16,11 +16,10 @@ namespace qray::cmd {
 
 // `scene`: the name of an included scene ("cornell-box"), a folder with scene.json, or a file.
 Result<std::filesystem::path> find_scene_path(const std::string& scene);
-// `strict` as load_scene has it; kCanceled when stopped.
-Result<std::shared_ptr<const PreparedScene>> prepare_named_scene(const std::string& scene,
-                                                                 int threads, ProgressLine& line,
-                                                                 std::stop_token stop = {},
-                                                                 bool strict = false);
+// `strict` and `seconds` as load_scene has them; kCanceled when stopped.
+Result<std::shared_ptr<const PreparedScene>> prepare_named_scene(
+    const std::string& scene, int threads, ProgressLine& line, std::stop_token stop = {},
+    bool strict = false, std::optional<double> seconds = {});
 
 // Three channels, linear: .exr, .hdr and .pfm as stored, other formats decoded from sRGB.
 Result<Image> read_linear_image(const std::filesystem::path& path);

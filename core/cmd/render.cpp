@@ -146,9 +146,10 @@ std::string frames_json(const RenderStats& job, const std::vector<RenderStats>& 
   return text + "]}\n";
 }
 
-Status render_frames(const RenderCommand& o, const PreparedScene& scene, RenderSettings settings,
-                     const JobRequest& request, const std::vector<NamedCamera>& frames,
+Status render_frames(const RenderCommand& o, const PreparedScene& scene, const FramesJob& asked,
                      TaskPool& pool, std::stop_token stop) {
+  RenderSettings settings = asked.settings;
+  const std::vector<JobFrame>& frames = asked.frames;
   Result<std::optional<TableFile>> table = starting_table(o, scene, settings);
   if (!table) return table.error();
   const Result<std::optional<Recovery>> recovery =
@@ -176,8 +177,8 @@ Status render_frames(const RenderCommand& o, const PreparedScene& scene, RenderS
                      return write_beauty(o, o.frames.picture(frame), std::move(image), metadata);
                    });
   const Result<JobResult> job =
-      run_frames(scene, {request, settings, frames}, std::move(start), files, pool, stop,
-                 SteadyClock(), recovery.value() ? &*recovery.value() : nullptr);
+      run_frames(scene, {asked.request, settings, frames, asked.scene_at}, std::move(start), files,
+                 pool, stop, SteadyClock(), recovery.value() ? &*recovery.value() : nullptr);
   line.finish();
   if (!job) return job.error();
   const JobResult& result = job.value();
@@ -263,16 +264,32 @@ Status run(const RenderCommand& o) {
   if (const Result<LightSplit> split = light_split(scene.scene, settings); !split)
     return split.error();
   if (Status s = check_passes_out(o, settings, many); !s) return s;
-  const Result<std::vector<NamedCamera>> frames = frames_of(request.value(), scene.scene);
+  const Result<std::vector<JobFrame>> frames = frames_of(request.value(), scene.scene);
   if (!frames) return frames.error();
+  const auto scene_at = [&](double seconds) -> Result<std::shared_ptr<const PreparedScene>> {
+    ProgressLine none(/*quiet=*/true);
+    const auto moved =
+        prepare_named_scene(o.render.scene, o.threads, none, stop.token(), o.strict, seconds);
+    return moved ? lit_by_mix(moved.value(), settings) : moved;
+  };
   // Loaded while the picture renders. What goes wrong is said where it is written.
   const std::jthread loads_images([] { (void)image_library(); });
   TaskPool pool(o.threads);
   if (many)
-    return render_frames(o, scene, settings, request.value(), frames.value(), pool, stop.token());
-  if (asks_for_frames(request.value())) settings.camera = frames.value().front().camera;
-  return o.view == "beauty" ? render_beauty(o, scene, settings, pool, stop.token())
-                            : render_view(view_options(o), scene, settings, pool, stop.token());
+    return render_frames(o, scene, {request.value(), settings, frames.value(), scene_at}, pool,
+                         stop.token());
+  std::shared_ptr<const PreparedScene> shown = lit.value();
+  if (asks_for_frames(request.value())) {
+    const JobFrame& frame = frames.value().front();
+    settings.camera = frame.camera;
+    if (frame.seconds && scene.scene.moves_surfaces) {
+      const auto moved = scene_at(*frame.seconds);
+      if (!moved) return moved.error();
+      shown = moved.value();
+    }
+  }
+  return o.view == "beauty" ? render_beauty(o, *shown, settings, pool, stop.token())
+                            : render_view(view_options(o), *shown, settings, pool, stop.token());
 }
 
 }  // namespace
@@ -315,15 +332,19 @@ void add_render(CLI::App& app, int& exit_code) {
   sub->add_option("--frame-format", o->frames.format, "of the pictures of frames in a folder")
       ->check(CLI::IsMember({"png", "exr"}))
       ->capture_default_str();
-  sub->add_option("--fps", o->frames.per_second, "frames a second, of a .gif or .mp4")
-      ->check(CLI::Range(kLeastPerSecond, kMostPerSecond))
-      ->capture_default_str();
+  const CLI::Option* fps =
+      sub->add_option("--fps", o->frames.per_second,
+                      "frames a second, of a .gif or .mp4; of an --animation its own")
+          ->check(CLI::Range(kLeastPerSecond, kMostPerSecond))
+          ->capture_default_str();
   sub->add_option("-o,--out", o->out,
                   "picture.exr (linear) or picture.png (sRGB); of frames a folder, or a .gif or "
                   ".mp4 that plays")
       ->required();
-  sub->callback([o, &exit_code] {
+  sub->callback([o, fps, &exit_code] {
     o->frames.path = o->out;
+    if (const auto own = o->render.given.given(field::kAnimation); own && fps->count() == 0)
+      o->frames.per_second = std::clamp(*own, double{kLeastPerSecond}, double{kMostPerSecond});
     if (Status s = run(*o); !s) exit_code = report(s.error());
   });
 }

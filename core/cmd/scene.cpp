@@ -32,6 +32,9 @@ Status run(const std::string& name) {
   std::printf("camera      %s, at %g,%g,%g, target %g,%g,%g\n",
               std::string(name_of(scene.camera.projection)).c_str(), from.x, from.y, from.z, to.x,
               to.y, to.z);
+  if (scene.motion_seconds > 0)
+    std::printf("moves for %g s: %s\n", scene.motion_seconds,
+                scene.moves_surfaces ? "surfaces or lights" : "cameras alone");
   for (const NamedCamera& own : scene.cameras)
     std::printf("camera      '%s', at %g,%g,%g, target %g,%g,%g\n", own.name.c_str(),
                 own.camera.position.x, own.camera.position.y, own.camera.position.z,

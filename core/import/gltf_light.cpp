@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/scene/motion.h"
 #include "core/scene/value_ranges.h"
 
 namespace qray {
@@ -91,11 +92,9 @@ void read_gltf_camera(const JsonNode& camera, const JsonNode& node, const Transf
     scene.width = std::clamp(static_cast<int>(std::lround(512 * root)), 1, most);
     scene.height = std::clamp(static_cast<int>(std::lround(512 / root)), 1, most);
   }
-  out.position = position_of(to_world, node);
-  // As far as its distance from the origin, so that its rounding turns the view by nothing.
-  out.target = out.position - unit_column(to_world, 2, node) * std::max(1.0f, length(out.position));
-  out.up = unit_column(to_world, 1, node);
-  out.mirrored = to_world.determinant() < 0;
+  (void)position_of(to_world, node);
+  for (const size_t column : {1, 2}) (void)unit_column(to_world, column, node);
+  out = placed_camera(out, to_world);
 }
 
 }  // namespace qray

@@ -30,8 +30,8 @@ class ModelReader {
     if (!version.string().starts_with("2.")) version.fail_expected("a version 2.x");
     check_required();
     for (const char* list :
-         {"accessors", "bufferViews", "buffers", "cameras", "images", "materials", "meshes",
-          "nodes", "samplers", "scenes", "skins", "textures"}) {
+         {"accessors", "animations", "bufferViews", "buffers", "cameras", "images", "materials",
+          "meshes", "nodes", "samplers", "scenes", "skins", "textures"}) {
       if (count(list) > kMaxItems) fail_too_many(list);
     }
     GltfModel model;
@@ -43,6 +43,7 @@ class ModelReader {
     each(root_, "nodes", [&](const JsonNode& v) { model.nodes.push_back(node(v)); });
     each(root_, "scenes",
          [&](const JsonNode& v) { model.scenes.push_back(indices(v, "nodes", "nodes")); });
+    each_or_broken("animations", model.animations, [&](const JsonNode& v) { return channels(v); });
     each_or_broken("images", model.images, [&](const JsonNode& v) {
       return GltfModel::Image{index(v, "bufferView", "bufferViews")};
     });
@@ -198,20 +199,50 @@ class ModelReader {
     GltfModel::Node out;
     out.mesh = index(node, "mesh", "meshes");
     out.skin = index(node, "skin", "skins");
-    if (const auto weights = node.find("weights")) out.weights = weights_of(*weights);
+    NodePose& rest = out.rest;
+    if (const auto weights = node.find("weights")) rest.weights = weights_of(*weights);
     out.camera = index(node, "camera", "cameras");
     out.children = indices(node, "children", "nodes");
     const struct {
       const char* key;
       size_t count;
       std::vector<double>& numbers;
-    } arrays[] = {{"matrix", 16, out.matrix},
-                  {"translation", 3, out.translation},
-                  {"rotation", 4, out.rotation},
-                  {"scale", 3, out.scale}};
+    } arrays[] = {{"matrix", 16, rest.matrix},
+                  {"translation", 3, rest.translation},
+                  {"rotation", 4, rest.rotation},
+                  {"scale", 3, rest.scale}};
     for (const auto& array : arrays)
       if (const auto numbers = node.find(array.key))
         array.numbers = numbers->doubles(array.count, 1e9f);
+    return out;
+  }
+
+  // Those that name a node.
+  std::vector<GltfModel::Channel> channels(const JsonNode& animation) {
+    using Between = Track::Between;
+    const std::map<std::string_view, Between> ways = {
+        {"LINEAR", Between::kLinear}, {"STEP", Between::kStep}, {"CUBICSPLINE", Between::kCubic}};
+    const JsonNode samplers = animation.get("samplers");
+    std::vector<GltfModel::Channel> out;
+    each(animation, "channels", [&](const JsonNode& node) {
+      if (++channel_count_ > kMaxItems) fail_too_many("animations");
+      const JsonNode target = node.get("target");
+      GltfModel::Channel channel;
+      channel.node = index(target, "node", "nodes");
+      channel.path = target.get("path").string();
+      const JsonNode which = node.get("sampler");
+      if (samplers.size() == 0) which.fail("expected no index, there are no samplers");
+      const JsonNode sampler =
+          samplers.at(static_cast<size_t>(which.integer(0, static_cast<int>(samplers.size()) - 1)));
+      channel.input = index_value(sampler.get("input"), "accessors");
+      channel.output = index_value(sampler.get("output"), "accessors");
+      if (const auto way = sampler.find("interpolation")) {
+        const auto known = ways.find(way->string());
+        if (known == ways.end()) way->fail_expected("LINEAR, STEP or CUBICSPLINE");
+        channel.between = known->second;
+      }
+      if (channel.node >= 0) out.push_back(std::move(channel));
+    });
     return out;
   }
 
@@ -228,7 +259,7 @@ class ModelReader {
   }
 
   const JsonNode& root_;
-  size_t primitive_count_ = 0;
+  size_t primitive_count_ = 0, channel_count_ = 0;
 };
 
 }  // namespace

@@ -1,6 +1,6 @@
 // What a glTF document says of its scenes, nodes, meshes, accessors, buffer views, textures and
 // samplers, as plain data: types and ranges are checked, every index is in range, but for
-// broken images, textures and samplers, which fail where they are used. The rest
+// broken animations, images, textures and samplers, which fail where they are used. The rest
 // (materials, cameras, extensions) is read from the JSON where it is used. Any thread.
 #pragma once
 
@@ -8,6 +8,7 @@
 
 #include "core/import/import_failure.h"
 #include "core/import/json_tree.h"
+#include "core/scene/motion.h"
 
 namespace qray {
 
@@ -83,10 +84,14 @@ struct GltfModel {
   };
   struct Node {
     int mesh = -1, camera = -1, skin = -1;
-    std::vector<double> weights;  // instead of the mesh's
     std::vector<int> children;
-    // Empty, or 16 by columns, 3, 4 (x, y, z, w) and 3 numbers.
-    std::vector<double> matrix, translation, rotation, scale;
+    NodePose rest;  // its weights are instead of the mesh's
+  };
+  struct Channel {
+    int node = -1;
+    std::string path;             // "translation", "rotation", "scale", "weights", or unknown
+    int input = -1, output = -1;  // accessors
+    Track::Between between = Track::Between::kLinear;
   };
   struct Image {
     int view = -1;
@@ -105,6 +110,7 @@ struct GltfModel {
   std::vector<Accessor> accessors;
   std::vector<View> views;
   std::vector<Skin> skins;
+  GltfList<std::vector<Channel>> animations;
   GltfList<Image> images;
   GltfList<Texture> textures;
   GltfList<Sampler> samplers;

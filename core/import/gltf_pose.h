@@ -27,11 +27,4 @@ void add_gltf_target(Mesh& mesh, const GltfAttribute& target, float weight,
 void apply_gltf_skin(Mesh& mesh, const JsonNode& primitive, const GltfAttribute& find,
                      std::span<const Transform> joints, std::span<const uint32_t> wanted);
 
-Transform transform_of_columns(const auto& m) {  // 16 numbers
-  Transform t;
-  for (size_t r = 0; r < 3; ++r)
-    for (size_t c = 0; c < 4; ++c) t.rows[r][c] = m[c * 4 + r];
-  return t;
-}
-
 }  // namespace qray

@@ -5,48 +5,37 @@
 #include "core/import/fit_camera.h"
 #include "core/import/gltf_light.h"
 #include "core/import/gltf_mesh.h"
+#include "core/import/gltf_motion.h"
 
 namespace qray {
 namespace {
 
 constexpr double kLeastVolume = 1e-20;  // of a map, as validate() wants it
 
-// Of a quaternion x, y, z, w, made unit; none: no rotation.
-Transform rotation(const std::array<double, 4>& q) {
-  const double norm = std::hypot(std::hypot(q[0], q[1]), std::hypot(q[2], q[3]));
-  Transform t;
-  if (!(norm > 0)) return t;
-  const double x = q[0] / norm, y = q[1] / norm, z = q[2] / norm, w = q[3] / norm;
-  t.rows = {{{1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w), 0},
-             {2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w), 0},
-             {2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y), 0}}};
-  return t;
-}
-
-Transform placed(Vec3 translation, const std::array<double, 4>& quaternion, Vec3 scale) {
-  return Transform::translation(translation)
-      .after(rotation(quaternion).after(Transform::scaling(scale)));
-}
-
-Transform to_parent(const GltfModel::Node& node) {
-  if (!node.matrix.empty()) return transform_of_columns(node.matrix);
-  const auto vec = [](const std::vector<double>& v, float fallback) {
-    if (v.empty()) return Vec3{fallback, fallback, fallback};
-    return Vec3{static_cast<float>(v[0]), static_cast<float>(v[1]), static_cast<float>(v[2])};
-  };
-  std::array<double, 4> q{0, 0, 0, 1};
-  if (!node.rotation.empty()) std::copy_n(node.rotation.begin(), 4, q.begin());
-  return placed(vec(node.translation, 0), q, vec(node.scale, 1));
+// What is wrong with them is no reason not to draw the scene at rest.
+std::map<int, NodeMotion> motions_of(GltfImport& import) {
+  try {
+    return read_gltf_motions(import);
+  } catch (const ImportFailure& failure) {
+    import.out.warn(failure.error.where, failure.error.message + "; nothing moves");
+    return {};
+  }
 }
 
 class GltfReader {
  public:
-  explicit GltfReader(GltfImport& import)
-      : import_(import), document_(import.document), materials_(import), meshes_(import) {}
+  GltfReader(GltfImport& import, std::optional<double> seconds)
+      : import_(import),
+        document_(import.document),
+        materials_(import),
+        meshes_(import),
+        motions_(motions_of(import)),
+        seconds_(seconds) {}
 
   void read() {
     warn_of_document();
     walk();
+    tell_what_moves();
     add_meshes();
     Scene& scene = import_.out.scene;
     if (scene.meshes.empty()) document_.root().fail("expected a scene with triangles");
@@ -73,8 +62,6 @@ class GltfReader {
          {&model.images.broken(), &model.textures.broken(), &model.samplers.broken()})
       for (const auto& [index, error] : *broken)
         import_.out.warn(error.where, error.message + "; nothing drawn uses it");
-    if (document_.count("animations") > 0)
-      import_.warn(root.get("animations"), "animations are left out: the scene at rest is drawn");
     if (document_.count("scenes") > 1)
       import_.warn(root.get("scenes"), "only the default scene is drawn");
   }
@@ -82,14 +69,16 @@ class GltfReader {
   // The nodes of the scene, from the top; each has one parent, so no path is without an end.
   void walk() {
     struct Step {
-      int node;
+      int node, parent;
       Transform above;
     };
     std::vector<Step> waiting;
     const std::vector<int> roots = find_roots();
-    for (auto it = roots.rbegin(); it != roots.rend(); ++it) waiting.push_back({*it, {}});
+    for (auto it = roots.rbegin(); it != roots.rend(); ++it) waiting.push_back({*it, -1, {}});
     std::vector<bool> visited(document_.model().nodes.size());
     to_world_.resize(visited.size());
+    moves_.resize(visited.size());
+    parents_.resize(visited.size(), -1);
     while (!waiting.empty()) {
       const Step step = waiting.back();
       waiting.pop_back();
@@ -98,12 +87,64 @@ class GltfReader {
         document_.at("nodes", step.node).fail("expected a node below one other at most, no cycles");
       visited[index] = true;
       const GltfModel::Node& node = document_.model().nodes[index];
-      const Transform to_world = step.above.after(to_parent(node));
+      const Transform to_world = step.above.after(pose_of_node(step.node).to_parent());
       to_world_[index] = to_world;
+      const auto motion = motions_.find(step.node);
+      moves_[index] = (step.parent >= 0 && moves_[static_cast<size_t>(step.parent)]) ||
+                      (motion != motions_.end() && motion->second.moves_node());
+      parents_[index] = step.parent;
       read_node(step.node, node, to_world);
       for (auto it = node.children.rbegin(); it != node.children.rend(); ++it)
-        waiting.push_back({*it, to_world});
+        waiting.push_back({*it, step.node, to_world});
     }
+  }
+
+  // As it is at the time that is read.
+  NodePose pose_of_node(int index) const {
+    const NodePose& rest = document_.model().nodes[static_cast<size_t>(index)].rest;
+    const auto motion = motions_.find(index);
+    return seconds_ && motion != motions_.end() ? motion->second.at(*seconds_, rest) : rest;
+  }
+
+  // What moves, moves a camera, or what light meets.
+  void tell_what_moves() {
+    Scene& scene = import_.out.scene;
+    const auto& nodes = document_.model().nodes;
+    bool any = false;
+    for (size_t i = 0; i < nodes.size(); ++i) {
+      if (!to_world_[i]) continue;
+      const GltfModel::Node& node = nodes[i];
+      const auto motion = motions_.find(static_cast<int>(i));
+      bool surfaces = moves_[i] && (node.mesh >= 0 || is_light(static_cast<int>(i)));
+      if (node.mesh >= 0 && motion != motions_.end())
+        surfaces = surfaces || !motion->second.weights.seconds.empty();
+      if (node.mesh >= 0 && node.skin >= 0)
+        for (const int joint : document_.model().skins[static_cast<size_t>(node.skin)].joints)
+          surfaces = surfaces || moves_[static_cast<size_t>(joint)];
+      scene.moves_surfaces = scene.moves_surfaces || surfaces;
+      any = any || surfaces || (moves_[i] && node.camera >= 0);
+    }
+    if (!any) return;
+    for (const auto& [node, motion] : motions_)
+      scene.motion_seconds = std::max(scene.motion_seconds, motion.end());
+  }
+
+  bool is_light(int node) const {
+    return find_extension(document_.at("nodes", node), "KHR_lights_punctual").has_value();
+  }
+
+  // Of a camera whose node moves; else null.
+  std::shared_ptr<const CameraPath> path_of(int node, const Camera& lens) const {
+    if (!moves_[static_cast<size_t>(node)]) return nullptr;
+    auto path = std::make_shared<CameraPath>();
+    path->lens = lens;
+    for (int above = node; above >= 0; above = parents_[static_cast<size_t>(above)]) {
+      const auto motion = motions_.find(above);
+      path->steps.insert(path->steps.begin(),
+                         {document_.model().nodes[static_cast<size_t>(above)].rest,
+                          motion == motions_.end() ? NodeMotion() : motion->second});
+    }
+    return path;
   }
 
   // Of the scene; all that are below no other where there is none.
@@ -126,7 +167,7 @@ class GltfReader {
       import_.out.scene.lights.push_back(read_gltf_light(light->get("light"), to_world, import_));
       has_light_ = has_light_ || import_.out.scene.lights.back().emits();
     }
-    if (node.camera >= 0) add_camera(document_.at("cameras", node.camera), place, to_world);
+    if (node.camera >= 0) add_camera(index, document_.at("cameras", node.camera), to_world);
     if (node.mesh < 0) return;
     if (const auto instances = find_extension(place, "EXT_mesh_gpu_instancing"))
       add_gpu_instances(*instances, index, node.mesh, to_world);
@@ -135,14 +176,19 @@ class GltfReader {
   }
 
   // The first is the view, and says what the picture's size is; all can be asked for by name.
-  void add_camera(const JsonNode& camera, const JsonNode& place, const Transform& to_world) {
+  void add_camera(int node, const JsonNode& camera, const Transform& to_world) {
+    const JsonNode place = document_.at("nodes", node);
     Scene& scene = import_.out.scene;
     const Camera first = std::exchange(scene.camera, Camera());
     const int width = scene.width, height = scene.height;
     read_gltf_camera(camera, place, to_world, import_);
     const auto name = place.has("name") ? place.find("name") : camera.find("name");
-    scene.add_camera(name && name->is_string() ? name->string() : "", scene.camera);
-    if (!std::exchange(has_camera_, true)) return;
+    const auto path = path_of(node, scene.camera);
+    scene.add_camera(name && name->is_string() ? name->string() : "", scene.camera, path);
+    if (!std::exchange(has_camera_, true)) {
+      scene.camera_path = path;
+      return;
+    }
     scene.camera = first;
     scene.width = width;
     scene.height = height;
@@ -153,7 +199,7 @@ class GltfReader {
     if (!(volume > kLeastVolume && std::isfinite(volume)))
       return import_.warn(document_.at("nodes", node), "a mesh flattened to nothing is left out");
     const GltfModel::Node& n = document_.model().nodes[static_cast<size_t>(node)];
-    const bool posed = n.skin >= 0 || !n.weights.empty();
+    const bool posed = n.skin >= 0 || !pose_of_node(node).weights.empty();
     uses_[{mesh, posed ? node : -1}].push_back({node, to_world});
     if (++use_count_ > import_.limits.max_instances) {
       document_.root().get("nodes").fail("expected at most " +
@@ -226,7 +272,8 @@ class GltfReader {
     pose.weights = document_.model().meshes[static_cast<size_t>(posed.first)].weights;
     if (posed.second < 0) return pose;
     const GltfModel::Node& node = document_.model().nodes[static_cast<size_t>(posed.second)];
-    if (!node.weights.empty()) pose.weights = node.weights;
+    if (auto weights = pose_of_node(posed.second).weights; !weights.empty())
+      pose.weights = std::move(weights);
     if (node.skin < 0) return pose;
     if (auto joints = read_gltf_joints(import_, node.skin, to_world_))
       pose.joints = std::move(*joints);
@@ -251,7 +298,11 @@ class GltfReader {
   GltfMaterials materials_;
   GltfMeshes meshes_;
   std::map<PosedMesh, std::vector<Use>> uses_;
+  const std::map<int, NodeMotion> motions_;         // by node
+  const std::optional<double> seconds_;             // none: at rest
   std::vector<std::optional<Transform>> to_world_;  // of the nodes that the scene has
+  std::vector<bool> moves_;                         // of these: it or one above it
+  std::vector<int> parents_;                        // of these; -1: none
   size_t use_count_ = 0;
   bool has_camera_ = false, has_light_ = false;
 };
@@ -297,10 +348,10 @@ std::optional<JsonNode> find_extension(const JsonNode& node, std::string_view na
 }
 
 ImportedScene read_gltf_scene(const std::filesystem::path& path, const SceneLimits& limits,
-                              const LoadWatch& watch) {
+                              const LoadWatch& watch, std::optional<double> seconds) {
   GltfDocument document(path);
   GltfImport import{document, limits, watch, {}};
-  GltfReader(import).read();
+  GltfReader(import, seconds).read();
   return std::move(import.out);
 }
 

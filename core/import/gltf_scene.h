@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 
 #include "core/import/imported_scene.h"
 #include "core/import/load_watch.h"
@@ -9,8 +10,10 @@
 
 namespace qray {
 
-// With a camera and with light: chosen to show it all where the file has none.
+// With a camera and with light: chosen to show it all where the file has none. As its animations
+// have it after `seconds`; none: at rest.
 ImportedScene read_gltf_scene(const std::filesystem::path& path, const SceneLimits& limits,
-                              const LoadWatch& watch = {});
+                              const LoadWatch& watch = {},
+                              std::optional<double> seconds = std::nullopt);
 
 }  // namespace qray

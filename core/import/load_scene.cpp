@@ -101,7 +101,7 @@ ImportedScene read_any(const std::filesystem::path& path, const LoadOptions& opt
     return read;
   }
   if (extension == ".gltf" || extension == ".glb") {
-    ImportedScene read = read_gltf_scene(path, limits, options.watch);
+    ImportedScene read = read_gltf_scene(path, limits, options.watch, options.seconds);
     read.scene.name = path.stem();
     return read;
   }

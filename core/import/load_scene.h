@@ -23,7 +23,9 @@ struct LoadedScene {
 struct LoadOptions {
   SceneLimits limits;
   bool strict = false;  // the first thing that would be drawn otherwise than the file says fails
-  LoadWatch watch;      // may be empty
+  LoadWatch watch{};    // may be empty
+  // The scene as it is after so long, where its file says how it moves; none: at rest.
+  std::optional<double> seconds{};
 };
 
 Result<LoadedScene> load_scene(const std::filesystem::path& path, const LoadOptions& options = {});

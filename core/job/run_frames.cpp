@@ -108,12 +108,13 @@ class FramesRun {
 
   Status turn(int frame, SnapshotReader* from) {
     if (!from && !frames_.wanted(frame)) return frames_.left_out(frame, nullptr);
+    if (Status s = enter(frame); !s.ok()) return s;
     const RenderSettings settings = frame_settings(job_.request, job_.settings, job_.frames, frame);
     const auto film = std::make_shared<Film>(settings.width, settings.height,
-                                             film_layers(scene_.scene, settings));
+                                             film_layers(scene().scene, settings));
     RenderMode mode;
     mode.view_lasts = order_.size() == 1;
-    Renderer renderer(scene_, settings, guide_, *film, pool_, clock_, mode);
+    Renderer renderer(scene(), settings, guide_, *film, pool_, clock_, mode);
     if (Status s = begin(renderer, settings, frame, from); !s.ok()) return s;
     RenderObserver& observer = frames_.begin_turn(frame, film);
     const WriteState write = [&](SnapshotWriter& out) {
@@ -126,6 +127,21 @@ class FramesRun {
     if (Status s = step_render(renderer, guide_, observer, stop_, &keeper, write); !s.ok())
       return keeper.left_out() ? frames_.left_out(frame, film.get()) : s;
     return end(renderer, settings, frame, *film);
+  }
+
+  // The scene as the frame shows it.
+  const PreparedScene& scene() const { return moved_ ? *moved_ : scene_; }
+
+  // What moved is learned anew as it is met; of lights that are others, nothing is known.
+  Status enter(int frame) {
+    const std::optional<double> seconds = job_.frames[static_cast<size_t>(frame)].seconds;
+    if (!seconds || !scene_.scene.moves_surfaces) return {};
+    moved_.reset();
+    Result<std::shared_ptr<const PreparedScene>> moved = job_.scene_at(*seconds);
+    if (!moved.ok()) return moved.error();
+    moved_ = std::move(moved).value();
+    if (guide_) guide_->set_lights(moved_->guide_setup(job_.settings).lights);
+    return {};
   }
 
   Status begin(Renderer& renderer, const RenderSettings& settings, int frame,
@@ -141,7 +157,7 @@ class FramesRun {
         in(kept);
         return kept == turn && renderer.load_state(in) && in.whole();
       });
-    if (const auto pilot = render_pilot(scene_, settings, guide_, pool_, clock_, stop_))
+    if (const auto pilot = render_pilot(scene(), settings, guide_, pool_, clock_, stop_))
       renderer.begin_after(*pilot);
     return {};
   }
@@ -159,7 +175,7 @@ class FramesRun {
     now.dropped_samples = result.stats.dropped_samples;
     if (recovery_) {
       if (Status s =
-              recover_result(scene_, settings, *recovery_, film, pool_, stop_, clock_, result);
+              recover_result(scene(), settings, *recovery_, film, pool_, stop_, clock_, result);
           !s.ok())
         return s;
       recovery_seconds_ += result.stats.recovery_seconds;
@@ -171,7 +187,7 @@ class FramesRun {
       result.recovered_metadata["unbiased"] = "false";
     }
     if (Status s =
-            add_passes(scene_, settings, film, neighbours(frame), pool_, stop_, clock_, result);
+            add_passes(scene(), settings, film, neighbours(frame), pool_, stop_, clock_, result);
         !s.ok())
       return s;
     passes_seconds_ += result.stats.picture_passes_seconds;
@@ -199,6 +215,8 @@ class FramesRun {
     m["frame"] = std::to_string(frame);
     if (const std::string& name = job_.frames[static_cast<size_t>(frame)].name; !name.empty())
       m["camera"] = name;
+    if (const auto seconds = job_.frames[static_cast<size_t>(frame)].seconds)
+      m["seconds_of_animation"] = std::to_string(*seconds);
     return m;
   }
 
@@ -233,7 +251,8 @@ class FramesRun {
     return out;
   }
 
-  const PreparedScene& scene_;
+  const PreparedScene& scene_;                  // at rest
+  std::shared_ptr<const PreparedScene> moved_;  // at the frame's time; null: as at rest
   const FramesJob& job_;
   StartingGuide start_;
   Guide* guide_;
@@ -259,7 +278,7 @@ Result<JobResult> run_frames(const PreparedScene& scene, const FramesJob& job, S
     if (Status s = check_recovery(*recovery, job.settings); !s.ok()) return s.error();
   RenderSettings settings = job.settings;
   settings.estimates_noise |= recovery != nullptr || passes_need_noise(settings);
-  const FramesJob whole{job.request, settings, job.frames};
+  const FramesJob whole{job.request, settings, job.frames, job.scene_at};
   return FramesRun(scene, whole, std::move(start), frames, pool, std::move(stop), clock, recovery,
                    checkpoints.keeper)
       .run(checkpoints.resume_from);

@@ -1,7 +1,7 @@
-// A job of many frames: the same scene from several cameras, with one table that learns from all of
-// them. They are rendered one after the other, in an order that spreads their views
-// (spread_order()), so that the table soon knows what all frames see; each begins with what it
-// knows by then. A frame whose turn it is not is kept by the caller. Knows no paths, no HTTP.
+// A job of many frames: the same scene from several cameras, or as it moves, with one table that
+// learns from all of them. They are rendered one after the other, in an order that spreads their
+// views (spread_order()), so that the table soon knows what all frames see; each begins with what
+// it knows by then. A frame whose turn it is not is kept by the caller. Knows no paths, no HTTP.
 #pragma once
 
 #include "core/job/run_job.h"
@@ -51,7 +51,10 @@ class FrameKeeper {
 struct FramesJob {
   const JobRequest& request;       // its seeds
   const RenderSettings& settings;  // of each frame, but for camera and seed
-  const std::vector<NamedCamera>& frames;
+  const std::vector<JobFrame>& frames;
+  // The scene at a time (seconds): asked where its surfaces or lights move (Scene::moves_surfaces).
+  using SceneAt = std::function<Result<std::shared_ptr<const PreparedScene>>(double)>;
+  SceneAt scene_at{};
 };
 
 // As run_guided_job(); the statistics are of all frames, and there is no picture. Gone on with

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -52,10 +53,13 @@ struct Camera {
   bool operator==(const Camera&) const = default;
 };
 
+struct CameraPath;  // core/scene/motion.h
+
 // One of a scene's own.
 struct NamedCamera {
   std::string name;
-  Camera camera;
+  Camera camera;                                // at rest
+  std::shared_ptr<const CameraPath> path = {};  // null: it never moves
 };
 
 // What a pixel's ray stands for: a cone about it.

@@ -4,17 +4,18 @@
 
 namespace qray {
 
-void Scene::add_camera(std::string name, const Camera& view) {
+void Scene::add_camera(std::string name, const Camera& view,
+                       std::shared_ptr<const CameraPath> path) {
   if (name.empty()) name = "camera-" + std::to_string(cameras.size() + 1);
   std::string free = name;
   for (int number = 2; find_camera(free); ++number) free = name + "-" + std::to_string(number);
-  cameras.push_back({std::move(free), view});
+  cameras.push_back({std::move(free), view, std::move(path)});
 }
 
-const Camera* Scene::find_camera(std::string_view name) const {
+const NamedCamera* Scene::find_camera(std::string_view name) const {
   const auto found = std::find_if(cameras.begin(), cameras.end(),
                                   [&](const NamedCamera& own) { return own.name == name; });
-  return found == cameras.end() ? nullptr : &found->camera;
+  return found == cameras.end() ? nullptr : &*found;
 }
 
 std::vector<Placement> Scene::placements() const {

@@ -88,10 +88,15 @@ struct Scene {
   std::vector<NamedCamera> cameras;  // all that its file names, each name once
   int width = 512, height = 512;     // the scene's customary picture size, pixels
   int max_depth = 16;                // surfaces on a path, at most
+  // The scene is as it is at rest; its file may say how it moves (core/scene/motion.h).
+  double motion_seconds = 0;                      // for so long; 0: nothing does
+  bool moves_surfaces = false;                    // or lights: load_scene() has them at a time
+  std::shared_ptr<const CameraPath> camera_path;  // of `camera`; null: it never moves
 
   // Named so, or so with a number where another has that name; by its number without a name.
-  void add_camera(std::string name, const Camera& view);
-  const Camera* find_camera(std::string_view name) const;  // null: there is none
+  void add_camera(std::string name, const Camera& view,
+                  std::shared_ptr<const CameraPath> path = nullptr);
+  const NamedCamera* find_camera(std::string_view name) const;  // null: there is none
 
   // By the index that hits tell: the meshes, then the instances.
   std::vector<Placement> placements() const;

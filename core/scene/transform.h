@@ -31,6 +31,14 @@ struct Transform {
   void apply(Mesh& mesh) const;
 };
 
+// Of a matrix by columns: 16 numbers, of which the last row is taken to be 0 0 0 1.
+Transform transform_of_columns(const auto& m) {
+  Transform t;
+  for (size_t r = 0; r < 3; ++r)
+    for (size_t c = 0; c < 4; ++c) t.rows[r][c] = m[c * 4 + r];
+  return t;
+}
+
 void flip_winding(Mesh& mesh);  // normals too; a sphere's front
 
 }  // namespace qray

@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "core/math/hash.h"
+#include "core/scene/motion.h"
 #include "core/scene/validate.h"
 #include "core/settings/job_settings.h"
 
@@ -21,11 +22,22 @@ Vec3 turned(Vec3 v, Vec3 axis, double radians) {
   return v * c + cross(axis, v) * s + axis * (dot(axis, v) * (1 - c));
 }
 
-Camera camera_of_request(const JobRequest& request, const Scene& scene) {
-  return camera_of(camera_request(request).value_or(CameraRequest()), scene.camera);
+Camera camera_of_request(const JobRequest& request, const Camera& own) {
+  return camera_of(camera_request(request).value_or(CameraRequest()), own);
 }
 
-Result<std::vector<NamedCamera>> turntable_of(const JobRequest& request, const Camera& camera) {
+// So much of a frame may be missing at an animation's end.
+constexpr double kFrameSlack = 1e-3;
+
+std::optional<int> animation_count(const JobRequest& request) {
+  const std::optional<double> to = request.given(field::kTo);
+  if (!to) return std::nullopt;
+  const double seconds = *to - request.given(field::kFrom).value_or(0);
+  const double last = std::floor(seconds * request.get(field::kAnimation) + kFrameSlack);
+  return static_cast<int>(std::clamp(last, -1.0, 1e9)) + 1;
+}
+
+Result<std::vector<JobFrame>> turntable_of(const JobRequest& request, const Camera& camera) {
   const std::optional<Vector3> center = request.given(field::kCenter);
   const std::optional<Vector3> given_axis = request.given(field::kAxis);
   const Vec3 middle = center ? vec3_of(*center) : camera.target;
@@ -44,20 +56,24 @@ Result<std::vector<NamedCamera>> turntable_of(const JobRequest& request, const C
   const int count = request.get(field::kTurntable);
   const double degrees = request.given(field::kDegrees).value_or(360);
   const double step = std::abs(degrees) < 360 ? degrees / std::max(1, count - 1) : degrees / count;
-  std::vector<NamedCamera> frames;
+  std::vector<JobFrame> frames;
   for (int i = 0; i < count; ++i) {
     const double radians = i * step * (std::numbers::pi / 180);
     Camera view = camera;
     if (i == 0) {  // to the bit
-      frames.push_back({"", view});
+      frames.push_back({"", view, {}});
       continue;
     }
     view.position = middle + turned(arm, axis, radians);
     view.target = middle + turned(camera.target - middle, axis, radians);
     view.up = turned(camera.up, axis, radians);
-    frames.push_back({"", view});
+    frames.push_back({"", view, {}});
   }
   return frames;
+}
+
+Error wrong_field(const std::string& name, std::string text) {
+  return {ErrorCode::kInvalid, std::move(text), "/frames/" + name};
 }
 
 Error no_such_camera(size_t index, const std::string& name, const Scene& scene) {
@@ -69,32 +85,75 @@ Error no_such_camera(size_t index, const std::string& name, const Scene& scene) 
           "/frames/cameras/" + std::to_string(index)};
 }
 
+Error wrong_camera(const Error& error, const std::string& field) {
+  return {error.code, error.message,
+          "/frames/" + field + error.where.substr(std::string("/camera").size())};
+}
+
+// pre: complete_frames().
+Result<std::vector<JobFrame>> animation_of(const JobRequest& request, const Scene& scene) {
+  if (scene.motion_seconds == 0)
+    return wrong_field("animation", "expected a scene that moves: its file says nothing of it");
+  const int count = animation_count(request).value_or(0);
+  if (count < 1 || count > kMaxFrames)
+    return wrong_field("animation", "expected 1.." + std::to_string(kMaxFrames) +
+                                        " frames from its beginning to its end, got " +
+                                        std::to_string(count));
+  const std::string name = camera_name(request, 0);
+  const NamedCamera* own = name.empty() ? nullptr : scene.find_camera(name);
+  if (!name.empty() && !own) return no_such_camera(0, name, scene);
+  const CameraPath* path = own ? own->path.get() : scene.camera_path.get();
+  const Camera rest = own ? own->camera : scene.camera;
+  std::vector<JobFrame> frames;
+  for (int i = 0; i < count; ++i) {
+    const double seconds =
+        request.given(field::kFrom).value_or(0) + i / request.get(field::kAnimation);
+    const Camera camera = camera_of_request(request, path ? path->at(seconds) : rest);
+    if (const Status good = validate_camera(camera); !good.ok())
+      return wrong_field("animation",
+                         "after " + std::to_string(seconds) + " s the camera's " +
+                             good.error().where.substr(std::string("/camera/").size()) + ": " +
+                             good.error().message);
+    frames.push_back({name, camera, seconds});
+  }
+  return frames;
+}
+
 }  // namespace
 
 bool asks_for_frames(const JobRequest& request) {
-  return request.given(field::kTurntable) || request.given(field::kCameras);
+  return request.given(field::kTurntable) || request.given(field::kCameras) ||
+         request.given(field::kAnimation);
 }
 
 Status check_frames(const JobRequest& request) {
-  const auto wrong = [](const std::string& field, std::string text) {
-    return Error{ErrorCode::kInvalid, std::move(text), "/frames/" + field};
-  };
-  const bool turntable = request.given(field::kTurntable).has_value();
-  if (turntable && request.given(field::kCameras))
-    return wrong("cameras", "expected turntable or cameras, got both");
+  const bool turns = request.given(field::kTurntable).has_value(),
+             moves = request.given(field::kAnimation).has_value();
+  const std::optional<Cameras> cameras = request.given(field::kCameras);
+  if (turns && cameras) return wrong_field("cameras", "expected turntable or cameras, got both");
+  if (turns && moves) return wrong_field("animation", "expected turntable or animation, got both");
+  if (moves && cameras &&
+      (cameras->size() != 1 || cameras->front().name == "*" || cameras->front().name.empty()))
+    return wrong_field("cameras", "expected the name of one camera beside animation");
   for (const auto& [path, value] : request.values()) {
     if (!path.starts_with("frames/")) continue;
     const std::string name = path.substr(std::string("frames/").size());
     if (!asks_for_frames(request))
-      return wrong(name, "expected turntable or cameras beside it, got neither");
-    if (!turntable && (name == "center" || name == "axis" || name == "degrees"))
-      return wrong(name, "expected turntable beside it, got cameras");
+      return wrong_field(name, "expected turntable, cameras or animation beside it, got none");
+    if (!turns && (name == "center" || name == "axis" || name == "degrees"))
+      return wrong_field(name, "expected turntable beside it");
+    if (!moves && (name == "from" || name == "to"))
+      return wrong_field(name, "expected animation beside it");
   }
+  const double from = request.given(field::kFrom).value_or(0);
+  if (request.given(field::kTo).value_or(from) < from)
+    return wrong_field("to", "expected a time from frames/from on");
   return {};
 }
 
 std::optional<int> frame_count(const JobRequest& request) {
   if (const std::optional<int> count = request.given(field::kTurntable)) return count;
+  if (request.given(field::kAnimation)) return animation_count(request);
   const std::optional<Cameras> cameras = request.given(field::kCameras);
   if (!cameras) return 1;
   for (const CameraChoice& choice : *cameras)
@@ -102,7 +161,9 @@ std::optional<int> frame_count(const JobRequest& request) {
   return static_cast<int>(cameras->size());
 }
 
-void name_cameras(JobRequest& request, const Scene& scene) {
+void complete_frames(JobRequest& request, const Scene& scene) {
+  if (request.given(field::kAnimation) && !request.given(field::kTo))
+    request.set(field::kTo, scene.motion_seconds);
   const std::optional<Cameras> cameras = request.given(field::kCameras);
   if (!cameras) return;
   Cameras named;
@@ -115,30 +176,33 @@ void name_cameras(JobRequest& request, const Scene& scene) {
   request.set(field::kCameras, std::move(named));
 }
 
-Result<std::vector<NamedCamera>> frames_of(const JobRequest& asked, const Scene& scene) {
+std::string camera_name(const JobRequest& request, int frame) {
+  const std::optional<Cameras> cameras = request.given(field::kCameras);
+  if (!cameras) return "";
+  const auto index = static_cast<size_t>(request.given(field::kAnimation) ? 0 : frame);
+  return index < cameras->size() ? (*cameras)[index].name : "";
+}
+
+Result<std::vector<JobFrame>> frames_of(const JobRequest& asked, const Scene& scene) {
   JobRequest request = asked;
-  name_cameras(request, scene);
-  const Camera camera = camera_of_request(request, scene);
+  complete_frames(request, scene);
+  if (request.given(field::kAnimation)) return animation_of(request, scene);
+  const Camera camera = camera_of_request(request, scene.camera);
   if (request.given(field::kTurntable)) return turntable_of(request, camera);
   const std::optional<Cameras> cameras = request.given(field::kCameras);
-  if (!cameras) return std::vector<NamedCamera>{{"", camera}};
-  std::vector<NamedCamera> frames;
+  if (!cameras) return std::vector<JobFrame>{{"", camera, {}}};
+  std::vector<JobFrame> frames;
   for (size_t i = 0; i < cameras->size(); ++i) {
     const CameraChoice& choice = (*cameras)[i];
-    const Camera* own = choice.name.empty() ? nullptr : scene.find_camera(choice.name);
+    const NamedCamera* own = choice.name.empty() ? nullptr : scene.find_camera(choice.name);
     if (!choice.name.empty() && !own) return no_such_camera(i, choice.name, scene);
-    frames.push_back({choice.name, own ? *own : camera_of(choice.camera, camera)});
-    if (const Status good = validate_camera(frames.back().camera); !good.ok()) {
-      const std::string place = good.error().where.substr(std::string("/camera").size());
-      return Error{good.error().code, good.error().message,
-                   "/frames/cameras/" + std::to_string(i) + place};
-    }
+    frames.push_back({choice.name, own ? own->camera : camera_of(choice.camera, camera), {}});
+    if (const Status good = validate_camera(frames.back().camera); !good.ok())
+      return wrong_camera(good.error(), "cameras/" + std::to_string(i));
   }
   if (frames.empty() || frames.size() > size_t{kMaxFrames})
-    return Error{ErrorCode::kInvalid,
-                 "expected 1.." + std::to_string(kMaxFrames) + " cameras, got " +
-                     std::to_string(frames.size()),
-                 "/frames/cameras"};
+    return wrong_field("cameras", "expected 1.." + std::to_string(kMaxFrames) + " cameras, got " +
+                                      std::to_string(frames.size()));
   return frames;
 }
 
@@ -160,7 +224,7 @@ std::vector<int> spread_order(int count) {
 }
 
 RenderSettings frame_settings(const JobRequest& request, RenderSettings settings,
-                              const std::vector<NamedCamera>& frames, int frame) {
+                              const std::vector<JobFrame>& frames, int frame) {
   settings.camera = frames[static_cast<size_t>(frame)].camera;
   if (frame > 0 && request.get(field::kSeeds) != "one")
     settings.seed = mix64(settings.seed + static_cast<uint64_t>(frame));

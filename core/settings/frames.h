@@ -1,4 +1,5 @@
-// The frames of a job: one camera each. A job without "frames" has one. Pure.
+// The frames of a job: each has a camera, and a time where the scene moves. A job without "frames"
+// has one. Pure.
 #pragma once
 
 #include <string>
@@ -16,15 +17,21 @@ constexpr int kMaxFrames = 1000;  // of a job
 bool asks_for_frames(const JobRequest& request);
 // The rules that hold between the fields of "frames". Errors name one of them.
 Status check_frames(const JobRequest& request);
-// How many: none where the scene is to say (the camera "*").
+// How many: none where the scene is to say (the camera "*", an animation's end).
 std::optional<int> frame_count(const JobRequest& request);
 
-// Their cameras, in the order of their numbers; without a name where it is none of the scene's own.
-// Errors name the field: a camera that the scene does not have, a
-// turntable whose axis leads through the camera.
-Result<std::vector<NamedCamera>> frames_of(const JobRequest& request, const Scene& scene);
-// Puts the names of the scene's cameras for "*".
-void name_cameras(JobRequest& request, const Scene& scene);
+struct JobFrame {
+  std::string name;  // of the camera; empty: it is none of the scene's own
+  Camera camera;
+  std::optional<double> seconds;  // of what moves; none: the scene is at rest
+};
+// In the order of their numbers. Errors name the field: a camera that the scene does not have, a
+// turntable whose axis leads through the camera, a scene that does not move.
+Result<std::vector<JobFrame>> frames_of(const JobRequest& request, const Scene& scene);
+// Puts what the scene says: the names of its cameras for "*", when its animation ends.
+void complete_frames(JobRequest& request, const Scene& scene);
+// Of a frame: the name of its camera as far as the request tells; empty: it does not.
+std::string camera_name(const JobRequest& request, int frame);
 
 // "frame-0003.png": of the picture of a frame, where each is a file.
 std::string frame_file_name(int frame, const std::string& format);
@@ -35,6 +42,6 @@ std::vector<int> spread_order(int count);
 
 // Of one frame: its camera, and its seed, which is a function of the job's unless all share it.
 RenderSettings frame_settings(const JobRequest& request, RenderSettings settings,
-                              const std::vector<NamedCamera>& frames, int frame);
+                              const std::vector<JobFrame>& frames, int frame);
 
 }  // namespace qray

@@ -59,7 +59,8 @@ inline constexpr FieldName<std::string> kLightGroups{"light_groups"}, kMix{"mix"
 // Of jobs of many frames.
 inline constexpr FieldName<int> kTurntable{"frames/turntable"};
 inline constexpr FieldName<Vector3> kCenter{"frames/center"}, kAxis{"frames/axis"};
-inline constexpr FieldName<double> kDegrees{"frames/degrees"};
+inline constexpr FieldName<double> kDegrees{"frames/degrees"}, kAnimation{"frames/animation"},
+    kFrom{"frames/from"}, kTo{"frames/to"};
 inline constexpr FieldName<Cameras> kCameras{"frames/cameras"};
 inline constexpr FieldName<std::string> kSeeds{"frames/seeds"};
 }  // namespace field

@@ -75,12 +75,11 @@ FrameHandlers::Frames FrameHandlers::kept_frames(const JobRecord& job) const {
     if (Frames frames = proto::parse_frame_infos(kept.value()); !frames.empty()) return frames;
   Frames frames;
   if (!asks_for_frames(job.request)) return frames;
-  const std::optional<Cameras> cameras = job.request.given(field::kCameras);
   for (int i = 0; i < frame_count(job.request).value_or(0); ++i) {
     proto::FrameInfo& info = frames.emplace_back();
     info.frame = i;
     info.state = "waiting";
-    if (cameras) info.camera = (*cameras)[static_cast<size_t>(i)].name;
+    info.camera = camera_name(job.request, i);
   }
   return frames;
 }

@@ -160,7 +160,7 @@ Result<std::shared_ptr<const ViewHandlers::Shown>> ViewHandlers::load(const Want
   if (!table.ok()) return table.error();
   if (!table.value() && needs_guide) return conflict("no table of this job is kept");
   shown->settings = settings_of(job.request, shown->scene->scene);
-  const Result<std::vector<NamedCamera>> frames = frames_of(job.request, shown->scene->scene);
+  const Result<std::vector<JobFrame>> frames = frames_of(job.request, shown->scene->scene);
   if (!frames.ok()) return conflict("the job's cameras are not in its scene any more");
   if (static_cast<size_t>(wanted.frame) < frames.value().size())
     shown->settings = frame_settings(job.request, shown->settings, frames.value(), wanted.frame);
@@ -173,6 +173,15 @@ Result<std::shared_ptr<const ViewHandlers::Shown>> ViewHandlers::load(const Want
     if (!guide.ok())
       return conflict("the job's table cannot be used any more: " + guide.error().message);
     shown->guide = std::move(guide).value();
+  }
+  const std::optional<double> seconds =
+      static_cast<size_t>(wanted.frame) < frames.value().size()
+          ? frames.value()[static_cast<size_t>(wanted.frame)].seconds
+          : std::nullopt;
+  if (seconds && shown->scene->scene.moves_surfaces) {
+    scene = stores_.scenes.prepare_at(job.request.get(field::kScene), *seconds);
+    if (!scene.ok()) return conflict("the job's scene cannot be loaded any more");
+    shown->scene = std::move(scene).value();
   }
   if (!shown->guide || shown->guide->stats().bytes <= kMostKeptBytes) last_ = shown;
   return std::shared_ptr<const Shown>(std::move(shown));

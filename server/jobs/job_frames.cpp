@@ -14,8 +14,8 @@ constexpr std::string_view kCanceled = "canceled";
 
 }  // namespace
 
-JobFrames::JobFrames(const Uses& uses, JobId id, const std::vector<NamedCamera>& frames,
-                     bool goes_on, std::stop_token stop)
+JobFrames::JobFrames(const Uses& uses, JobId id, const std::vector<JobFrame>& frames, bool goes_on,
+                     std::stop_token stop)
     : uses_(uses), id_(id), stop_(std::move(stop)), infos_(frames.size()) {
   for (size_t i = 0; i < frames.size(); ++i) {
     infos_[i].frame = static_cast<int>(i);

@@ -25,7 +25,7 @@ class JobFrames final : public FrameKeeper {
   };
   // All outlive this. `goes_on`: what is kept of the frames counts. `stop`: a state that is being
   // written then is given up.
-  JobFrames(const Uses& uses, JobId id, const std::vector<NamedCamera>& frames, bool goes_on,
+  JobFrames(const Uses& uses, JobId id, const std::vector<JobFrame>& frames, bool goes_on,
             std::stop_token stop);
 
   RenderObserver& begin_turn(int frame, std::shared_ptr<Film> film) override;

@@ -89,7 +89,7 @@ Status JobRun::prepare() {
   scene_ = std::move(lit).value();
   const Result<LightSplit> split = light_split(scene_->scene, settings_);
   if (!split.ok()) return split.error();
-  Result<std::vector<NamedCamera>> frames = frames_of(job_.request, scene_->scene);
+  Result<std::vector<JobFrame>> frames = frames_of(job_.request, scene_->scene);
   if (!frames.ok()) return frames.error();
   frames_ = std::move(frames).value();
   of_frames_ = asks_for_frames(job_.request);
@@ -107,7 +107,7 @@ Status JobRun::prepare() {
     job.request.set(field::kWidth, settings_.width);
     job.request.set(field::kHeight, settings_.height);
     job.request.set(field::kMaxDepth, settings_.max_depth);
-    name_cameras(job.request, scene_->scene);
+    complete_frames(job.request, scene_->scene);
   };
   return move(learns(settings_) ? JobState::kLearning : JobState::kRendering, resolved);
 }
@@ -266,8 +266,15 @@ Result<JobResult> JobRun::render_frames(StartingGuide start, const Recovery* rec
   JobFrames frames({context_.stores.checkpoints, context_.stores.results, context_.stores.jobs,
                     *running_, context_.lease},
                    id_, frames_, /*goes_on=*/checkpoints.resume_from != nullptr, context_.stop);
+  const auto scene_at = [&](double seconds) -> Result<std::shared_ptr<const PreparedScene>> {
+    Result<std::shared_ptr<const PreparedScene>> scene = context_.stores.scenes.prepare_at(
+        job_.request.get(field::kScene), seconds,
+        [this](LoadStep, double) { return !context_.stop.stop_requested(); });
+    if (!scene.ok()) return context_.stores.scenes.without_folder(scene.error());
+    return lit_by_mix(scene.value(), settings_);
+  };
   Result<JobResult> result =
-      run_frames(*scene_, {job_.request, settings_, frames_}, std::move(start), frames,
+      run_frames(*scene_, {job_.request, settings_, frames_, scene_at}, std::move(start), frames,
                  context_.pool, context_.stop, context_.clock, recovery, checkpoints);
   if (frames.last()) last_pass_ = frames.last();
   return result;

@@ -1,6 +1,7 @@
 // One job's way from queued to its end, on the runner's thread.
 #pragma once
 
+#include "core/settings/frames.h"
 #include "server/jobs/job_runner.h"
 #include "server/jobs/shared_pass_sampler.h"
 
@@ -78,8 +79,8 @@ class JobRun {
   MemoryBudget::Part memory_;
   std::shared_ptr<const PreparedScene> scene_;
   RenderSettings settings_;
-  bool of_frames_ = false;           // else the job is one picture
-  std::vector<NamedCamera> frames_;  // of which a plain job has one
+  bool of_frames_ = false;        // else the job is one picture
+  std::vector<JobFrame> frames_;  // of which a plain job has one
   std::optional<RenderStats> last_pass_;
   std::string counted_;        // the statistics of its last success, before it was extended
   bool warm_ = false;          // started from a table

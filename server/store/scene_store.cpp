@@ -83,7 +83,7 @@ std::optional<std::pair<int, int>> SceneStore::size(const std::string& name) {
     if (found != known_.end() && found->second.stamp == stamp) return found->second.size;
   }
   Known known{stamp, {}, {}};
-  if (Result<LoadedScene> loaded = load_scene(path.value(), {limits_, false, {}}); loaded.ok())
+  if (Result<LoadedScene> loaded = load_scene(path.value(), {limits_, false, {}, {}}); loaded.ok())
     known.take(loaded.value().scene);
   std::lock_guard lock(mutex_);
   known_[name] = known;
@@ -104,7 +104,7 @@ Result<std::shared_ptr<const PreparedScene>> SceneStore::prepare(const std::stri
     }
   }
   Result<std::shared_ptr<const PreparedScene>> made =
-      load_and_prepare_scene(path.value(), build_threads_, {limits_, false, watch});
+      load_and_prepare_scene(path.value(), build_threads_, {limits_, false, watch, {}});
   if (!made.ok() && made.error().code == ErrorCode::kCanceled) return made;
   std::lock_guard lock(mutex_);
   Known known{stamp, {}, {}};
@@ -115,6 +115,14 @@ Result<std::shared_ptr<const PreparedScene>> SceneStore::prepare(const std::stri
   prepared_.push_front({name, stamp, made.value()});
   drop_oldest();
   return made.value();
+}
+
+Result<std::shared_ptr<const PreparedScene>> SceneStore::prepare_at(const std::string& name,
+                                                                    double seconds,
+                                                                    const LoadWatch& watch) {
+  const Result<fs::path> path = file_of(name);
+  if (!path.ok()) return path.error();
+  return load_and_prepare_scene(path.value(), build_threads_, {limits_, false, watch, seconds});
 }
 
 // Jobs that still render a scene keep it alive.

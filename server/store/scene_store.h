@@ -37,6 +37,9 @@ class SceneStore {
   // kNotFound, kCanceled by the watch, or what is wrong in the scene, with file and place.
   Result<std::shared_ptr<const PreparedScene>> prepare(const std::string& name,
                                                        const LoadWatch& watch = {});
+  // The scene as its file moves it (Scene::moves_surfaces), which is not kept.
+  Result<std::shared_ptr<const PreparedScene>> prepare_at(const std::string& name, double seconds,
+                                                          const LoadWatch& watch = {});
   // Of a scene's files: another one once they have changed.
   uint64_t stamp(const std::string& name) const;
   // The error as a client may see it: files are named from the scenes folder on.

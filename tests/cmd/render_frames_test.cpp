@@ -6,6 +6,8 @@
 #include "core/image/image_io.h"
 #include "core/image/picture_layers.h"
 #include "tests/cmd/command.h"
+#include "tests/core/import/gltf_text.h"
+#include "tests/support/render.h"
 #include "tests/support/scratch.h"
 
 namespace qray::test {
@@ -53,6 +55,32 @@ TEST_F(RenderFramesCommand, CamerasComeByJsonAndFromAFile) {
   EXPECT_TRUE(read_image(file("turn.gif")).ok());
 }
 
+TEST_F(RenderFramesCommand, AnAnimationIsAsTheFileMoves) {
+  GltfText text = gltf_triangle();
+  text.json["nodes"][0]["scale"] = {2, 2, 1};
+  text.animate(0, "translation", {0, 2}, {0, 0, 0, 3, 0, 0}, "VEC3");
+  std::ofstream(file("a.gltf")) << text.gltf();
+  const auto animate = [&](const std::vector<std::string>& more) {
+    std::vector<std::string> arguments{"render", file("a.gltf"),   "--size", "24x16",
+                                       "-q",     "--spp",          "2",      "--method",
+                                       "none",   "--animation",    "1",      "--frame-seeds",
+                                       "one",    "--frame-format", "exr"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return qray_command(arguments);
+  };
+  Outcome done = animate({"-o", file("all")});
+  ASSERT_EQ(done.code, cmd::kExitOk) << done.err;
+  EXPECT_FALSE(std::filesystem::exists(file("all/frame-0003.exr")));
+  // One moment is a picture.
+  done = animate({"--animation-from", "1", "--animation-to", "1", "-o", file("one.exr")});
+  ASSERT_EQ(done.code, cmd::kExitOk) << done.err;
+  const Image one = read_image(file("one.exr")).value();
+  EXPECT_TRUE(same_bits(one, read_image(file("all/frame-0001.exr")).value()));
+  EXPECT_FALSE(same_bits(one, read_image(file("all/frame-0000.exr")).value()));
+  done = qray_command({"scene", "check", file("a.gltf")});
+  EXPECT_NE(done.out.find("moves for 2 s"), std::string::npos) << done.out;
+}
+
 TEST_F(RenderFramesCommand, PassesGoIntoAFolderOfTheirOwn) {
   const Outcome done = render({"--turntable", "2", "--turntable-degrees", "10", "--passes",
                                "motion,depth", "--passes-out", file("layers"), "-o", file("out")});
@@ -71,6 +99,7 @@ TEST_F(RenderFramesCommand, WhatCannotBeIsRefused) {
            {"--turntable", "2", "--view", "albedo", "-o", file("a")},
            {"--turntable", "2", "--exposure", "auto", "-o", file("a")},
            {"--turntable-degrees", "20", "-o", file("a")},
+           {"--animation", "24", "-o", file("a")},  // the scene stands
            {"--camera", "front", "-o", file("a")},  // the scene names none
            {"--camera", "{\"fov\":2}", "-o", file("a")},
            {"--frames", file("bad.json"), "-o", file("a")},

@@ -237,13 +237,11 @@ TEST(GltfScene, LightAndCameraFaultsNameTheirPlace) {
 TEST(GltfScene, WhatIsLeftOutIsAWarning) {
   const test::SceneFolder folder;
   GltfText text = gltf_triangle();
-  text.json["animations"] = {json::object()};
   text.json["extensions"]["KHR_materials_variants"]["variants"] = {{{"name", "a"}}};
   text.json["nodes"][0]["extensions"]["KHR_node_visibility"] = {{"visible", false}};
   EXPECT_EQ(load_gltf(folder, text).warnings,
             (std::vector<std::string>{
                 "a.gltf:/extensions/KHR_materials_variants: drawn with the materials of no variant",
-                "a.gltf:/animations: animations are left out: the scene at rest is drawn",
                 "a.gltf:/nodes/0/extensions/KHR_node_visibility: the extension KHR_node_visibility "
                 "is left out"}));
   const auto strict = load_scene(folder.path() / "a.gltf", {{}, true, {}});

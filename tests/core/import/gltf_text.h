@@ -50,6 +50,15 @@ struct GltfText {
     for (const uint16_t v : values) out.u16(v);
     return add_accessor(add_view(out.data()), 5123, "SCALAR", values.size());
   }
+  // An animation of one channel. `type`: of the values, such as "VEC3".
+  void animate(int node, const std::string& path, const std::vector<float>& seconds,
+               const std::vector<float>& values, const std::string& type,
+               const std::string& interpolation = "LINEAR") {
+    const int input = add_floats(seconds, "SCALAR"), output = add_floats(values, type);
+    json["animations"].push_back(
+        {{"samplers", {{{"input", input}, {"output", output}, {"interpolation", interpolation}}}},
+         {"channels", {{{"sampler", 0}, {"target", {{"node", node}, {"path", path}}}}}}});
+  }
   nlohmann::json& primitive(size_t mesh = 0) { return json["meshes"][mesh]["primitives"][0]; }
 
   std::string gltf() const {

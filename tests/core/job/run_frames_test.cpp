@@ -5,6 +5,8 @@
 
 #include <map>
 
+#include "core/job/load_and_prepare.h"
+#include "tests/core/import/gltf_text.h"
 #include "tests/support/render.h"
 #include "tests/support/sanitized.h"
 
@@ -82,11 +84,12 @@ JobRequest turntable(int count, int samples) {
 
 Result<JobResult> run(const PreparedScene& scene, const JobRequest& request,
                       const RenderSettings& settings, Kept& kept, int threads = 2,
-                      const Checkpoints& checkpoints = {}, const Recovery* recovery = nullptr) {
-  const std::vector<NamedCamera> frames = frames_of(request, scene.scene).value();
+                      const Checkpoints& checkpoints = {}, const Recovery* recovery = nullptr,
+                      const FramesJob::SceneAt& scene_at = {}) {
+  const std::vector<JobFrame> frames = frames_of(request, scene.scene).value();
   TaskPool pool(threads);
   StartingGuide start{make_guide(settings.method, scene.guide_setup(settings)).value(), {}};
-  return run_frames(scene, {request, settings, frames}, std::move(start), kept, pool, {},
+  return run_frames(scene, {request, settings, frames, scene_at}, std::move(start), kept, pool, {},
                     SteadyClock(), recovery, checkpoints);
 }
 
@@ -221,6 +224,77 @@ TEST(RunFramesJob, NoiseGivesEachFrameWhatItNeeds) {
   }
   EXPECT_NE(kept.progresses[0].samples, kept.progresses[1].samples);
 }
+
+// A lamp that passes over a floor, as a file moves it.
+class MovingScene : public testing::TestWithParam<const char*> {
+ protected:
+  MovingScene() {
+    test::GltfText text = test::gltf_triangle();
+    text.json["materials"].push_back({{"emissiveFactor", {1, 1, 1}}});
+    text.json["meshes"].push_back(text.json["meshes"][0]);
+    text.primitive(1)["material"] = 1;
+    text.json["cameras"] = {{{"type", "perspective"}, {"perspective", {{"yfov", 1}}}}};
+    text.json["nodes"][0]["scale"] = {4, 4, 1};
+    text.json["nodes"].push_back(
+        {{"mesh", 1}, {"rotation", {0, 1, 0, 0}}, {"translation", {1, 1, 1}}});
+    text.json["nodes"].push_back({{"camera", 0}, {"translation", {1, 1, 4}}});
+    text.json["scenes"][0]["nodes"] = {0, 1, 2};
+    text.animate(1, "translation", {0, 2}, {1, 1, 1, 3, 1, 2}, "VEC3");
+    path = folder.write("a.gltf", text.gltf());
+    request.set(field::kAnimation, 1.0);
+    request.set(field::kSeeds, std::string("one"));
+  }
+  std::shared_ptr<const PreparedScene> at(std::optional<double> seconds) const {
+    return load_and_prepare_scene(path, 1, {{}, false, {}, seconds}).value();
+  }
+
+  const test::SceneFolder folder;
+  std::filesystem::path path;
+  JobRequest request;
+  RenderSettings settings = test::small_settings(GetParam(), 48, 24);
+  const FramesJob::SceneAt scene_at = [this](double seconds) { return at(seconds); };
+};
+
+TEST_P(MovingScene, EachFrameShowsItAsItIsThen) {
+  const auto rest = at({});
+  Kept kept;
+  ASSERT_TRUE(run(*rest, request, settings, kept, 2, {}, nullptr, scene_at).ok());
+  ASSERT_EQ(kept.pictures.size(), 3u);
+  settings.camera = rest->scene.camera;
+  for (const auto& [frame, picture] : kept.pictures) {
+    const Image alone = test::render(*at(frame), settings).image;
+    if (std::string(GetParam()) == "none") {
+      EXPECT_TRUE(test::same_bits(picture, alone)) << frame;
+    } else {  // with what the frames before it taught
+      EXPECT_NEAR(test::mean_luminance(picture), test::mean_luminance(alone), 0.1f) << frame;
+    }
+    EXPECT_EQ(kept.metadata.at(frame).at("seconds_of_animation"),
+              std::to_string(static_cast<double>(frame)));
+  }
+  EXPECT_FALSE(test::same_bits(kept.pictures[0], kept.pictures[1]));
+}
+
+TEST_P(MovingScene, CutOffAndGoneOnItEndsWithTheSameBits) {
+  const auto rest = at({});
+  Kept whole, cut;
+  ASSERT_TRUE(run(*rest, request, settings, whole, 2, {}, nullptr, scene_at).ok());
+  Bytes state;
+  for (int cuts = 0;; ++cuts) {
+    ASSERT_LT(cuts, 200);
+    Keeper keeper(2 + cuts % 3);
+    SnapshotReader reader(state);
+    const Result<JobResult> job =
+        run(*rest, request, settings, cut, 1 + cuts % 2,
+            {&keeper, state.empty() ? nullptr : &reader}, nullptr, scene_at);
+    if (job.ok()) break;
+    ASSERT_EQ(job.error().code, ErrorCode::kCanceled) << job.error().text();
+    state = keeper.bytes;
+  }
+  expect_same(cut, whole);
+}
+
+INSTANTIATE_TEST_SUITE_P(Methods, MovingScene, testing::Values("none", "adaptive"),
+                         [](const auto& method) { return std::string(method.param); });
 
 }  // namespace
 }  // namespace qray

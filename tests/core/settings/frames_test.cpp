@@ -6,6 +6,7 @@
 #include <numeric>
 #include <set>
 
+#include "core/scene/motion.h"
 #include "core/settings/job_settings.h"
 
 namespace qray {
@@ -23,10 +24,10 @@ Scene scene_with_cameras() {
   return scene;
 }
 
-std::vector<NamedCamera> frames(const JobRequest& request) {
+std::vector<JobFrame> frames(const JobRequest& request) {
   const auto made = frames_of(request, scene_with_cameras());
   EXPECT_TRUE(made.ok()) << made.error().text();
-  return made.ok() ? made.value() : std::vector<NamedCamera>();
+  return made.ok() ? made.value() : std::vector<JobFrame>();
 }
 
 std::string fault(const JobRequest& request) {
@@ -45,10 +46,10 @@ TEST(Frames, AJobWithoutThemHasOne) {
 TEST(Frames, ATurntableKeepsItsDistanceAndLooksAtTheSamePoint) {
   JobRequest request;
   request.set(field::kTurntable, 8);
-  const std::vector<NamedCamera> all = frames(request);
+  const std::vector<JobFrame> all = frames(request);
   ASSERT_EQ(all.size(), 8u);
   EXPECT_EQ(all[0].camera, scene_with_cameras().camera);
-  for (const NamedCamera& frame : all) {
+  for (const JobFrame& frame : all) {
     EXPECT_NEAR(length(frame.camera.position - Vec3{0, 1, 0}), 4, 1e-5);
     EXPECT_NEAR(length(frame.camera.target - Vec3{0, 1, 0}), 0, 1e-5);
   }
@@ -72,7 +73,7 @@ TEST(Frames, CamerasAreTheScenesByNameOrTheRequests) {
   CameraRequest own;
   own.position = {{7, 1, 0}};
   request.set(field::kCameras, Cameras{{"side", {}}, {"", own}, {"front-2", {}}});
-  const std::vector<NamedCamera> all = frames(request);
+  const std::vector<JobFrame> all = frames(request);
   ASSERT_EQ(all.size(), 3u);
   EXPECT_EQ(all[0].name, "side");
   EXPECT_EQ(all[0].camera.position.x, 2);
@@ -90,7 +91,7 @@ TEST(Frames, AStarIsEachOfTheScenesCameras) {
   request.set(field::kCameras, Cameras{{"*", {}}});
   EXPECT_EQ(frame_count(request), std::nullopt);
   EXPECT_EQ(frames(request).size(), 3u);
-  name_cameras(request, scene_with_cameras());
+  complete_frames(request, scene_with_cameras());
   EXPECT_EQ(frame_count(request), 3);
   EXPECT_EQ((*request.given(field::kCameras))[2].name, "front-2");
 }
@@ -132,7 +133,7 @@ TEST(Frames, TheOrderHasEachOnceAndSpreads) {
 TEST(Frames, SeedsAreIndependentUnlessOnePatternIsAskedFor) {
   JobRequest request;
   request.set(field::kTurntable, 36);
-  const std::vector<NamedCamera> all = frames(request);
+  const std::vector<JobFrame> all = frames(request);
   RenderSettings settings;
   settings.seed = 5;
   std::set<uint64_t> seeds;
@@ -149,6 +150,72 @@ TEST(Frames, TimeThatBoundsNoiseIsSharedByThem) {
   request.set(field::kNoise, 0.1);
   complete_budget(request, 3600);
   EXPECT_EQ(request.given(field::kSeconds), 100.0);
+}
+
+Scene moving_scene() {
+  Scene scene = scene_with_cameras();
+  auto path = std::make_shared<CameraPath>();
+  path->lens.vertical_fov_deg = 40;
+  path->steps.resize(1);
+  Track& track = path->steps[0].motion.translation;
+  track.seconds = {0, 2};
+  track.width = 3;
+  track.values = {0, 0, 4, 2, 0, 4};
+  scene.camera = path->at(0);
+  scene.camera_path = path;
+  scene.motion_seconds = 2;
+  return scene;
+}
+
+TEST(Frames, AnAnimationHasAFrameAtEachOfItsTimes) {
+  const Scene scene = moving_scene();
+  JobRequest request;
+  request.set(field::kAnimation, 2.0);
+  request.set("camera/vertical_fov_deg", 30.0);
+  EXPECT_FALSE(frame_count(request));
+  const std::vector<JobFrame> all = frames_of(request, scene).value();
+  ASSERT_EQ(all.size(), 5u);
+  EXPECT_EQ(all[0].seconds, 0);
+  EXPECT_EQ(all[3].seconds, 1.5);
+  EXPECT_NEAR(all[3].camera.position.x, 1.5, 1e-6);
+  EXPECT_EQ(all[3].camera.vertical_fov_deg, 30) << "what the job says counts";
+  complete_frames(request, scene);
+  EXPECT_EQ(frame_count(request), 5);
+  request.set(field::kFrom, 0.5);
+  request.set(field::kTo, 1.4);
+  EXPECT_EQ(frame_count(request), 2);
+  EXPECT_EQ(frames_of(request, scene).value().back().seconds, 1);
+  // Another of the scene's cameras, which stands.
+  request.set(field::kCameras, Cameras{{"side", {}}});
+  EXPECT_EQ(camera_name(request, 1), "side");
+  const std::vector<JobFrame> others = frames_of(request, scene).value();
+  for (const JobFrame& frame : others) {
+    EXPECT_EQ(frame.name, "side");
+    EXPECT_EQ(frame.camera.position, scene.find_camera("side")->camera.position);
+  }
+}
+
+TEST(Frames, FaultsOfAnAnimation) {
+  JobRequest request;
+  request.set(field::kAnimation, 24.0);
+  EXPECT_EQ(fault(request),
+            "/frames/animation: expected a scene that moves: its file says nothing of it");
+  request.set(field::kAnimation, 1000.0);
+  EXPECT_EQ(frames_of(request, moving_scene()).error().message,
+            "expected 1..1000 frames from its beginning to its end, got 2001");
+  request.set(field::kFrom, 3.0);
+  EXPECT_EQ(frames_of(request, moving_scene()).error().message,
+            "expected 1..1000 frames from its beginning to its end, got 0");
+  request.set(field::kTo, 2.0);
+  EXPECT_EQ(check_frames(request).error().where, "/frames/to");
+  request.clear(field::kTo);
+  request.set(field::kCameras, Cameras{{"*", {}}});
+  EXPECT_EQ(check_frames(request).error().where, "/frames/cameras");
+  request.clear(field::kCameras);
+  request.set(field::kTurntable, 3);
+  EXPECT_EQ(check_frames(request).error().message, "expected turntable or animation, got both");
+  request.clear(field::kAnimation);
+  EXPECT_EQ(check_frames(request).error().message, "expected animation beside it");
 }
 
 }  // namespace

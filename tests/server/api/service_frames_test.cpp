@@ -5,6 +5,7 @@
 #include <fstream>
 
 #include "core/image/animation.h"
+#include "tests/core/import/gltf_text.h"
 #include "tests/server/test_service.h"
 
 namespace qray::server {
@@ -56,6 +57,40 @@ TEST(ServiceFrames, EachHasItsPictureAndStatistics) {
   EXPECT_GT(body_of(s, "/v1/jobs/" + id + "/tiles?frame=2", "application/octet-stream").size(),
             4u * 40 * 40);
   EXPECT_EQ(s.get("/v1/jobs/" + id + "/pixel?x=3&y=4&frame=1")["samples"], 20);
+}
+
+TEST(ServiceFrames, AnUploadMovesAsItsFileSays) {
+  ::setenv("ASAN_OPTIONS", "new_delete_type_mismatch=0", 1);  // of the process that reads it
+  TestService s;
+  s.config.program = qray::test::program("qrayd");
+  s.start();
+  qray::test::GltfText text = qray::test::gltf_triangle();
+  text.json["nodes"][0]["scale"] = {2, 2, 1};
+  text.animate(0, "translation", {0, 2}, {0, 0, 0, 3, 0, 0}, "VEC3");
+  const std::string file = text.glb(), name = test::sha(file);
+  ASSERT_EQ(s.client().Put("/v1/assets/" + name, file, "application/octet-stream")->status, 201);
+  const Json scene = s.post("/v1/scenes", Json({{"asset", name}, {"type", "glb"}}).dump(), 201);
+  const std::string id = s.submit({{"scene", scene["name"]},
+                                   {"width", 24},
+                                   {"height", 16},
+                                   {"samples", 4},
+                                   {"frames", {{"animation", 1}, {"seeds", "one"}}}});
+  const Json job = s.wait_end(id);
+  ASSERT_EQ(job["state"], "succeeded") << job.dump();
+  EXPECT_EQ(job["request"]["frames"]["to"], 2);
+  ASSERT_EQ(s.get("/v1/jobs/" + id + "/frames")["frames"].size(), 3u);
+  EXPECT_NE(picture(s, id, 0), picture(s, id, 1));
+  EXPECT_NE(picture(s, id, 1), picture(s, id, 2));
+  // What a pixel sees is of its frame: the triangle has left the picture's left.
+  const auto surface = [&](int frame) {
+    return s.get("/v1/jobs/" + id + "/pixel?x=10&y=10&frame=" + std::to_string(frame))
+        .value("surface", Json());
+  };
+  EXPECT_NE(surface(0), Json());
+  EXPECT_EQ(surface(2), Json());
+  const std::string box =
+      s.submit({{"scene", "box"}, {"samples", 1}, {"frames", {{"animation", 24}}}});
+  EXPECT_EQ(s.wait_end(box)["state"], "failed");
 }
 
 TEST(ServiceFrames, AJobWithoutThemHasNone) {
