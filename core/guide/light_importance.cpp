@@ -17,6 +17,7 @@ constexpr double kMostSquare = 0x1p20;  // that one pick adds
 constexpr uint32_t kFewest = 32;        // picks in a group, before it is believed
 constexpr double kPrior = 4;            // picks that bring the group's mean, for each cluster
 constexpr double kLeastRoot = 0.1;      // of a cluster's root, over that of the group's mean
+constexpr double kMostSeen = 1.0 / 3;   // of a group of least_gain over 1
 constexpr uint32_t kDoubted = 16;
 constexpr uint64_t kMostSum = uint64_t{1} << 58;  // what is more is halved between passes
 
@@ -79,7 +80,6 @@ void LightImportance::solve(uint32_t place) {
       sum += static_cast<double>(squares_[i]), picks += counts_[i];
     }
     const bool learned = picks >= kFewest && sum > 0;
-    any |= learned;
     const double mean = learned ? sum / picks : 1;
     const auto root = [&](size_t i) {
       if (!learned) return 1.0;
@@ -88,15 +88,19 @@ void LightImportance::solve(uint32_t place) {
       return std::max(std::sqrt(square / mean), kLeastRoot);
     };
     if (group.priors.empty()) {
+      any |= learned;
       for (size_t i = first; i < first + group.count; ++i)
         weights_[i] = static_cast<float>(root(i));
     } else {
-      double below = 0, all = 0, squares = 0;
+      double below = 0, all = 0, squares = 0, seen = 0;
       for (size_t i = 0; i < group.count; ++i) {
+        if (squares_[first + i] > 0) seen += double{group.priors[i]};
         all += double{group.priors[i]} * root(first + i);
         squares += double{group.priors[i]} * sqr(root(first + i));
       }
-      const bool pays = squares >= double{group.least_gain} * sqr(all);
+      const bool pays = squares >= double{group.least_gain} * sqr(all) &&
+                        (group.least_gain <= 1 || seen <= kMostSeen);
+      any |= learned && pays;
       if (!pays) all = 1;
       for (size_t i = 0; i < group.count; ++i) {
         below += double{group.priors[i]} * (pays ? root(first + i) : 1);

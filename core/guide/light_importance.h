@@ -39,7 +39,8 @@ class LightImportance {
   // nearest cell.
   uint32_t place(Vec3 p, Vec3 n) const;
   // For each cluster, group by group: where priors are known, the chance of the group's clusters up
-  // to this one; else a factor over 0 of its weight. Null: nothing is known there yet.
+  // to this one; else a factor over 0 of its weight. Null: nothing is known there that would change
+  // a pick.
   const float* weights(uint32_t place) const {
     return known_[place] ? &weights_[size_t{place} * count_] : nullptr;
   }
@@ -91,7 +92,7 @@ class LightImportance {
   // By place, then cluster: sums of squares in 2^-30, and of how many picks.
   mutable std::vector<uint64_t> squares_;
   mutable std::vector<uint32_t> counts_;
-  std::vector<uint8_t> known_;  // by place: there are weights
+  std::vector<uint8_t> known_;  // by place: its weights change picks
   std::vector<float> weights_;  // as the sums
 };
 

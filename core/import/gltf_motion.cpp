@@ -13,17 +13,19 @@ class MotionReader {
  public:
   explicit MotionReader(GltfImport& import) : import_(import), model_(import.document.model()) {}
 
-  std::map<int, NodeMotion> read() {
+  GltfMotions read() {
     for (size_t i = 0; i < model_.animations.size(); ++i) {
       const JsonNode place = import_.document.at("animations", static_cast<int>(i));
       for (const GltfModel::Channel& channel : model_.animations[i]) add(channel, place);
     }
-    return std::move(motions_);
+    return {motions_.begin(), motions_.end()};
   }
 
  private:
   void add(const GltfModel::Channel& channel, const JsonNode& place) {
-    NodeMotion& motion = motions_[channel.node];
+    std::shared_ptr<NodeMotion>& found_motion = motions_[channel.node];
+    if (!found_motion) found_motion = std::make_shared<NodeMotion>();
+    NodeMotion& motion = *found_motion;
     const struct {
       const char* path;
       Track& track;
@@ -86,14 +88,12 @@ class MotionReader {
 
   GltfImport& import_;
   const GltfModel& model_;
-  std::map<int, NodeMotion> motions_;
+  std::map<int, std::shared_ptr<NodeMotion>> motions_;
   size_t numbers_ = 0;
 };
 
 }  // namespace
 
-std::map<int, NodeMotion> read_gltf_motions(GltfImport& import) {
-  return MotionReader(import).read();
-}
+GltfMotions read_gltf_motions(GltfImport& import) { return MotionReader(import).read(); }
 
 }  // namespace qray

@@ -9,6 +9,7 @@
 namespace qray {
 
 // By node. All animations play at once; where several move the same of a node, the first counts.
-std::map<int, NodeMotion> read_gltf_motions(GltfImport& import);
+using GltfMotions = std::map<int, std::shared_ptr<const NodeMotion>>;
+GltfMotions read_gltf_motions(GltfImport& import);
 
 }  // namespace qray

@@ -1,5 +1,6 @@
 #include "core/import/gltf_scene.h"
 
+#include <algorithm>
 #include <utility>
 
 #include "core/import/fit_camera.h"
@@ -10,10 +11,11 @@
 namespace qray {
 namespace {
 
-constexpr double kLeastVolume = 1e-20;  // of a map, as validate() wants it
+constexpr double kLeastVolume = 1e-20;     // of a map, as validate() wants it
+constexpr size_t kMaxPathSteps = 250'000;  // nodes above all cameras that move
 
 // What is wrong with them is no reason not to draw the scene at rest.
-std::map<int, NodeMotion> motions_of(GltfImport& import) {
+GltfMotions motions_of(GltfImport& import) {
   try {
     return read_gltf_motions(import);
   } catch (const ImportFailure& failure) {
@@ -91,7 +93,7 @@ class GltfReader {
       to_world_[index] = to_world;
       const auto motion = motions_.find(step.node);
       moves_[index] = (step.parent >= 0 && moves_[static_cast<size_t>(step.parent)]) ||
-                      (motion != motions_.end() && motion->second.moves_node());
+                      (motion != motions_.end() && motion->second->moves_node());
       parents_[index] = step.parent;
       read_node(step.node, node, to_world);
       for (auto it = node.children.rbegin(); it != node.children.rend(); ++it)
@@ -103,13 +105,17 @@ class GltfReader {
   NodePose pose_of_node(int index) const {
     const NodePose& rest = document_.model().nodes[static_cast<size_t>(index)].rest;
     const auto motion = motions_.find(index);
-    return seconds_ && motion != motions_.end() ? motion->second.at(*seconds_, rest) : rest;
+    return seconds_ && motion != motions_.end() ? motion->second->at(*seconds_, rest) : rest;
   }
 
   // What moves, moves a camera, or what light meets.
   void tell_what_moves() {
     Scene& scene = import_.out.scene;
     const auto& nodes = document_.model().nodes;
+    std::vector<bool> skin_moves;
+    for (const GltfModel::Skin& skin : document_.model().skins)
+      skin_moves.push_back(std::ranges::any_of(
+          skin.joints, [&](int joint) { return moves_[static_cast<size_t>(joint)]; }));
     bool any = false;
     for (size_t i = 0; i < nodes.size(); ++i) {
       if (!to_world_[i]) continue;
@@ -117,16 +123,15 @@ class GltfReader {
       const auto motion = motions_.find(static_cast<int>(i));
       bool surfaces = moves_[i] && (node.mesh >= 0 || is_light(static_cast<int>(i)));
       if (node.mesh >= 0 && motion != motions_.end())
-        surfaces = surfaces || !motion->second.weights.seconds.empty();
+        surfaces = surfaces || !motion->second->weights.seconds.empty();
       if (node.mesh >= 0 && node.skin >= 0)
-        for (const int joint : document_.model().skins[static_cast<size_t>(node.skin)].joints)
-          surfaces = surfaces || moves_[static_cast<size_t>(joint)];
+        surfaces = surfaces || skin_moves[static_cast<size_t>(node.skin)];
       scene.moves_surfaces = scene.moves_surfaces || surfaces;
       any = any || surfaces || (moves_[i] && node.camera >= 0);
     }
     if (!any) return;
     for (const auto& [node, motion] : motions_)
-      scene.motion_seconds = std::max(scene.motion_seconds, motion.end());
+      scene.motion_seconds = std::max(scene.motion_seconds, motion->end());
   }
 
   bool is_light(int node) const {
@@ -134,16 +139,21 @@ class GltfReader {
   }
 
   // Of a camera whose node moves; else null.
-  std::shared_ptr<const CameraPath> path_of(int node, const Camera& lens) const {
+  std::shared_ptr<const CameraPath> path_of(int node, const Camera& lens) {
     if (!moves_[static_cast<size_t>(node)]) return nullptr;
     auto path = std::make_shared<CameraPath>();
     path->lens = lens;
     for (int above = node; above >= 0; above = parents_[static_cast<size_t>(above)]) {
       const auto motion = motions_.find(above);
-      path->steps.insert(path->steps.begin(),
-                         {document_.model().nodes[static_cast<size_t>(above)].rest,
-                          motion == motions_.end() ? NodeMotion() : motion->second});
+      path->steps.push_back({document_.model().nodes[static_cast<size_t>(above)].rest,
+                             motion == motions_.end() ? nullptr : motion->second});
+      if (++path_steps_ > kMaxPathSteps)
+        document_.at("nodes", node)
+            .fail("expected at most " + std::to_string(kMaxPathSteps) +
+                      " nodes above cameras that move",
+                  ErrorCode::kTooLarge);
     }
+    std::ranges::reverse(path->steps);
     return path;
   }
 
@@ -298,12 +308,12 @@ class GltfReader {
   GltfMaterials materials_;
   GltfMeshes meshes_;
   std::map<PosedMesh, std::vector<Use>> uses_;
-  const std::map<int, NodeMotion> motions_;         // by node
+  const GltfMotions motions_;                       // by node
   const std::optional<double> seconds_;             // none: at rest
   std::vector<std::optional<Transform>> to_world_;  // of the nodes that the scene has
   std::vector<bool> moves_;                         // of these: it or one above it
   std::vector<int> parents_;                        // of these; -1: none
-  size_t use_count_ = 0;
+  size_t use_count_ = 0, path_steps_ = 0;
   bool has_camera_ = false, has_light_ = false;
 };
 

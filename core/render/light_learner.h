@@ -15,7 +15,7 @@ class LightLearner {
   static constexpr uint32_t kNoPick = ~0u;
   struct Place {
     uint32_t index = 0;
-    const float* weights = nullptr;  // LightPick::sample(); null: nothing is learned of lights
+    const float* weights = nullptr;  // LightPick::sample(); null: it is asked without
   };
 
   // Both outlive this. Null: there is no guide.
@@ -26,11 +26,12 @@ class LightLearner {
       importance_ = importance;
   }
 
-  Place place(const LightReceiver& at) const {
+  // `learns`: the pick that follows will be told to picked(), so that it must be of clusters.
+  Place place(const LightReceiver& at, bool learns) const {
     if (!importance_) return {};
     const uint32_t index = importance_->place(at.p, at.n);
     const float* weights = importance_->weights(index);
-    return {index, weights ? weights : plain_weights_};
+    return {index, weights || !learns ? weights : plain_weights_};
   }
   // This light was picked there; nothing came of it so far.
   uint32_t picked(const Place& place, const LightSample& light) {

@@ -391,9 +391,9 @@ void LightPick::set_clusters(const Bounds3& bounds, std::span<const float> power
     LightClusters::Group cells;
     cells.count = EnvironmentLight::kCells;
     for (uint32_t i = 0; i < cells.count; ++i) cells.priors.push_back(environment_->cell_chance(i));
-    // Where half of an even sky is seen, whose cosine alone makes this 8/3, surfaces' own
-    // directions find it as well as any, and points that are spread over the whole of it better.
-    if (environment_->even()) cells.least_gain = 4;
+    // Where half of an even sky is seen, surfaces' own directions find it as well as any, and
+    // points that are spread over the whole of it better.
+    if (environment_->even()) cells.least_gain = 1.5f;
     first_cell_ = add_group(std::move(cells));
     cell_scale_ = 1 / (kPi * environment_->mean_luminance());
   }

@@ -266,7 +266,7 @@ inline void PathTracer::ask_guide(const PathState& path, PathVertex& v, bool fro
 inline bool PathTracer::add_direct_light(PathState& path, PathVertex& v, float u_light,
                                          Vec2 u_light_point, PixelTarget pixel) {
   if (!connects_ || v.kind == BsdfKind::kDelta) return true;
-  v.lights = light_learner_.place(v.receiver());
+  v.lights = light_learner_.place(v.receiver(), learner_.on());
   const Connection connection = connect(v, u_light, u_light_point);
   if (connection.light.is_black()) return true;
   const Rgb light = path.throughput * connection.light;

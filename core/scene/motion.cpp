@@ -118,7 +118,8 @@ Camera placed_camera(Camera lens, const Transform& to_world) {
 Camera CameraPath::at(double time) const {
   Transform to_world;
   for (const Step& step : steps)
-    to_world = to_world.after(step.motion.at(time, step.rest).to_parent());
+    to_world =
+        to_world.after((step.motion ? step.motion->at(time, step.rest) : step.rest).to_parent());
   return placed_camera(lens, to_world);
 }
 

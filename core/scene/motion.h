@@ -2,6 +2,7 @@
 // node's map and of its morph weights, and the cameras that follow. Plain data; pure.
 #pragma once
 
+#include <memory>
 #include <vector>
 
 #include "core/scene/camera.h"
@@ -45,15 +46,15 @@ struct NodeMotion {
   NodePose at(double time, NodePose rest) const;
 };
 
-// A camera of a node, which looks along its -z with +y up.
-// As far as its target is from it, so that rounding turns the view by nothing.
+// A camera of a node, which looks along its -z with +y up. Its target is as far from it as the
+// origin is, so that rounding turns the view by nothing.
 Camera placed_camera(Camera lens, const Transform& to_world);
 
 // A camera whose node moves, or one above it.
 struct CameraPath {
   struct Step {
     NodePose rest;
-    NodeMotion motion;
+    std::shared_ptr<const NodeMotion> motion = {};  // null: it never moves
   };
   std::vector<Step> steps;  // from the top
   Camera lens;

@@ -20,9 +20,9 @@ Bytes bytes_of(const PgRows& rows, int row, int column) {
 
 }  // namespace
 
-// The units of passes before go, in the same statement: where this process has the job, for one that
-// slept would otherwise delete the units of the process that has it now. Deleted rows and new ones
-// differ in their keys, so it does not matter which part is carried out first.
+// The units of passes before go, in the same statement: only where this process has the job, for
+// one that slept would otherwise delete the units of the process that has it now. Deleted rows and
+// new ones differ in their keys, so it does not matter which part is carried out first.
 Status PgSharedPasses::begin(const Pass& pass, const std::string& bits, int workers,
                              const Bytes* guide) {
   PgDatabase::Session session(db_);

@@ -68,7 +68,8 @@ const kinds = {
   session,
   job: () => done({ samples: 1 + Math.floor(64 * random()), seed: Math.floor(1e6 * random()) }),
   async extend() {
-    await server.call('POST', `/v1/jobs/${teacher.id}/extend`, { samples: 1 + Math.floor(8 * random()) });
+    await server.call('POST', `/v1/jobs/${teacher.id}/extend`,
+      { samples: 1 + Math.floor(8 * random()) });
     await sleep(100);
     await server.wait_until(teacher.id, ({ state: now }) => now === 'succeeded', kWaitMs);
   },

@@ -79,7 +79,8 @@ test('while a slider moves a large picture is drawn as it is shown, then in full
   await row(kGroups - 1).waitFor();
   await groups_there();
   // Laid out beside its panel, where a pixel of the screen shows two of the picture a side.
-  await settled(() => Math.round(1024 / document.querySelector('canvas.picture').clientWidth) === 2);
+  await settled(() =>
+    Math.round(1024 / document.querySelector('canvas.picture').clientWidth) === 2);
   const moving = await page.evaluate(async (places) => {
     const { viewer } = await import('/app.js'); // no tile comes from what is drawn to what is read
     const canvas = document.querySelector('canvas.picture');

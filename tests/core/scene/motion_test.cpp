@@ -70,12 +70,14 @@ TEST(CameraPath, TheNodesAboveTurnItToo) {
   CameraPath path;
   path.lens.vertical_fov_deg = 30;
   path.steps.resize(2);
-  Track& turn = path.steps[0].motion.rotation;
+  NodeMotion motion;
+  Track& turn = motion.rotation;
   turn.turns = true;
   turn.width = 4;
   turn.seconds = {0, 2};
   turn.values = about_y(0);
   for (const float v : about_y(90)) turn.values.push_back(v);
+  path.steps[0].motion = std::make_shared<NodeMotion>(motion);
   path.steps[1].rest.translation = {0, 0, 4};
   const Camera rest = path.at(0), turned = path.at(2), half = path.at(1);
   EXPECT_NEAR(length(rest.position - Vec3{0, 0, 4}), 0, 1e-5);

@@ -157,10 +157,12 @@ Scene moving_scene() {
   auto path = std::make_shared<CameraPath>();
   path->lens.vertical_fov_deg = 40;
   path->steps.resize(1);
-  Track& track = path->steps[0].motion.translation;
+  NodeMotion motion;
+  Track& track = motion.translation;
   track.seconds = {0, 2};
   track.width = 3;
   track.values = {0, 0, 4, 2, 0, 4};
+  path->steps[0].motion = std::make_shared<NodeMotion>(motion);
   scene.camera = path->at(0);
   scene.camera_path = path;
   scene.motion_seconds = 2;
