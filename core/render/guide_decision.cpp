@@ -13,6 +13,8 @@ constexpr double kLookupNs = 140;
 // what the guide saves.
 constexpr double kKnowsMore = 4;
 constexpr uint64_t kLeastPaths = 2048;
+// Of what a table is worth: the share of what was measured last.
+constexpr double kLeastNews = 0.25;
 double ray_ns(const PreparedScene& scene) {
   const auto triangles = static_cast<double>(scene.scene.placed_triangle_count());
   return 75 + 17 * std::max(0.0, std::log2(triangles / 36));
@@ -23,7 +25,9 @@ double ray_ns(const PreparedScene& scene) {
 GuideDecision::GuideDecision(const PreparedScene& scene, Guide& guide, bool open, bool view_lasts)
     : guide_(guide),
       view_lasts_(view_lasts),
-      gate_(kLookupNs / ray_ns(scene), guide.stats().samples_seen > 0, open, guide.worth()) {}
+      gate_(kLookupNs / ray_ns(scene), guide.stats().samples_seen > 0, open, guide.worth()),
+      before_(guide.worth()),
+      seen_before_(guide.stats().samples_seen) {}
 
 void GuideDecision::begin_after(const GuideGate& gate, const PassCost& cost,
                                 const PassCost& guided_cost) {
@@ -61,8 +65,7 @@ void GuideDecision::judge(uint64_t samples, const PassCost& cost, const PassCost
     if (guided_ && guide_.expects() && gate_.on())
       record.efficiency_gain = gate_.guided(samples, guide_.stats().samples_seen, guided_pass,
                                             noise->guided_variance(), noise->unguided_variance());
-    if (record.efficiency_gain > 0)
-      guide_.set_worth({record.efficiency_gain, gate_.unguided_rays()});
+    if (record.efficiency_gain > 0) tell_worth({record.efficiency_gain, gate_.unguided_rays()});
     if (view_lasts_ && !gate_.grows()) guide_.stop_growing();
   }
   const GuideStats table = guide_.stats();
@@ -73,6 +76,18 @@ void GuideDecision::judge(uint64_t samples, const PassCost& cost, const PassCost
   record.direction_nodes = table.direction_nodes;
   record.table_bytes = table.bytes;
   passes_.push_back(record);
+}
+
+// One view, or a few passes, may tell otherwise than those before: what is new counts by what the
+// table has learned since.
+void GuideDecision::tell_worth(const GuideWorth& now) {
+  const double seen = static_cast<double>(guide_.stats().samples_seen);
+  const double share = std::max(kLeastNews, 1 - static_cast<double>(seen_before_) / seen);
+  if (!(before_.efficiency_gain > 0 && before_.unguided_rays > 0 && share < 1))
+    return guide_.set_worth(now);
+  const auto between = [share](double a, double b) { return a * std::pow(b / a, share); };
+  guide_.set_worth({between(before_.efficiency_gain, now.efficiency_gain),
+                    between(before_.unguided_rays, now.unguided_rays)});
 }
 
 }  // namespace qray

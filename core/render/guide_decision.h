@@ -46,10 +46,13 @@ class GuideDecision {
   template <class Self, class Archive>
   static void exchange(Self& self, Archive& archive) {
     archive(self.gate_, self.cost_, self.guided_cost_, self.guided_, self.learning_, self.part_,
-            self.few_, self.paths_, self.seen_, self.events_a_path_, self.changing_, self.passes_);
+            self.few_, self.paths_, self.seen_, self.events_a_path_, self.changing_, self.passes_,
+            self.before_.efficiency_gain, self.before_.unguided_rays, self.seen_before_);
   }
 
  private:
+  void tell_worth(const GuideWorth& now);
+
   Guide& guide_;
   const bool view_lasts_;
   GuideGate gate_;
@@ -60,6 +63,9 @@ class GuideDecision {
   // from: how much it saw for a path; at first a guess that is rather too high.
   uint64_t paths_ = 0, seen_ = 0;
   double events_a_path_ = 16;
+  // Before all passes: what the table was worth, and what it had seen.
+  GuideWorth before_;
+  uint64_t seen_before_ = 0;
   std::vector<GuidePass> passes_;
 };
 
