@@ -7,10 +7,10 @@ import { measure } from './bench_data.js';
 import { BenchForm } from './bench_form.js';
 import { equal_time, median, summary_of } from './bench_measures.js';
 import { chart_command, kLabel } from './bench_plan.js';
-import { with_text } from './camera_text.js';
 import { csv, save } from './chart_files.js';
 import { ago, has_ended, progress_words, state_words } from './format.js';
 import { kept_cameras } from './live_bookmarks.js';
+import { with_text } from './live_camera_text.js';
 import { ViewControls } from './view_controls.js';
 
 const kColumns = ['scene', 'width', 'height', 'method', 'seed', 'job', 'at', 'samples', 'seconds',

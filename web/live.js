@@ -2,9 +2,9 @@
 // second one without what is being compared. Controls set the address (`live`: the camera, `off`,
 // `dark`, `beside`), and follow() shows what it says. Loaded when it is first needed
 // (live_gate.js).
-import { camera_text, with_text } from './camera_text.js';
 import { keep_camera, kept_cameras } from './live_bookmarks.js';
 import { LiveCamera } from './live_camera.js';
+import { camera_text, with_text } from './live_camera_text.js';
 import { show_measures } from './live_measures.js';
 import { LiveSession } from './live_session.js';
 
