@@ -1,4 +1,5 @@
-// Vertices where morph targets and skins put them, as their nodes are at the time that is read. Throws ImportFailure. One import.
+// Vertices where morph targets and skins put them, at the time that is read. Throws ImportFailure.
+// One import.
 #pragma once
 
 #include "core/import/gltf_accessor.h"

@@ -8,13 +8,10 @@ namespace qray {
 namespace {
 
 using nlohmann::json;
+using test::expect_near;
 using test::gltf_triangle;
 using test::GltfText;
 using test::load_gltf;
-
-void expect_near(Vec3 a, Vec3 b) {
-  for (int c = 0; c < 3; ++c) EXPECT_NEAR(a[c], b[c], 1e-5f);
-}
 
 LoadedScene at(const test::SceneFolder& folder, const GltfText& text, double seconds) {
   auto loaded = load_scene(folder.write("a.gltf", text.gltf()), {{}, false, {}, seconds});

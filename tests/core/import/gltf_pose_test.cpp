@@ -7,13 +7,10 @@ namespace qray {
 namespace {
 
 using nlohmann::json;
+using test::expect_near;
 using test::gltf_triangle;
 using test::GltfText;
 using test::load_gltf;
-
-void expect_near(Vec3 a, Vec3 b) {
-  for (int c = 0; c < 3; ++c) EXPECT_NEAR(a[c], b[c], 1e-5f);
-}
 
 // Vertex 0 follows joint 0, vertex 1 joint 1, vertex 2 both by half.
 GltfText skinned() {

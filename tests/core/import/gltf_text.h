@@ -98,6 +98,10 @@ inline GltfText gltf_triangle() {
   return text;
 }
 
+inline void expect_near(Vec3 a, Vec3 b) {
+  for (int c = 0; c < 3; ++c) EXPECT_NEAR(a[c], b[c], 1e-5f);
+}
+
 inline LoadedScene load_gltf(const SceneFolder& folder, const GltfText& text) {
   auto loaded = folder.load("a.gltf", text.gltf());
   EXPECT_TRUE(loaded.ok()) << loaded.error().text();
