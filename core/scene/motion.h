@@ -40,7 +40,6 @@ struct NodeMotion {
   bool moves_node() const {
     return !translation.seconds.empty() || !rotation.seconds.empty() || !scale.seconds.empty();
   }
-  bool moves() const { return moves_node() || !weights.seconds.empty(); }
   double end() const;  // seconds: its last key
   // What moves of `rest`, as it is then.
   NodePose at(double time, NodePose rest) const;

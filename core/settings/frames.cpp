@@ -85,9 +85,9 @@ Error no_such_camera(size_t index, const std::string& name, const Scene& scene) 
           "/frames/cameras/" + std::to_string(index)};
 }
 
-Error wrong_camera(const Error& error, const std::string& field) {
-  return {error.code, error.message,
-          "/frames/" + field + error.where.substr(std::string("/camera").size())};
+// Of a camera, by validate_camera(): the member that is wrong, as "/position".
+std::string member_of_camera(const Error& error) {
+  return error.where.substr(std::string("/camera").size());
 }
 
 // pre: complete_frames().
@@ -110,10 +110,9 @@ Result<std::vector<JobFrame>> animation_of(const JobRequest& request, const Scen
         request.given(field::kFrom).value_or(0) + i / request.get(field::kAnimation);
     const Camera camera = camera_of_request(request, path ? path->at(seconds) : rest);
     if (const Status good = validate_camera(camera); !good.ok())
-      return wrong_field("animation",
-                         "after " + std::to_string(seconds) + " s the camera's " +
-                             good.error().where.substr(std::string("/camera/").size()) + ": " +
-                             good.error().message);
+      return wrong_field("animation", "after " + std::to_string(seconds) + " s the camera's " +
+                                          member_of_camera(good.error()).substr(1) + ": " +
+                                          good.error().message);
     frames.push_back({name, camera, seconds});
   }
   return frames;
@@ -198,7 +197,8 @@ Result<std::vector<JobFrame>> frames_of(const JobRequest& asked, const Scene& sc
     if (!choice.name.empty() && !own) return no_such_camera(i, choice.name, scene);
     frames.push_back({choice.name, own ? own->camera : camera_of(choice.camera, camera), {}});
     if (const Status good = validate_camera(frames.back().camera); !good.ok())
-      return wrong_camera(good.error(), "cameras/" + std::to_string(i));
+      return Error{good.error().code, good.error().message,
+                   "/frames/cameras/" + std::to_string(i) + member_of_camera(good.error())};
   }
   if (frames.empty() || frames.size() > size_t{kMaxFrames})
     return wrong_field("cameras", "expected 1.." + std::to_string(kMaxFrames) + " cameras, got " +

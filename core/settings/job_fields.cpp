@@ -365,27 +365,25 @@ void add_frames(FieldTable& out) {
   Field animation =
       frames_field("animation", FieldType::kNumber,
                    "The scene moves as its file says (glTF), for one job of so many frames a "
-                   "second, which learn "
-                   "together. The camera is the scene's first, or the one that cameras names.",
+                   "second, which learn together. The camera is the scene's first, or the one that "
+                   "cameras names.",
                    "Animation");
   animation.unit = "frames/s";
   animation.least = 0.01;
   animation.most = 1000;
   animation.option = "--animation";
   out.push_back(std::move(animation));
-  Field from = frames_field("from", FieldType::kNumber,
-                            "When the animation's first frame is. Left out, it is 0.", "From");
-  from.unit = "s";
-  from.least = 0;
-  from.option = "--animation-from";
-  out.push_back(std::move(from));
-  Field to = frames_field(
-      "to", FieldType::kNumber,
-      "When the animation's last frame is, at most. Left out, it is the end of what moves.", "To");
-  to.unit = "s";
-  to.least = 0;
-  to.option = "--animation-to";
-  out.push_back(std::move(to));
+  const auto add_time = [&](const std::string& name, std::string help, std::string label) {
+    Field time = frames_field(name, FieldType::kNumber, std::move(help), std::move(label));
+    time.unit = "s";
+    time.least = 0;
+    time.option = "--animation-" + name;
+    out.push_back(std::move(time));
+  };
+  add_time("from", "When the animation's first frame is. Left out, it is 0.", "From");
+  add_time("to",
+           "When the animation's last frame is, at most. Left out, it is the end of what moves.",
+           "To");
   Field seeds = frames_field(
       "seeds", FieldType::kChoice,
       "The noise of frames: of each its own (independent), or the same pattern in all (one). Left "

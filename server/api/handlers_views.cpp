@@ -162,8 +162,11 @@ Result<std::shared_ptr<const ViewHandlers::Shown>> ViewHandlers::load(const Want
   shown->settings = settings_of(job.request, shown->scene->scene);
   const Result<std::vector<JobFrame>> frames = frames_of(job.request, shown->scene->scene);
   if (!frames.ok()) return conflict("the job's cameras are not in its scene any more");
-  if (static_cast<size_t>(wanted.frame) < frames.value().size())
+  std::optional<double> seconds;  // of what moves
+  if (const auto frame = static_cast<size_t>(wanted.frame); frame < frames.value().size()) {
     shown->settings = frame_settings(job.request, shown->settings, frames.value(), wanted.frame);
+    seconds = frames.value()[frame].seconds;
+  }
   shown->settings.max_table_bytes = stores_.tables.max_bytes();
   if (table.value()) {
     if (!table_fits(table.value()->header, shown->scene->hash))
@@ -174,10 +177,6 @@ Result<std::shared_ptr<const ViewHandlers::Shown>> ViewHandlers::load(const Want
       return conflict("the job's table cannot be used any more: " + guide.error().message);
     shown->guide = std::move(guide).value();
   }
-  const std::optional<double> seconds =
-      static_cast<size_t>(wanted.frame) < frames.value().size()
-          ? frames.value()[static_cast<size_t>(wanted.frame)].seconds
-          : std::nullopt;
   if (seconds && shown->scene->scene.moves_surfaces) {
     scene = stores_.scenes.prepare_at(job.request.get(field::kScene), *seconds);
     if (!scene.ok()) return conflict("the job's scene cannot be loaded any more");
