@@ -25,7 +25,7 @@ namespace {
 struct RenderCommand {
   RenderOptions render;
   std::vector<int> replay;  // RenderSettings::passes
-  int last_pass_tiles = 0;
+  int last_pass_tiles = 0, pilot_samples = 0;
   int threads = default_threads();
   int table_mib = static_cast<int>(kDefaultTableBytes >> 20);
   std::string table_in, table_out, json, sampled, passes, view = "beauty", out, exposure;
@@ -256,6 +256,7 @@ Status run(const RenderCommand& o) {
   RenderSettings settings = std::move(made).value();
   settings.passes = o.replay;
   settings.last_pass_tiles = o.last_pass_tiles;
+  settings.pilot_samples = o.pilot_samples;
   settings.max_table_bytes = static_cast<size_t>(o.table_mib) << 20;
   if (Status s = check_settings(settings, kMaxPixels); !s) return s;
   const Result<std::shared_ptr<const PreparedScene>> lit = lit_by_mix(prepared.value(), settings);
@@ -305,6 +306,10 @@ void add_render(CLI::App& app, int& exit_code) {
   sub->add_option("--last-pass-tiles", o->last_pass_tiles,
                   "replay: of the last of --replay's passes, the first so many tiles alone")
       ->check(CLI::Range(1, 1 << 24))
+      ->needs(replay);
+  sub->add_option("--pilot-samples", o->pilot_samples,
+                  "replay: how many samples a pixel the pilot of a job bounded by time had")
+      ->check(CLI::Range(1, kMaxSamples))
       ->needs(replay);
   sub->add_option("--threads", o->threads, "default: one a processor")->check(CLI::Range(1, 1024));
   sub->add_option("--table-in", o->table_in,

@@ -228,7 +228,7 @@ class FramesRun {
     all.frames = static_cast<int>(at_.frames.size());
     all.seed = job_.settings.seed;
     all.passes.clear();
-    all.last_pass_tiles = 0;
+    all.last_pass_tiles = all.pilot_samples = 0;
     all.guide_passes.clear();
     all.recovery_seconds = recovery_seconds_;
     all.picture_passes_seconds = passes_seconds_;

@@ -17,6 +17,7 @@ ImageMetadata picture_metadata(const RenderStats& stats, const PreparedScene& sc
   for (int n : stats.passes) passes += (passes.empty() ? "" : ",") + std::to_string(n);
   m["passes"] = passes;
   if (stats.last_pass_tiles > 0) m["last_pass_tiles"] = std::to_string(stats.last_pass_tiles);
+  if (stats.pilot_samples > 0) m["pilot_samples"] = std::to_string(stats.pilot_samples);
   m["pixels"] = stats.pixels;
   m["learning_samples"] = std::to_string(stats.learning_samples_per_pixel);
   m["table_in"] = table_in ? table_in->id : "none";

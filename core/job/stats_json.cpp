@@ -49,6 +49,7 @@ std::string stats_json(const RenderStats& stats, bool indent) {
       {"learning_samples", stats.learning_samples_per_pixel},
       {"passes", stats.passes},
       {"last_pass_tiles", stats.last_pass_tiles},
+      {"pilot_samples", stats.pilot_samples},
       {"paths", stats.paths},
       {"rays", stats.rays},
       {"rays_per_second", stats.rays_per_second()},

@@ -46,7 +46,7 @@ bool GuideGate::paid(const GuideWorth& worth) {
 bool GuideGate::noisy() const { return variance_ == 0 || variance_ >= kMuchNoise; }
 
 bool GuideGate::pilot_is_over(uint64_t samples, uint64_t table_samples_seen) const {
-  if (samples < kUnguidedSamples) return false;
+  if (!knows_noise(samples)) return false;
   if (!noisy()) return variance_ < kLittleNoise || samples >= kSureSamples;
   return samples >= kMostPilotSamples || knows_enough(table_samples_seen);
 }

@@ -66,6 +66,7 @@ class GuideGate {
   // Of a pilot's gate: whether the pilot has told what it can, `samples` a pixel being done, with a
   // table that has seen so many events; and the gate that its job begins with.
   bool pilot_is_over(uint64_t samples, uint64_t table_samples_seen) const;
+  static bool knows_noise(uint64_t samples) { return samples >= kUnguidedSamples; }
   GuideGate after_pilot() const;
 
   // What paths without a guide cost. `variance`: of a sample, as NoiseEstimate tells it, if most

@@ -12,6 +12,8 @@ namespace {
 // Of a pilot: fewer do not tell noise that few paths make. A picture has at least kLeastPictures
 // times as many.
 constexpr double kLeastPixels = 4096, kMostPixels = 16384, kLeastPictures = 4;
+// Of a job's seconds: a longer pilot costs a short job more than its guide brings.
+constexpr double kMostTime = 0.1;
 constexpr uint64_t kSeed = 0x70696c6f74;  // its samples are not the picture's
 
 // None: the picture is too small.
@@ -53,15 +55,21 @@ std::optional<Pilot> render_pilot(const PreparedScene& scene, const RenderSettin
   mode.view_lasts = false;     // the picture's own passes tell whether the table need grow
   Renderer renderer(scene, *small, guide, film, pool, clock, mode);
   const GuideGate& gate = renderer.decision()->gate();
+  const double most_seconds = kMostTime * settings.seconds, start = clock.seconds();
   uint64_t samples = 0;
-  while (!gate.pilot_is_over(samples, guide->stats().samples_seen) && renderer.start_pass()) {
+  const auto over = [&] {
+    if (settings.pilot_samples > 0) return samples >= static_cast<uint64_t>(settings.pilot_samples);
+    return gate.pilot_is_over(samples, guide->stats().samples_seen) ||
+           (most_seconds > 0 && gate.knows_noise(samples) && clock.seconds() - start > most_seconds);
+  };
+  while (!over() && renderer.start_pass()) {
     renderer.sample(
         renderer.units(), [] { return false; }, stop, nobody);
     if (stop.stop_requested()) return {};
     renderer.end_pass();
     samples = renderer.progress().samples_per_pixel;
   }
-  return Pilot{gate.after_pilot(), renderer.counters()};
+  return Pilot{gate.after_pilot(), renderer.counters(), static_cast<int>(samples)};
 }
 
 }  // namespace qray

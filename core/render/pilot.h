@@ -1,8 +1,9 @@
 // A pilot: a small picture of a job's view, rendered before the job's own and thrown away. It tells
 // what paths cost without the guide and how noisy they are, and the guide learns from it. So the
 // job's picture is guided from its first sample on where there is much noise, and learns from few
-// of its pixels where there is little (guide_gate.h). A pilot counts samples and never time: the
-// same settings and table have the same pilot.
+// of its pixels where there is little (guide_gate.h). A pilot counts samples and not time, so that
+// the same settings and table have the same pilot; but in a job bounded by time it ends once it has
+// had its share of that, and what it would have learned the picture's own first pass teaches.
 #pragma once
 
 #include <optional>
@@ -20,6 +21,7 @@ namespace qray {
 struct Pilot {
   GuideGate gate;  // as the job's begins
   PathCounters counters;
+  int samples = 0;  // a pixel of its own
 };
 
 // None: it was stopped, or there is nothing to find out. That is so without a guide that expects

@@ -51,6 +51,7 @@ bool Renderer::shows_noise() const {
 
 void Renderer::begin_after(const Pilot& pilot) {
   counters_before_ = pilot.counters;
+  pilot_samples_ = pilot.samples;
   decision_->begin_after(pilot.gate, pass_cost(pilot.counters), guided_cost(pilot.counters));
 }
 
@@ -233,6 +234,7 @@ RenderStats Renderer::stats() const {
   stats.light_groups = split_.groups;
   if (decision_ && !decision_->on()) stats.parts["guide"] = "off: it cost more than it saved";
   stats.passes = plan_.passes();
+  stats.pilot_samples = pilot_samples_;
   if (pass_.running && pass_.next_unit == 0) stats.passes.pop_back();
   if (pass_.running) stats.last_pass_tiles = static_cast<int>(pass_.next_unit);
   return stats;

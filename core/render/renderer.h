@@ -118,7 +118,7 @@ class Renderer {
   static void exchange(Self& self, Archive& archive) {
     archive(self.plan_, self.pixels_, self.measures_, self.pass_.running, self.pass_.samples,
             self.pass_.next_unit, self.samples_, self.learning_samples_, self.noise_level_,
-            self.last_pass_seconds_);
+            self.last_pass_seconds_, self.pilot_samples_);
   }
 
   const PreparedScene& scene_;
@@ -145,6 +145,7 @@ class Renderer {
   uint64_t samples_ = 0, learning_samples_ = 0;
   double noise_level_ = 0;  // NoiseEstimate::level() after the last pass
   double start_ = 0, last_pass_seconds_ = 0, guide_pass_seconds_ = 0;
+  int pilot_samples_ = 0;         // a pixel of its own
   PathCounters counters_before_;  // of the renders that this one goes on from
   std::mutex observer_mutex_;
 };

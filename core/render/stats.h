@@ -48,10 +48,11 @@ struct RenderStats {
   uint64_t samples_per_pixel = 0;
   double noise = 0;                         // NoiseEstimate::level() at the end; 0: not known
   uint64_t learning_samples_per_pixel = 0;  // of these, how many there were when learning ended
-  // Samples a pixel of each pass, and how many tiles the last one had when time was up; 0: all, and
-  // samples_per_pixel counts it. Given back, they replay the job.
+  // Given back, these three replay the job: samples a pixel of each pass; how many tiles the last
+  // one had when time was up (0: all, and samples_per_pixel counts it); and the next line.
   std::vector<int> passes;
   int last_pass_tiles = 0;
+  int pilot_samples = 0;  // the pilot's, of a pixel of its own; 0: there was none
   uint64_t paths = 0;
   uint64_t rays = 0;             // nearest-hit and occlusion queries
   uint64_t dropped_samples = 0;  // NaN or infinite, left out of the picture

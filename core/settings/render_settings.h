@@ -55,6 +55,7 @@ struct RenderSettings {
   AdaptiveParams adaptive;
   std::vector<int> passes;  // replay: samples of each pass; overrides samples and seconds
   int last_pass_tiles = 0;  // replay: of the last one, the first so many alone; 0: all
+  int pilot_samples = 0;    // replay: the pilot's, of a pixel of its own; 0: as many as it needs
 
   int bounce_layers() const { return qray::bounce_layers(picture_passes, max_depth); }
   bool makes_passes() const {

@@ -116,6 +116,7 @@ RenderSettings replay_of(RenderSettings settings, const RenderStats& stats) {
   settings.seconds = 0;
   settings.passes = stats.passes;
   settings.last_pass_tiles = stats.last_pass_tiles;
+  settings.pilot_samples = stats.pilot_samples;
   settings.learning_samples = static_cast<int>(stats.learning_samples_per_pixel);
   return settings;
 }
@@ -130,6 +131,40 @@ TEST(RenderLoop, ATimedJobReplaysFromItsPasses) {
   ASSERT_GT(timed.job.stats.samples_per_pixel, 3u);
   const RenderSettings replay = replay_of(settings, timed.job.stats);
   EXPECT_TRUE(test::same_bits(timed.image, run(*scene, replay, 1).image));
+}
+
+// Goes on by a millisecond whenever it is asked.
+class CallClock final : public Clock {
+ public:
+  double seconds() const override { return 1e-3 * ++calls_; }
+
+ private:
+  mutable std::atomic<int> calls_ = 0;
+};
+
+TEST(RenderLoop, APilotHasItsShareOfTheTimeAndIsReplayed) {
+  const auto scene = test::prepare(test::room());
+  RenderSettings settings = small("adaptive", 0);
+  settings.width = settings.height = 128;
+  settings.nee = false;  // it is noisy
+  int pilots[2];
+  for (const double seconds : {1.0, 100.0}) {
+    settings.seconds = seconds;
+    settings.samples = 2;
+    CallClock clock;
+    Film film(settings.width, settings.height);
+    TaskPool pool(1);
+    RenderObserver nobody;
+    const Result<JobResult> timed = run_job(*scene, settings, {}, film, pool, nobody, {}, clock);
+    ASSERT_TRUE(timed.ok());
+    const RenderStats& stats = timed.value().stats;
+    pilots[seconds > 1] = stats.pilot_samples;
+    const Outcome replayed = run(*scene, replay_of(settings, stats), 2);
+    EXPECT_TRUE(test::same_bits(film.develop(), replayed.image)) << seconds;
+    EXPECT_EQ(replayed.job.stats.pilot_samples, stats.pilot_samples);
+  }
+  EXPECT_GE(pilots[0], 2) << "its noise is known";
+  EXPECT_LT(pilots[0], pilots[1]);
 }
 
 // A sample of all four tiles takes four seconds.
