@@ -14,9 +14,6 @@ struct LightClusters {
   struct Group {
     std::vector<float> priors;  // chances that sum to 1; empty: they depend on the point
     uint32_t count = 0;         // of clusters
-    // By how much learned chances must lower the second moment, or those of the priors stay. Over
-    // 1, they stay too at places that see more than a third of the group.
-    float least_gain = 1;
     bool operator==(const Group&) const = default;
   };
   static constexpr size_t kMostGroups = 16, kMost = 512;  // clusters in all

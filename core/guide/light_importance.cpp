@@ -17,8 +17,8 @@ constexpr double kMostSquare = 0x1p20;  // that one pick adds
 constexpr uint32_t kFewest = 32;        // picks in a group, before it is believed
 constexpr double kPrior = 4;            // picks that bring the group's mean, for each cluster
 constexpr double kLeastRoot = 0.1;      // of a cluster's root, over that of the group's mean
-constexpr double kMostSeen = 1.0 / 3;   // of a group of least_gain over 1
 constexpr uint32_t kDoubted = 16;
+constexpr float kReserved = 1;                    // in a table, for each group
 constexpr uint64_t kMostSum = uint64_t{1} << 58;  // what is more is halved between passes
 
 }  // namespace
@@ -87,23 +87,15 @@ void LightImportance::solve(uint32_t place) {
           (static_cast<double>(squares_[i]) + kPrior * mean) / (counts_[i] + kPrior);
       return std::max(std::sqrt(square / mean), kLeastRoot);
     };
+    any |= learned;
     if (group.priors.empty()) {
-      any |= learned;
       for (size_t i = first; i < first + group.count; ++i)
         weights_[i] = static_cast<float>(root(i));
     } else {
-      double below = 0, all = 0, squares = 0, seen = 0;
+      double below = 0, all = 0;
+      for (size_t i = 0; i < group.count; ++i) all += double{group.priors[i]} * root(first + i);
       for (size_t i = 0; i < group.count; ++i) {
-        if (squares_[first + i] > 0) seen += double{group.priors[i]};
-        all += double{group.priors[i]} * root(first + i);
-        squares += double{group.priors[i]} * sqr(root(first + i));
-      }
-      const bool pays = squares >= double{group.least_gain} * sqr(all) &&
-                        (group.least_gain <= 1 || seen <= kMostSeen);
-      any |= learned && pays;
-      if (!pays) all = 1;
-      for (size_t i = 0; i < group.count; ++i) {
-        below += double{group.priors[i]} * (pays ? root(first + i) : 1);
+        below += double{group.priors[i]} * root(first + i);
         weights_[first + i] = static_cast<float>(below / all);
       }
       // Behind the last that can be picked there is nothing.
@@ -216,7 +208,7 @@ Bytes LightImportance::save() const {
   out.u32(static_cast<uint32_t>(clusters_.groups.size()));
   for (const LightClusters::Group& group : clusters_.groups) {
     out.u32(group.count);
-    out.f32(group.least_gain);
+    out.f32(kReserved);
     out.u8(group.priors.empty() ? 0 : 1);
     for (const float prior : group.priors) out.f32(prior);
   }
@@ -236,7 +228,7 @@ Result<LightImportance> LightImportance::load(std::span<const uint8_t> bytes) {
   for (uint32_t g = 0; g < groups; ++g) {
     LightClusters::Group& group = clusters.groups.emplace_back();
     group.count = in.u32();
-    group.least_gain = in.f32();
+    (void)in.f32();  // kReserved
     if (!in.ok() || group.count == 0 || clusters.count() > LightClusters::kMost) return corrupt;
     double sum = 0;
     if (in.u8() != 0)

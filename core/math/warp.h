@@ -72,10 +72,6 @@ inline Vec3 square_to_uniform_sphere(Vec2 u) {
   const float z = 1 - 2 * u.x, r = std::sqrt(std::max(0.0f, 1 - z * z)), phi = 2 * kPi * u.y;
   return {r * std::cos(phi), r * std::sin(phi), z};
 }
-inline Vec2 uniform_sphere_to_square(Vec3 w) {
-  const float turns = std::atan2(w.y, w.x) * 0.5f * kInvPi;
-  return {0.5f * (1 - w.z), turns < 0 ? turns + 1 : turns};
-}
 constexpr float kUniformSpherePdfW = 0.25f * kInvPi;
 
 // On [0, 1), with the density that rises (or falls) linearly from a to b, neither negative and not

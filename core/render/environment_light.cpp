@@ -15,8 +15,9 @@ namespace {
 constexpr int kTiles = 256;
 // No node of an even tile is farther from their mean than by this factor.
 constexpr float kEvenWithin = 1.5f;
-// Of its light, what must lie above the mean, or the sky is even and sampled by all of it.
-constexpr double kLeastAbove = 0.01;
+// The relative variance of luminance over directions from which on rays towards the brighter ones
+// pay (docs/measurements/lights.md).
+constexpr double kLeastVariance = 0.6;
 constexpr size_t kTilesAPart = 4;  // of what a guide leaves to be searched, about
 
 size_t guide_size(size_t tiles) {
@@ -33,15 +34,21 @@ EnvironmentLight::EnvironmentLight(const Environment& environment)
     mean_luminance_ = luminance(environment.radiance);
     return;
   }
-  const size_t w = static_cast<size_t>(width_), h = static_cast<size_t>(height_);
+  const size_t h = static_cast<size_t>(height_);
   row_sine_.assign(h + 2, 0);
   for (size_t j = 1; j <= h; ++j)
     row_sine_[j] = std::sin(kPi * (static_cast<float>(j) - 0.5f) / static_cast<float>(h));
-  const double sum = sum_above(0);
-  // The integral over the sphere is 2 pi^2 of the mean over the picture.
-  const float mean = static_cast<float>(0.5 * double{kPi} * sum / static_cast<double>(w * h));
-  mean_luminance_ = luminance(environment.radiance) * mean;
-  if (sum_above(mean) > kLeastAbove * sum) left_out_ = mean;
+  double sines = 0, sum = 0, squares = 0;
+  for (int y = 0; y < height_; ++y) {
+    const double sine = double{row_sine_[static_cast<size_t>(y) + 1]};
+    for (int x = 0; x < width_; ++x) {
+      const double l = double{luminance(environment.image.rgb(x, y))};
+      sines += sine, sum += sine * l, squares += sine * l * l;
+    }
+  }
+  left_out_ = static_cast<float>(sum / sines);
+  mean_luminance_ = luminance(environment.radiance) * left_out_;
+  if (!(sines * squares >= (1 + kLeastVariance) * sum * sum) || !(sum > 0)) return;
   while (std::max(width_, height_ + 1) >> shift_ > kTiles) ++shift_;
   const int side = 1 << shift_;
   tile_columns_ = (width_ + side - 1) >> shift_;
@@ -66,18 +73,6 @@ EnvironmentLight::EnvironmentLight(const Environment& environment)
   fill_guide(row_cdf_, row_guide_);
   fill_cells();
   blocks_.shrink_to_fit();
-}
-
-// Of all texels, luminance above this times the sine.
-double EnvironmentLight::sum_above(float level) const {
-  double sum = 0;
-  for (int y = 0; y < height_; ++y) {
-    double row = 0;
-    for (int x = 0; x < width_; ++x)
-      row += double{std::max(luminance(environment_.image.rgb(x, y)) - level, 0.0f)};
-    sum += row * double{row_sine_[static_cast<size_t>(y) + 1]};
-  }
-  return sum;
 }
 
 inline EnvironmentLight::Corners EnvironmentLight::corners(int column, int row) const {
@@ -181,7 +176,6 @@ inline EnvironmentLight::Place EnvironmentLight::place_in(const Tile& t, Vec2 of
 }
 
 EnvironmentLight::Sample EnvironmentLight::sample(Vec2 u) const {
-  if (width_ == 0) return {square_to_uniform_sphere(u), kUniformSpherePdfW};
   const CdfPick row = pick_by_cdf(row_cdf_, row_guide_, u.y);
   const size_t columns = static_cast<size_t>(tile_columns_) + 1, r = static_cast<size_t>(row.index);
   const CdfPick column =
@@ -217,7 +211,7 @@ EnvironmentLight::Sample EnvironmentLight::sample_tile(CdfPick row, CdfPick colu
 }
 
 EnvironmentLight::Arriving EnvironmentLight::at(Vec3 wi) const {
-  if (width_ == 0) return {environment_.radiance, kUniformSpherePdfW};
+  if (even()) return {radiance(wi), 0};
   const Place at = place(wi);
   const Corners c = corners(at.column, at.row);
   return {radiance(at, c), pdf_w(at, tile(at.column >> shift_, at.row >> shift_), &c)};
@@ -263,7 +257,6 @@ inline Rgb EnvironmentLight::radiance(const Place& at, const Corners& c) const {
          lerp(at.offset.y, lerp(at.offset.x, c.c00, c.c10), lerp(at.offset.x, c.c01, c.c11));
 }
 
-// An even sky has cells of equal parts of what square_to_uniform_sphere() maps to it.
 EnvironmentLight::CellTiles EnvironmentLight::tiles_of(uint32_t cell) const {
   const auto part = [](uint32_t i, uint32_t of, int whole) {
     return static_cast<int>(i * static_cast<uint32_t>(whole) / of);
@@ -300,17 +293,10 @@ void EnvironmentLight::fill_cells() {
 }
 
 float EnvironmentLight::cell_chance(uint32_t cell) const {
-  if (width_ == 0) return 1.0f / kCells;
   return cell_begin_[cell] < cell_begin_[cell + 1] ? cell_rows_[cell_begin_[cell + 1] - 1] : 0;
 }
 
 EnvironmentLight::Sample EnvironmentLight::sample_in(uint32_t index, Vec2 u) const {
-  if (width_ == 0) {
-    const float row = static_cast<float>(index / kCellColumns),
-                column = static_cast<float>(index % kCellColumns);
-    const Vec2 in_square{(row + u.y) / kCellRows, (column + u.x) / kCellColumns};
-    return {square_to_uniform_sphere(in_square), kUniformSpherePdfW * kCells};
-  }
   const float chance = cell_chance(index);
   if (!(chance > 0)) return {};
   const CellTiles cell = tiles_of(index);
@@ -334,14 +320,6 @@ EnvironmentLight::Sample EnvironmentLight::sample_in(uint32_t index, Vec2 u) con
 }
 
 EnvironmentLight::InCell EnvironmentLight::in_cell(Vec3 wi) const {
-  if (width_ == 0) {
-    const Vec2 u = uniform_sphere_to_square(wi);
-    const auto part = [](float x, uint32_t of) {
-      return std::min(static_cast<uint32_t>(x * static_cast<float>(of)), of - 1);
-    };
-    return {environment_.radiance, kUniformSpherePdfW * kCells,
-            part(u.x, kCellRows) * kCellColumns + part(u.y, kCellColumns)};
-  }
   const Place at = place(wi);
   const Corners c = corners(at.column, at.row);
   const int column = at.column >> shift_, row = at.row >> shift_;

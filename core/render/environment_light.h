@@ -1,7 +1,8 @@
 // The environment as a light: looked up with bilinear interpolation, and sampled by a density in
 // proportion to sin(theta) times what luminance exceeds its mean: the rest is left to the sampling
 // of surfaces, which finds what comes from everywhere, so this must be combined with it (Karlik et
-// al. 2019, "MIS Compensation"). Tiles of a large picture are picked by a table that stays in the
+// al. 2019, "MIS Compensation"). An even environment is left to it altogether: there is no density
+// of directions then. Tiles of a large picture are picked by a table that stays in the
 // cache. Where a tile is even, its directions are alike; elsewhere the density is bilinear between
 // the same texels as the picture, and light at the poles, where rows shrink to a point, is neither
 // missed nor overdone. 4 bytes a texel beside the picture, at most. Immutable; any thread.
@@ -21,7 +22,7 @@ class EnvironmentLight {
 
   struct Sample {
     Vec3 wi;          // unit, world
-    float pdf_w = 0;  // 0: no light anywhere
+    float pdf_w = 0;  // 0: no light there
   };
   Sample sample(Vec2 u) const;
   // What arrives from there, and the density with which sample() makes it.
@@ -46,7 +47,9 @@ class EnvironmentLight {
   Rgb radiance(Vec3 wi) const;
   float mean_luminance() const { return mean_luminance_; }
   float brightest() const;  // luminance of any direction
-  bool even() const { return width_ == 0; }
+  // Hardly brighter in some directions than in others: the density is 0 everywhere, sample() and
+  // the cells are not there.
+  bool even() const { return row_cdf_.empty(); }
 
  private:
   // A position between four nodes. Nodes are texel centres, and a row more at each pole: cells in
@@ -61,7 +64,6 @@ class EnvironmentLight {
     Rgb c00, c10, c01, c11;
     float n00, n10, n01, n11;
   };
-  double sum_above(float level) const;
   Place place(Vec3 wi) const;
   Corners corners(int column, int row) const;
   float node(Rgb texel, int row) const {

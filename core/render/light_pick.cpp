@@ -178,7 +178,8 @@ void LightPick::build(const Scene& scene, const Bounds3& bounds, const MaterialT
   }
   if (scene.environment.present()) {
     environment_ = std::make_shared<EnvironmentLight>(scene.environment);
-    powers.push_back(from_outside(4 * kPi * environment_->mean_luminance()));
+    if (!environment_->even())
+      powers.push_back(from_outside(4 * kPi * environment_->mean_luminance()));
   }
   if (!powers.empty()) set_picker(powers);
   set_brightest(bounds.radius());
@@ -207,14 +208,15 @@ void LightPick::set_tree(std::span<const float> powers) {
 
 void LightPick::set_picker(std::span<const float> weights) {
   picker_ = AliasTable(weights);
-  if (environment_) environment_probability_ = picker_.probability(picker_.size() - 1);
+  if (environment_ && !environment_->even())
+    environment_probability_ = picker_.probability(picker_.size() - 1);
 }
 
 LightPick LightPick::uniform() const {
   LightPick other = *this;
   other.tree_ = nullptr;
   other.clusters_ = {};
-  if (!empty()) other.set_picker(std::vector<float>(picker_.size(), 1.0f));
+  if (connects()) other.set_picker(std::vector<float>(picker_.size(), 1.0f));
   return other;
 }
 
@@ -387,13 +389,10 @@ void LightPick::set_clusters(const Bounds3& bounds, std::span<const float> power
     for (const uint32_t count : tree_->clusters()) add_group({{}, count});
     clusters_.fingerprint = tree_->fingerprint();
   }
-  if (environment_ && environment_->mean_luminance() > 0) {
+  if (environment_ && !environment_->even()) {
     LightClusters::Group cells;
     cells.count = EnvironmentLight::kCells;
     for (uint32_t i = 0; i < cells.count; ++i) cells.priors.push_back(environment_->cell_chance(i));
-    // Where half of an even sky is seen, surfaces' own directions find it as well as any, and
-    // points that are spread over the whole of it better.
-    if (environment_->even()) cells.least_gain = 1.5f;
     first_cell_ = add_group(std::move(cells));
     cell_scale_ = 1 / (kPi * environment_->mean_luminance());
   }

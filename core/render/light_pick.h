@@ -50,7 +50,9 @@ class LightPick {
   // Luminance emitted by any light; of a punctual one, what a white surface at a tenth of the
   // scene's radius would send on.
   float brightest() const { return brightest_; }
-  bool empty() const { return picker_.size() == 0; }
+  bool empty() const { return !connects() && !environment_; }
+  // Is there any light that sample() may pick? Not an even environment.
+  bool connects() const { return picker_.size() > 0; }
   bool has_tree() const { return tree_ != nullptr; }
   bool has_punctual() const { return !punctual_.empty(); }
 
@@ -158,7 +160,7 @@ class LightPick {
   std::vector<uint32_t> punctual_sources_;  // parallel: LightSample::source
   uint32_t environment_source_ = 0;
   std::shared_ptr<const EnvironmentLight> environment_;  // null: none
-  // Triangles, spheres, punctual lights, then the environment; empty: no light at all.
+  // Triangles, spheres, punctual lights, then the environment unless it is even.
   AliasTable picker_;
   // Null: lights are picked by picker_. Else those that have a place are picked by the tree with
   // its probability, the rest by `outside_`.

@@ -33,7 +33,7 @@ PathTracer::PathTracer(const PreparedScene& scene, const LightPick& lights,
     : scene_(scene),
       lights_(lights),
       settings_(settings),
-      connects_(!lights.empty() && (settings.nee || lights.has_punctual())),
+      connects_(lights.connects() && (settings.nee || lights.has_punctual())),
       textured_(!scene.textures->empty()),
       pixel_(
           CameraRays(settings.camera.value_or(scene.scene.camera), settings.width, settings.height)

@@ -60,7 +60,8 @@ std::optional<Pilot> render_pilot(const PreparedScene& scene, const RenderSettin
   const auto over = [&] {
     if (settings.pilot_samples > 0) return samples >= static_cast<uint64_t>(settings.pilot_samples);
     return gate.pilot_is_over(samples, guide->stats().samples_seen) ||
-           (most_seconds > 0 && gate.knows_noise(samples) && clock.seconds() - start > most_seconds);
+           (most_seconds > 0 && gate.knows_noise(samples) &&
+            clock.seconds() - start > most_seconds);
   };
   while (!over() && renderer.start_pass()) {
     renderer.sample(

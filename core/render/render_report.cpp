@@ -30,11 +30,14 @@ std::map<std::string, std::string> render_parts(const PreparedScene& scene,
     glossy |= mesh.kind != BsdfKind::kDiffuse && mesh.kind != BsdfKind::kDelta;
   const std::pair<bool, const char*> no_nee = {!settings.nee, "not asked for"},
                                      no_lights = {lights.empty(), "the scene has no lights"},
+                                     even_sky = {!lights.connects(),
+                                                 "the sky is even: paths find it by themselves"},
                                      no_guide = {!guide, "the method has no guide"};
   return {
-      {"nee", part({no_nee, no_lights})},
+      {"nee", part({no_nee, no_lights, even_sky})},
       {"light_table", part({{!settings.nee, "nee is off"},
                             no_lights,
+                            even_sky,
                             {!settings.light_table, "not asked for"},
                             {lights.picks_uniformly(), "all lights are equally strong"}})},
       {"russian_roulette",

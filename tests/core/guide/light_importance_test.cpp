@@ -67,44 +67,6 @@ TEST(LightImportance, FewPicksChangeLittle) {
   for (int i = 3; i < 11; ++i) EXPECT_EQ(w[i], 1);
 }
 
-// Of three lights one is hidden, which is worth 4 / 3.
-TEST(LightImportance, PriorsStayWhereLittleIsGained) {
-  for (const float least : {1.0f, 1.5f}) {
-    LightClusters c = clusters();
-    c.groups[0].least_gain = least;
-    LightImportance lights(c);
-    teach_lights(lights, 1);
-    lights.end_pass();
-    const float second = lights.weights(lights.place(kSomewhere, {0, 1, 0}))[1];
-    if (least < 1.3f) {
-      EXPECT_GT(second, 0.9f);
-    } else {
-      EXPECT_EQ(second, 0.75f);
-    }
-  }
-}
-
-// One light of three sends: where it stands for half of them, that is too much of an even sky.
-TEST(LightImportance, WhatIsMostlySeenKeepsItsPriors) {
-  LightClusters c = clusters();
-  c.groups[0].least_gain = 1.5f;
-  for (const uint32_t sends : {0u, 1u}) {
-    LightImportance lights(c);
-    const uint32_t place = lights.place(kSomewhere, {0, 1, 0});
-    for (uint32_t light = 0; light < 3; ++light)
-      for (int i = 0; i < 100; ++i)
-        lights.record(place, std::array{ClusterPick{light, 1}}, light == sends ? 1 : 0);
-    lights.end_pass();
-    const float* w = lights.weights(place);
-    if (sends == 0) {
-      EXPECT_EQ(w, nullptr) << "nothing changes a pick";
-    } else {
-      ASSERT_NE(w, nullptr);
-      EXPECT_GT(w[1] - w[0], 0.6f);
-    }
-  }
-}
-
 TEST(LightImportance, PlacesOutsideAreTheNearest) {
   const LightImportance lights(clusters());
   const Bounds3& box = clusters().bounds;
