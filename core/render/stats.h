@@ -48,8 +48,8 @@ struct RenderStats {
   uint64_t samples_per_pixel = 0;
   double noise = 0;                         // NoiseEstimate::level() at the end; 0: not known
   uint64_t learning_samples_per_pixel = 0;  // of these, how many there were when learning ended
-  // Given back, these three replay the job: samples a pixel of each pass; how many tiles the last
-  // one had when time was up (0: all, and samples_per_pixel counts it); and the next line.
+  // Given back, these replay the job: the samples a pixel of each pass, how many tiles the last one
+  // had when time was up (0: all, and samples_per_pixel counts it), and the samples of the pilot.
   std::vector<int> passes;
   int last_pass_tiles = 0;
   int pilot_samples = 0;  // the pilot's, of a pixel of its own; 0: there was none

@@ -179,6 +179,7 @@ TEST(EnvironmentLight, ALargePictureCostsFourBytesATexelMore) {
   const EnvironmentLight light(environment);
   EXPECT_LT(allocated_bytes() - before, size_t{kWidth} * kHeight * 4 + (1 << 20));
   EXPECT_FALSE(light.even());
+  EXPECT_NEAR(light.mean_luminance(), 0.171, 0.005);  // of the noise times the colour
 }
 
 struct Faces {
