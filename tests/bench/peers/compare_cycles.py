@@ -134,6 +134,50 @@ def as_specified(material, node):
         tree.links.new(front.outputs[0], strength)
 
 
+def add_film(node, film):
+    """KHR_materials_iridescence, which Blender's importer leaves out: films without a map, over all."""
+    node.inputs["Thin Film Thickness"].default_value = film.get("iridescenceThicknessMaximum", 400)
+    node.inputs["Thin Film IOR"].default_value = film.get("iridescenceIor", 1.3)
+
+
+def add_diffuse_transmission(tree, node, through):
+    """KHR_materials_diffuse_transmission likewise: the share of the diffuse part that a translucent one takes."""
+    share = through.get("diffuseTransmissionFactor", 0)
+    back, mix = tree.nodes.new("ShaderNodeBsdfPrincipled"), tree.nodes.new("ShaderNodeMixShader")
+    for socket in node.inputs:
+        if socket.name in back.inputs and not socket.is_linked:
+            back.inputs[socket.name].default_value = socket.default_value
+    back.distribution = node.distribution
+    back.inputs["Base Color"].default_value = (0, 0, 0, 1)
+    translucent, both = tree.nodes.new("ShaderNodeBsdfTranslucent"), tree.nodes.new("ShaderNodeAddShader")
+    translucent.inputs["Color"].default_value = (*through.get("diffuseTransmissionColorFactor", (1, 1, 1)), 1)
+    tree.links.new(back.outputs[0], both.inputs[0])
+    tree.links.new(translucent.outputs[0], both.inputs[1])
+    mix.inputs[0].default_value = share
+    tree.links.new(node.outputs[0], mix.inputs[1])
+    tree.links.new(both.outputs[0], mix.inputs[2])
+    output = next(n for n in tree.nodes if n.type == "OUTPUT_MATERIAL")
+    tree.links.new(mix.outputs[0], output.inputs["Surface"])
+
+
+def add_extensions(path):
+    """Of a .gltf file's materials, by name."""
+    if not path.endswith(".gltf"):
+        return
+    with open(path, encoding="utf-8") as file:
+        materials = json.load(file).get("materials", [])
+    for said in materials:
+        material = bpy.data.materials.get(said.get("name", ""))
+        if not material or not material.use_nodes:
+            continue
+        node = next((n for n in material.node_tree.nodes if n.type == "BSDF_PRINCIPLED"), None)
+        extensions = said.get("extensions", {})
+        if node and "KHR_materials_iridescence" in extensions:
+            add_film(node, extensions["KHR_materials_iridescence"])
+        if node and "KHR_materials_diffuse_transmission" in extensions:
+            add_diffuse_transmission(material.node_tree, node, extensions["KHR_materials_diffuse_transmission"])
+
+
 def give_default_material():
     """Where the file names none: glTF's is white, rough metal."""
     for mesh in bpy.data.meshes:
@@ -182,6 +226,7 @@ def blender_scene(path, seen, wide, high, spp):
                 as_specified(material, node)
             elif node.type == "VOLUME_ABSORPTION":
                 absorb_as_specified(node)
+    add_extensions(path)
     render, cycles = scene.render, scene.cycles
     render.engine = "CYCLES"
     render.resolution_x, render.resolution_y, render.resolution_percentage = wide, high, 100

@@ -2,9 +2,10 @@
 # Renders Mitsuba scenes with qray and with Mitsuba 3 and says how far they agree and how fast each
 # is: `bash tests/bench/peers/mitsuba.sh BUILD_DIR SCENE.xml...`. From the environment: SPP (256),
 # SIZE (256: the longer side, pixels), RUNS (4, of each, other seeds), KEEP (a folder for the
-# pictures) and MITSUBA_VARIANT (scalar_rgb; llvm_ad_rgb shades waves of paths in vectors, and
-# needs LLVM in DRJIT_LIBLLVM_PATH). Mitsuba comes from PyPI into a scratch folder; where it cannot
-# be had this says so and ends well.
+# pictures), FIRST (1: the time from each program's start to a picture of one sample, SIZE 64
+# pixels, RUNS times in turn) and MITSUBA_VARIANT (scalar_rgb; llvm_ad_rgb shades waves of paths in
+# vectors, and needs LLVM in DRJIT_LIBLLVM_PATH). Mitsuba comes from PyPI into a scratch folder;
+# where it cannot be had this says so and ends well.
 set -euo pipefail
 
 here="$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)"
@@ -12,5 +13,7 @@ build=${1:?usage: mitsuba.sh BUILD_DIR SCENE.xml...}
 shift
 peer="mitsuba numpy"
 . "$here/with_peer.sh"
-"$venv/bin/python" "$here/compare_mitsuba.py" "$build/bin/qray" "${KEEP:-$scratch/kept}" \
-  "${SIZE:-256}" "${SPP:-256}" "${RUNS:-4}" "$@"
+script=compare_mitsuba.py
+if [ "${FIRST:-0}" = 1 ]; then script=first_pictures.py SIZE="${SIZE:-64}"; fi
+"$venv/bin/python" "$here/$script" "$build/bin/qray" "${KEEP:-$scratch/kept}" "${SIZE:-256}" \
+  "${SPP:-256}" "${RUNS:-4}" "$@"
