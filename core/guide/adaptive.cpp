@@ -193,7 +193,7 @@ template <class Self, class Archive>
 void AdaptiveGuide::exchange_state(Self& self, Archive& archive) {
   archive(self.tree_, self.states_, self.sums_, self.known_, self.directions_, self.lights_,
           self.samples_seen_, self.refused_, self.grows_, self.worth_.efficiency_gain,
-          self.worth_.unguided_rays);
+          self.worth_.unguided_cost);
 }
 
 void AdaptiveGuide::save_state(SnapshotWriter& out) const { exchange_state(*this, out); }

@@ -53,7 +53,7 @@ class AdaptiveGuide final : public Guide, private GuideShare {
   GuideWorth worth() const override { return worth_; }
   void set_worth(const GuideWorth& worth) override {
     worth_ = {std::min(worth.efficiency_gain, GuideWorth::kMost),
-              std::min(worth.unguided_rays, GuideWorth::kMost)};
+              std::min(worth.unguided_cost, GuideWorth::kMost)};
   }
   std::vector<TableSection> save() const override;
   Status load(std::span<const TableSection> sections) override;

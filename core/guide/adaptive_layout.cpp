@@ -52,7 +52,7 @@ std::vector<TableSection> encode_adaptive(const SpatialTree& tree, const Adaptiv
   cube.f64(head.radiance_unit);
   cube.u64(head.samples_seen);
   cube.f64(head.worth.efficiency_gain);
-  cube.f64(head.worth.unguided_rays);
+  cube.f32(static_cast<float>(head.worth.unguided_cost));
   out.u64(leaves.size());
   for (uint32_t leaf : leaves) {
     const AdaptiveRecord record = of(leaf);
@@ -82,12 +82,15 @@ Result<AdaptiveHead> decode_adaptive_head(std::span<const TableSection> sections
   head.cube = read_cube(in);
   head.radiance_unit = in.f64();
   head.samples_seen = in.u64();
-  if (in.remaining() > 0) head.worth = {in.f64(), in.f64()};  // version 2 has none
+  // Version 2 has no worth; those before 11 had the rays of a path, which another view has not.
+  if (in.remaining() > 0) head.worth.efficiency_gain = in.f64();
+  if (in.remaining() == sizeof(double)) (void)in.f64();
+  if (in.remaining() > 0) head.worth.unguided_cost = in.f32();
   if (!in.ok() || in.remaining() != 0)
     return Error{ErrorCode::kCorrupt, "wrong size", place_of(kCubeTag)};
   if (!(head.radiance_unit > 0) || !std::isfinite(head.radiance_unit))
     return Error{ErrorCode::kCorrupt, "expected a unit of radiance over 0", place_of(kCubeTag)};
-  for (const double v : {head.worth.efficiency_gain, head.worth.unguided_rays})
+  for (const double v : {head.worth.efficiency_gain, head.worth.unguided_cost})
     if (!(v >= 0 && v <= GuideWorth::kMost))
       return Error{ErrorCode::kCorrupt, "expected a worth of 0 to 1e6", place_of(kCubeTag)};
   return head;

@@ -25,7 +25,7 @@ struct GuideStats {
 // What the guide was worth to the last job that learned and measured it (core/render/guide_gate.h).
 struct GuideWorth {
   double efficiency_gain = 0;           // over paths without the guide; 0: not known
-  double unguided_rays = 0;             // that such a path costs
+  double unguided_cost = 0;             // of such a path over one with the guide; 0: not known
   static constexpr double kMost = 1e6;  // of either, in a table
   auto operator<=>(const GuideWorth&) const = default;
 };

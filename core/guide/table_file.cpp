@@ -90,7 +90,7 @@ Result<TableFile> decode_table(std::span<const uint8_t> bytes) {
   const uint32_t version = in.u32();
   if (std::ranges::find(kTableVersions, version) == kTableVersions.end()) {
     return Error{ErrorCode::kUnsupported,
-                 "table format version " + std::to_string(version) + ", expected 2, 4, 7 or 8",
+                 "table format version " + std::to_string(version) + ", expected 2, 4, 7, 8 or 11",
                  "table, byte 8"};
   }
   if (in.u32() != kEndianness) return corrupt(in, "wrong endianness mark");

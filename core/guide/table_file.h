@@ -16,8 +16,8 @@
 namespace qray {
 
 // What is written, and what is read: two bits apart, since nothing else would tell a flipped one.
-constexpr uint32_t kTableFormatVersion = 8;
-constexpr std::array<uint32_t, 4> kTableVersions{2, 4, 7, kTableFormatVersion};
+constexpr uint32_t kTableFormatVersion = 11;
+constexpr std::array<uint32_t, 5> kTableVersions{2, 4, 7, 8, kTableFormatVersion};
 constexpr size_t kMaxTableParents = 64;
 constexpr int kMaxTableExponent = 100;  // of a grid's cells or a cube, in metres, both ways
 

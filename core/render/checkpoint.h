@@ -16,7 +16,7 @@ namespace qray {
 // one of them lists other members than before, or the same ones in another order: what was written
 // until then is refused. Raise the revision when members of the same kind mean something else (a
 // unit, a count's scale), or when samples must not be added up with those of before.
-constexpr uint32_t kStateFormat = 14;
+constexpr uint32_t kStateFormat = 15;
 constexpr uint32_t kStateRevision = 1;
 
 // Who keeps states. due() is asked by worker threads before each tile, one at a time, and must

@@ -9,7 +9,6 @@
 #include "core/render/guide_gate.h"
 #include "core/render/guided_pixels.h"
 #include "core/render/noise_estimate.h"
-#include "core/render/prepared_scene.h"
 #include "core/render/stats.h"
 
 namespace qray {
@@ -18,7 +17,7 @@ class GuideDecision {
  public:
   // The guide outlives this. `open`: it rules whatever it gains. `view_lasts`: no other camera will
   // use it, so that it need not grow where this one's picture gains nothing by it.
-  GuideDecision(const PreparedScene& scene, Guide& guide, bool open, bool view_lasts);
+  GuideDecision(Guide& guide, bool open, bool view_lasts);
   // Before the first pass: a pilot left this gate, and cost as much.
   void begin_after(const GuideGate& gate, const PassCost& cost, const PassCost& guided_cost);
 
@@ -47,7 +46,7 @@ class GuideDecision {
   static void exchange(Self& self, Archive& archive) {
     archive(self.gate_, self.cost_, self.guided_cost_, self.guided_, self.learning_, self.part_,
             self.few_, self.paths_, self.seen_, self.events_a_path_, self.changing_, self.passes_,
-            self.before_.efficiency_gain, self.before_.unguided_rays, self.seen_before_);
+            self.before_.efficiency_gain, self.before_.unguided_cost, self.seen_before_);
   }
 
  private:

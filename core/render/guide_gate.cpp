@@ -21,7 +21,7 @@ constexpr double kHope = 1.1;  // a loser that got better by this goes on
 // Between them rare light may not have shown yet, so that a pilot looks at more samples. What a
 // guide must gain on a part to serve all of a picture that has little noise, whose Sobol points
 // matter most.
-constexpr double kMuchNoise = 4, kLittleNoise = 1, kPartGain = 1.5;
+constexpr double kMuchNoise = 4, kLittleNoise = 1, kPartGain = 2;
 constexpr uint64_t kSureSamples = 4;  // a pixel
 // What learning as much again must have brought: for an old table to grow on, of two checks in a
 // row one, since gains are noisy; for learning to go on.
@@ -36,11 +36,11 @@ GuideGate::GuideGate(double lookup_rays, bool warm, bool open, const GuideWorth&
       open_(open),
       trusted_(paid(worth)),
       lost_(worth.efficiency_gain > 0 && worth.efficiency_gain < kYoung.gain) {
-  if (trusted_) unguided_ = {1, worth.unguided_rays, 0};
+  if (trusted_) unguided_cost_ = worth.unguided_cost;
 }
 
 bool GuideGate::paid(const GuideWorth& worth) {
-  return worth.efficiency_gain >= kOld.gain && worth.unguided_rays > 0;
+  return worth.efficiency_gain >= kOld.gain && worth.unguided_cost > 0;
 }
 
 bool GuideGate::noisy() const { return variance_ == 0 || variance_ >= kMuchNoise; }
@@ -82,10 +82,11 @@ void GuideGate::unguided(const PassCost& cost, double variance) {
 
 double GuideGate::guided(uint64_t samples, uint64_t table_samples_seen, const PassCost& cost,
                          double variance, double unguided_variance) {
-  const double with = variance * cost.per_path(lookup_rays_),
-               without = unguided_variance * unguided_.per_path(0);
-  if (!(with > 0) || !(without > 0)) return 0;
-  const double efficiency_gain = without / with;
+  if (!(cost.paths > 0) || !(variance > 0)) return 0;
+  if (unguided_.paths > 0)
+    unguided_cost_ = unguided_.per_path(0) / cost.per_path(lookup_rays_);
+  const double efficiency_gain = unguided_variance / variance * unguided_cost_;
+  if (!(efficiency_gain > 0)) return 0;
   const double before = checks_.empty() ? 0 : checks_.back().efficiency_gain;
   checks_.push_back({samples, efficiency_gain});
   if (open_) return efficiency_gain;

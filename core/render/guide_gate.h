@@ -61,7 +61,9 @@ class GuideGate {
   bool awake(uint64_t samples) const { return on_ && samples >= start_; }
   bool grows() const { return grows_; }
   bool on() const { return on_; }
-  double unguided_rays() const { return unguided_.per_path(0); }  // of a path; 0: not known
+  // Of a path, over the cost of a guided one in the pass that was judged last; before, as the table
+  // tells it. 0: not known.
+  double unguided_cost() const { return unguided_cost_; }
 
   // Of a pilot's gate: whether the pilot has told what it can, `samples` a pixel being done, with a
   // table that has seen so many events; and the gate that its job begins with.
@@ -81,7 +83,7 @@ class GuideGate {
   template <class Self, class Archive>
   static void exchange(Self& self, Archive& archive) {
     archive(self.warm_, self.trusted_, self.lost_, self.variance_, self.start_, self.part_,
-            self.unguided_, self.checks_, self.brought_little_, self.on_, self.grows_,
+            self.unguided_, self.unguided_cost_, self.checks_, self.brought_little_, self.on_, self.grows_,
             self.learns_);
   }
 
@@ -110,7 +112,8 @@ class GuideGate {
   bool lost_ = false;   // the table did, in the job that measured it last
   uint64_t start_ = 0;  // samples before it is tried
   bool part_ = false;
-  PassCost unguided_;
+  PassCost unguided_;  // of all passes without the guide
+  double unguided_cost_ = 0;
   std::vector<Check> checks_;
   bool brought_little_ = false;  // learning, at the last check
   bool on_ = true, grows_ = true, learns_ = true;

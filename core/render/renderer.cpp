@@ -39,7 +39,7 @@ Renderer::Renderer(const PreparedScene& scene, const RenderSettings& settings, G
       start_(clock.seconds()) {
   QRAY_CHECK(film.width() == settings.width && film.height() == settings.height &&
              film.layers() == split_.layers);
-  if (guide) decision_.emplace(scene, *guide, /*open=*/!settings.gate, mode_.view_lasts);
+  if (guide) decision_.emplace(*guide, /*open=*/!settings.gate, mode_.view_lasts);
   if (guide || shows_noise()) noise_.emplace(pixels_.width(), pixels_.height());
 }
 

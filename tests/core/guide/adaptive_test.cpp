@@ -186,14 +186,21 @@ TEST(Adaptive, WhatItIsWorthGoesWithTheTable) {
   EXPECT_EQ(loaded.worth(), GuideWorth{}) << "in another light";
 }
 
-TEST(Adaptive, ATableOfVersion2IsRead) {
+TEST(Adaptive, TablesOfVersions2And8AreRead) {
   const auto guide = taught(2);
   std::vector<TableSection> sections = guide->save();
-  sections[0].bytes.resize(sections[0].bytes.size() - 16);  // no worth
+  sections[0].bytes.resize(sections[0].bytes.size() - 12);  // no worth
   AdaptiveGuide loaded(setup_with());
   ASSERT_TRUE(loaded.load(sections).ok());
   EXPECT_EQ(loaded.worth(), GuideWorth{});
   EXPECT_EQ(bytes_of(loaded), bytes_of(*guide));
+  // Version 8: a gain, and what is not read.
+  const std::array<double, 2> worth{3.5, 7.25};
+  const auto bytes = std::as_bytes(std::span(worth));
+  for (const std::byte b : bytes) sections[0].bytes.push_back(static_cast<uint8_t>(b));
+  AdaptiveGuide of_8(setup_with());
+  ASSERT_TRUE(of_8.load(sections).ok());
+  EXPECT_EQ(of_8.worth(), (GuideWorth{3.5, 0}));
   sections[0].bytes.pop_back();
   EXPECT_FALSE(AdaptiveGuide(setup_with()).load(sections).ok());
 }

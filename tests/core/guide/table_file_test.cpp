@@ -71,7 +71,7 @@ TEST(TableFile, ErrorsSayWhere) {
     EXPECT_EQ(out.error().code, ErrorCode::kUnsupported);
     EXPECT_EQ(out.error().where, "table, byte 8");
     EXPECT_EQ(out.error().message,
-              "table format version " + std::to_string(version) + ", expected 2, 4, 7 or 8");
+              "table format version " + std::to_string(version) + ", expected 2, 4, 7, 8 or 11");
   }
 }
 

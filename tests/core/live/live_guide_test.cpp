@@ -34,8 +34,8 @@ std::unique_ptr<Guide> learned_guide(const PreparedScene& scene) {
 }
 
 // Passes of a camera at rest, half of each kind, until the gate has judged the guided ones twice.
-void rest(const PreparedScene& scene, LiveGuide& guide, float guided_distance) {
-  GuideDecision decision(scene, *guide.active(), /*open=*/false,
+void rest(LiveGuide& guide, float guided_distance) {
+  GuideDecision decision(*guide.active(), /*open=*/false,
                          /*view_lasts=*/false);
   NoiseEstimate noise(4, 4);
   PassCost cost, guided_cost;
@@ -54,12 +54,12 @@ TEST(LiveGuide, OneThatDoesNotPayWhereTheCameraRestsIsLeftUntilItDoes) {
   const auto scene = test::prepare(test::room());
   LiveGuide guide(learned_guide(*scene), /*gate=*/true);
   EXPECT_TRUE(guide.guides());
-  rest(*scene, guide, 12.0f);
+  rest(guide, 12.0f);
   EXPECT_FALSE(guide.guides());
   EXPECT_FALSE(guide.learns(/*whatever_time=*/true));
-  rest(*scene, guide, 0.3f);
+  rest(guide, 0.3f);
   EXPECT_TRUE(guide.guides());
-  rest(*scene, guide, 12.0f);
+  rest(guide, 12.0f);
   EXPECT_FALSE(guide.guides());
   guide.scene_changed({});
   EXPECT_TRUE(guide.learns(/*whatever_time=*/true)) << "other light, another judgement";

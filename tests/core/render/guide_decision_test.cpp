@@ -21,7 +21,7 @@ TEST(GuideDecision, ATablesWorthChangesByWhatItHasLearnedSince) {
   const GuideWorth first = worth_of(*scene, settings, table);
   ASSERT_GT(first.efficiency_gain, 0);
   const auto guide = load_guide(*scene, settings, table).value();
-  guide->set_worth({100 * first.efficiency_gain, first.unguided_rays});
+  guide->set_worth({100 * first.efficiency_gain, first.unguided_cost});
   table.sections = guide->save();
   const TableFile next = *test::render(*scene, settings, table).job.table;
   const double gain = worth_of(*scene, settings, next).efficiency_gain;

@@ -27,12 +27,13 @@ TEST(GuideGate, TheFirstSamplesAreUnguided) {
 }
 
 TEST(GuideGate, ATableThatPaidGuidesFromTheFirstSample) {
-  const GuideWorth paid{3, 6};
+  const GuideWorth paid{3, 0.75};
   GuideGate gate(1, /*warm=*/true, false, paid);
   EXPECT_TRUE(gate.guides(0, kSeen));
   EXPECT_FALSE(gate.guides(0, 1000));
-  EXPECT_DOUBLE_EQ(gate.unguided_rays(), 6) << "as the table tells it: no pass was unguided";
-  EXPECT_DOUBLE_EQ(gate.guided(2, kSeen, kGuided, 1, 2), 2.0 * 6 / (5 + 1));
+  EXPECT_DOUBLE_EQ(gate.guided(2, kSeen, kGuided, 1, 2), 2.0 * 0.75)
+      << "as the table tells it: no pass was unguided";
+  EXPECT_DOUBLE_EQ(gate.unguided_cost(), 0.75);
   gate.guided(4, kSeen, kGuided, 1, 1);
   EXPECT_FALSE(gate.on()) << "here it does not pay";
   EXPECT_FALSE(gate.guides(5, kSeen));
@@ -50,6 +51,7 @@ TEST(GuideGate, TheGainIsVarianceTimesCost) {
   GuideGate gate(1.5);
   gate.unguided(kUnguided, kNoisy);
   EXPECT_DOUBLE_EQ(gate.guided(4, kSeen, kGuided, 0.5, 2), 2 * 6 / (0.5 * (5 + 1.5)));
+  EXPECT_DOUBLE_EQ(gate.unguided_cost(), 6 / (5 + 1.5));
   EXPECT_EQ(gate.guided(8, kSeen, kGuided, 0, 2), 0) << "not known";
 }
 
@@ -100,10 +102,10 @@ GuideGate after_pilot(double variance) {
 }
 
 TEST(GuideGate, AfterAPilotOfMuchNoiseTheFirstSamplesAreGuided) {
-  const GuideGate gate = after_pilot(kNoisy);
+  GuideGate gate = after_pilot(kNoisy);
   EXPECT_TRUE(gate.guides(0, kSeen));
   EXPECT_FALSE(gate.guides(0, 1000)) << "a table that saw next to nothing";
-  EXPECT_DOUBLE_EQ(gate.unguided_rays(), 6);
+  EXPECT_DOUBLE_EQ(gate.guided(2, kSeen, kGuided, 1, 2), 2.0 * 6 / (5 + 1)) << "by its cost";
 }
 
 // A job of fewer samples then costs what it would without a guide.
@@ -192,10 +194,10 @@ TEST(GuideGate, APartIsTriedLongerAndMustGainMore) {
   const GuideGate longer = on_part({0.5, 0.95, 0.95, 0.95, 1.2});
   EXPECT_TRUE(longer.on() && longer.learns(100) && longer.on_part());
   EXPECT_FALSE(on_part({0.8, 0.8}).on());
-  EXPECT_FALSE(on_part({1.4, 1.4, 1.4, 1.4, 1.4, 1.4, 1.4}).on()) << "256 samples";
-  EXPECT_FALSE(on_part({1.4, 1.4}, kMuchSeen).on());
-  EXPECT_TRUE(on_part({2}).on_part()) << "too early to say";
-  const GuideGate won = on_part({1, 1.2, 1.6});
+  EXPECT_FALSE(on_part({1.8, 1.8, 1.8, 1.8, 1.8, 1.8, 1.8}).on()) << "256 samples";
+  EXPECT_FALSE(on_part({1.8, 1.8}, kMuchSeen).on());
+  EXPECT_TRUE(on_part({3}).on_part()) << "too early to say";
+  const GuideGate won = on_part({1, 1.5, 2.1});
   EXPECT_TRUE(won.on() && !won.on_part());
 }
 

@@ -28,7 +28,9 @@ TEST(Pilot, TellsWhatUnguidedPathsCostAndTeachesTheGuide) {
   const auto scene = test::prepare(test::room());
   const Tried tried = try_pilot(*scene, test::small_settings("adaptive", 128, 1));
   ASSERT_TRUE(tried.pilot);
-  EXPECT_GT(tried.pilot->gate.unguided_rays(), 1);
+  GuideGate gate = tried.pilot->gate;
+  gate.guided(1, 0, {1, 1, 0}, 1, 1);
+  EXPECT_GT(gate.unguided_cost(), 1);
   EXPECT_GT(tried.table.samples_seen, 0u);
   const PathCounters& cost = tried.pilot->counters;
   EXPECT_EQ(cost.paths % 4096, 0u) << "a quarter of the pixels, whole samples";

@@ -96,7 +96,7 @@ TEST(GuideDecision, TheFirstPassesAreLearnedFromAndNotGuided) {
   const auto scene = test::prepare(test::room());
   const RenderSettings settings = passes_of_one("adaptive", 4);
   const std::unique_ptr<Guide> guide = load_guide(*scene, settings, std::nullopt).value();
-  GuideDecision decision(*scene, *guide, /*open=*/false, /*view_lasts=*/false);
+  GuideDecision decision(*guide, /*open=*/false, /*view_lasts=*/false);
   decision.start_pass(0, 10'000, /*may_learn=*/true);
   EXPECT_TRUE(decision.learning());
   EXPECT_FALSE(decision.guided()) << "the first samples tell what unguided ones cost";
@@ -114,7 +114,7 @@ TEST(GuideDecision, AGuideThatKnowsMuchLearnsFromFewPixels) {
   const std::unique_ptr<Guide> same = load_guide(*scene, settings, table).value();
   while (guide->stats().samples_seen < 16 * 4 * 16384) ASSERT_TRUE(guide->merge(*same).ok());
   const auto pixels_learned = [&](uint64_t paths) {
-    GuideDecision decision(*scene, *guide, /*open=*/true, /*view_lasts=*/false);
+    GuideDecision decision(*guide, /*open=*/true, /*view_lasts=*/false);
     decision.start_pass(0, paths, /*may_learn=*/true);
     EXPECT_TRUE(decision.learning());
     int pixels = 0;
