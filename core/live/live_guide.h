@@ -30,6 +30,11 @@ class LiveGuide {
   bool learns(bool whatever_time) const {
     return on_ && guide_ && !left_ && has_time(whatever_time);
   }
+  // Of such a camera's frame of so many paths: learning from a few of them is enough.
+  bool learns_from_few(uint64_t paths) const {
+    return guide_->expects() &&
+           GuideDecision::few_teach_enough(guide_->stats().samples_seen, paths);
+  }
   // Learning took little of the last frames' time.
   bool has_time(bool whatever_time) const;
   void frame_took(double learning_seconds, double other_seconds);

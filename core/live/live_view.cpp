@@ -97,8 +97,10 @@ void LiveView::sample_moving(LiveFrame& frame, double elapsed, const std::stop_t
   if (!view_.emitted.empty()) workers.hide_lights_seen_directly();
   const double blocks = view_.width * view_.height / 4.0;
   const double affordable = fixed() ? settings_.paths_per_block : budget_.paths(elapsed) / blocks;
+  GuidedPixels guide{.guided = frame.guided, .learning = learns, .pass = frame.number};
+  guide.few = learns && guide_.learns_from_few(static_cast<uint64_t>(affordable * blocks));
   const double updates_before = moving_.update_seconds();
-  moving_.sample({view_, history_, blocks_ ? &*blocks_ : nullptr, frame.number, affordable, learns},
+  moving_.sample({view_, history_, blocks_ ? &*blocks_ : nullptr, frame.number, affordable, guide},
                  workers, pool_, stop);
   const double sampled = clock_.seconds();
   frame.times.learning = (moving_.update_seconds() - updates_before) / pool_.threads();

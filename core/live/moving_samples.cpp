@@ -115,13 +115,14 @@ void MovingSamples::sample(const Frame& frame, RenderWorkers& workers, TaskPool&
                            const std::stop_token& stop) {
   const double per_block = this->per_block(frame);
   const int tiles = tiles_across(frame.view.width) * tiles_across(frame.view.height);
+  const size_t learned_of = frame.guide.few ? GuidedPixels::kFew : 1;  // tiles, one in so many
   updates_.start(0);
   pool.run(static_cast<size_t>(tiles), [&](size_t tile, int worker) {
     if (stop.stop_requested()) return;
     std::unique_ptr<GuideDelta> learned;
-    if (frame.learns) learned = updates_.empty_delta();
+    if (frame.guide.learns(static_cast<int>(tile), 0)) learned = updates_.empty_delta();
     sample_tile(frame, static_cast<int>(tile), per_block, workers[worker].tracer, learned.get());
-    if (learned) updates_.finish(tile, std::move(learned));
+    if (learned) updates_.finish(tile / learned_of, std::move(learned));
   });
 }
 

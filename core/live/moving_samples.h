@@ -7,6 +7,7 @@
 #include "core/live/history.h"
 #include "core/live/live_frame.h"
 #include "core/live/live_picture.h"
+#include "core/render/guided_pixels.h"
 #include "core/render/ordered_updates.h"
 #include "core/render/render_workers.h"
 
@@ -26,7 +27,7 @@ class MovingSamples {
     const BlockGrid* blocks;
     uint64_t number;
     double paths_per_block;  // that all can afford on average
-    bool learns;
+    GuidedPixels guide;  // of tiles in place of pixels
   };
   // What the guide learns rules sampling from the next frame on.
   void sample(const Frame& frame, RenderWorkers& workers, TaskPool& pool,

@@ -33,14 +33,18 @@ void GuideDecision::begin_after(const GuideGate& gate, const PassCost& cost,
   guided_cost_ = guided_cost;
 }
 
+bool GuideDecision::few_teach_enough(uint64_t seen, uint64_t paths, double events_a_path) {
+  return paths >= kLeastPaths * GuidedPixels::kFew &&
+         static_cast<double>(seen) >= kKnowsMore * events_a_path * static_cast<double>(paths);
+}
+
 void GuideDecision::start_pass(uint64_t samples, uint64_t paths, bool may_learn) {
   learning_ = may_learn && gate_.learns(samples);
   const bool was_all_guided = guided_ && !part_;
   part_ = learning_ && gate_.on_part();  // a trial ends with learning
   paths_ = paths;
   seen_ = guide_.stats().samples_seen;
-  few_ = guide_.expects() && !part_ && paths >= kLeastPaths * GuidedPixels::kFew &&
-         static_cast<double>(seen_) >= kKnowsMore * events_a_path_ * static_cast<double>(paths);
+  few_ = guide_.expects() && !part_ && few_teach_enough(seen_, paths, events_a_path_);
   guided_ = !guide_.expects() ||
             (gate_.guides(samples, guide_.stats().samples_seen) && part_ == gate_.on_part());
   const bool all_guided = guided_ && !part_;

@@ -21,6 +21,11 @@ class GuideDecision {
   // Before the first pass: a pilot left this gate, and cost as much.
   void begin_after(const GuideGate& gate, const PassCost& cost, const PassCost& guided_cost);
 
+  // Whether a guide that has seen so many events learns enough of a pass of so many paths from one
+  // pixel in GuidedPixels::kFew.
+  static bool few_teach_enough(uint64_t seen, uint64_t paths,
+                               double events_a_path = kMostEventsAPath);
+
   // Of a pass of so many paths that starts after `samples` a pixel. `may_learn`: the plan has room
   // for it.
   void start_pass(uint64_t samples, uint64_t paths, bool may_learn);
@@ -58,10 +63,11 @@ class GuideDecision {
   PassCost cost_, guided_cost_;  // of all passes
   bool guided_ = false, learning_ = false, part_ = false, few_ = false;
   bool changing_ = false;
+  static constexpr double kMostEventsAPath = 16;  // a guess that is rather too high
   // Of the pass under way: its paths, and what the guide had seen. Of the last one that it learned
-  // from: how much it saw for a path; at first a guess that is rather too high.
+  // from: how much it saw for a path.
   uint64_t paths_ = 0, seen_ = 0;
-  double events_a_path_ = 16;
+  double events_a_path_ = kMostEventsAPath;
   // Before all passes: what the table was worth, and what it had seen.
   GuideWorth before_;
   uint64_t seen_before_ = 0;

@@ -65,6 +65,18 @@ TEST(LiveGuide, OneThatDoesNotPayWhereTheCameraRestsIsLeftUntilItDoes) {
   EXPECT_TRUE(guide.learns(/*whatever_time=*/true)) << "other light, another judgement";
 }
 
+TEST(LiveGuide, OneThatKnowsMuchLearnsFromFew) {
+  const auto scene = test::prepare(test::room());
+  std::unique_ptr<Guide> taught = learned_guide(*scene);
+  const std::unique_ptr<Guide> same = learned_guide(*scene);
+  constexpr uint64_t kPaths = 20'000;  // of a frame
+  EXPECT_FALSE(LiveGuide(learned_guide(*scene), true).learns_from_few(kPaths));
+  while (taught->stats().samples_seen < 64 * kPaths) ASSERT_TRUE(taught->merge(*same).ok());
+  const LiveGuide guide(std::move(taught), /*gate=*/true);
+  EXPECT_TRUE(guide.learns_from_few(kPaths));
+  EXPECT_FALSE(guide.learns_from_few(1000)) << "too few to tell what a view is like";
+}
+
 TEST(LiveGuide, LearnsWhereThereIsTime) {
   const auto scene = test::prepare(test::room());
   LiveGuide guide(learned_guide(*scene), /*gate=*/true);
