@@ -27,7 +27,7 @@ class MovingSamples {
     const BlockGrid* blocks;
     uint64_t number;
     double paths_per_block;  // that all can afford on average
-    GuidedPixels guide;  // of tiles in place of pixels
+    GuidedPixels guide;      // of tiles in place of pixels
   };
   // What the guide learns rules sampling from the next frame on.
   void sample(const Frame& frame, RenderWorkers& workers, TaskPool& pool,

@@ -83,8 +83,7 @@ void GuideGate::unguided(const PassCost& cost, double variance) {
 double GuideGate::guided(uint64_t samples, uint64_t table_samples_seen, const PassCost& cost,
                          double variance, double unguided_variance) {
   if (!(cost.paths > 0) || !(variance > 0)) return 0;
-  if (unguided_.paths > 0)
-    unguided_cost_ = unguided_.per_path(0) / cost.per_path(lookup_rays_);
+  if (unguided_.paths > 0) unguided_cost_ = unguided_.per_path(0) / cost.per_path(lookup_rays_);
   const double efficiency_gain = unguided_variance / variance * unguided_cost_;
   if (!(efficiency_gain > 0)) return 0;
   const double before = checks_.empty() ? 0 : checks_.back().efficiency_gain;

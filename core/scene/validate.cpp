@@ -326,32 +326,32 @@ void drop_empty_meshes(Scene& scene) {
 
 }  // namespace
 
-Status validate_camera(const Camera& camera) {
+Status validate_camera(const Camera& camera, const std::string& place) {
   const struct {
     const char* name;
     Vec3 value;
-  } vectors[] = {{"/camera/position", camera.position},
-                 {"/camera/target", camera.target},
-                 {"/camera/up", camera.up}};
+  } vectors[] = {{"/position", camera.position}, {"/target", camera.target}, {"/up", camera.up}};
   for (const auto& v : vectors)
-    if (!is_coordinate(v.value)) return wrong(v.name, "numbers within 1e6 m", show(v.value));
+    if (!is_coordinate(v.value))
+      return wrong(place + v.name, "numbers within 1e6 m", show(v.value));
   if (!(camera.vertical_fov_deg > 0 && camera.vertical_fov_deg < 180)) {
-    return wrong("/camera/vertical_fov_deg", "more than 0 and less than 180",
+    return wrong(place + "/vertical_fov_deg", "more than 0 and less than 180",
                  show(camera.vertical_fov_deg));
   }
-  Status status = check_range("/camera/aperture_radius", camera.aperture_radius, 0, kMaxCoordinate);
+  Status status =
+      check_range(place + "/aperture_radius", camera.aperture_radius, 0, kMaxCoordinate);
   if (status.ok())
-    status = check_range("/camera/focus_distance", camera.focus_distance, 0, kMaxCoordinate);
-  if (status.ok()) status = check_range("/camera/near_clip", camera.near_clip, 0, kMaxCoordinate);
-  if (status.ok()) status = check_range("/camera/height", camera.height, 0, kMaxCoordinate);
+    status = check_range(place + "/focus_distance", camera.focus_distance, 0, kMaxCoordinate);
+  if (status.ok()) status = check_range(place + "/near_clip", camera.near_clip, 0, kMaxCoordinate);
+  if (status.ok()) status = check_range(place + "/height", camera.height, 0, kMaxCoordinate);
   if (!status.ok()) return status;
   const Vec3 view = camera.target - camera.position;
   if (!(length(view) > 1e-6f))
-    return wrong("/camera/target", "a point away from the position", show(camera.target));
+    return wrong(place + "/target", "a point away from the position", show(camera.target));
   // The sine of the angle between them: a degenerate basis would make NaN rays.
   const Vec3 side = cross(normalize(view), camera.up);
   if (!(length(side) > 1e-4f * length(camera.up)))
-    return wrong("/camera/up", "a direction other than the view's", show(camera.up));
+    return wrong(place + "/up", "a direction other than the view's", show(camera.up));
   return {};
 }
 
@@ -361,11 +361,8 @@ Result<ValidateReport> validate(Scene& scene, const SceneLimits& limits) {
     if (!status.ok()) return status.error();
   }
   for (const NamedCamera& own : scene.cameras) {
-    const Status status = validate_camera(own.camera);
-    if (!status.ok()) {
-      const std::string place = status.error().where.substr(std::string("/camera").size());
-      return Error{status.error().code, status.error().message, "/cameras/" + own.name + place};
-    }
+    if (const Status status = validate_camera(own.camera, "/cameras/" + own.name); !status.ok())
+      return status.error();
   }
   for (size_t i = 0; i < scene.materials.size(); ++i) {
     const Status status = check_material(scene.materials[i], i, scene.textures.size());

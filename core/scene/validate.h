@@ -25,7 +25,8 @@ struct ValidateReport {
 // "/meshes/0/positions/7".
 Result<ValidateReport> validate(Scene& scene, const SceneLimits& limits = {});
 
-// pre: 0 < fov < 180, position != target, up not along the view, numbers finite.
-Status validate_camera(const Camera& camera);
+// pre: 0 < fov < 180, position != target, up not along the view, numbers finite. Errors name the
+// place with that of the camera before it.
+Status validate_camera(const Camera& camera, const std::string& place = "/camera");
 
 }  // namespace qray

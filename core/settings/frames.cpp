@@ -85,11 +85,6 @@ Error no_such_camera(size_t index, const std::string& name, const Scene& scene) 
           "/frames/cameras/" + std::to_string(index)};
 }
 
-// Of a camera, by validate_camera(): the member that is wrong, as "/position".
-std::string member_of_camera(const Error& error) {
-  return error.where.substr(std::string("/camera").size());
-}
-
 // pre: complete_frames().
 Result<std::vector<JobFrame>> animation_of(const JobRequest& request, const Scene& scene) {
   if (scene.motion_seconds == 0)
@@ -109,9 +104,9 @@ Result<std::vector<JobFrame>> animation_of(const JobRequest& request, const Scen
     const double seconds =
         request.given(field::kFrom).value_or(0) + i / request.get(field::kAnimation);
     const Camera camera = camera_of_request(request, path ? path->at(seconds) : rest);
-    if (const Status good = validate_camera(camera); !good.ok())
+    if (const Status good = validate_camera(camera, ""); !good.ok())
       return wrong_field("animation", "after " + std::to_string(seconds) + " s the camera's " +
-                                          member_of_camera(good.error()).substr(1) + ": " +
+                                          good.error().where.substr(1) + ": " +
                                           good.error().message);
     frames.push_back({name, camera, seconds});
   }
@@ -196,9 +191,9 @@ Result<std::vector<JobFrame>> frames_of(const JobRequest& asked, const Scene& sc
     const NamedCamera* own = choice.name.empty() ? nullptr : scene.find_camera(choice.name);
     if (!choice.name.empty() && !own) return no_such_camera(i, choice.name, scene);
     frames.push_back({choice.name, own ? own->camera : camera_of(choice.camera, camera), {}});
-    if (const Status good = validate_camera(frames.back().camera); !good.ok())
-      return Error{good.error().code, good.error().message,
-                   "/frames/cameras/" + std::to_string(i) + member_of_camera(good.error())};
+    const std::string place = "/frames/cameras/" + std::to_string(i);
+    if (const Status good = validate_camera(frames.back().camera, place); !good.ok())
+      return good.error();
   }
   if (frames.empty() || frames.size() > size_t{kMaxFrames})
     return wrong_field("cameras", "expected 1.." + std::to_string(kMaxFrames) + " cameras, got " +
