@@ -83,8 +83,8 @@ class GuideGate {
   template <class Self, class Archive>
   static void exchange(Self& self, Archive& archive) {
     archive(self.warm_, self.trusted_, self.lost_, self.variance_, self.start_, self.part_,
-            self.unguided_, self.unguided_cost_, self.checks_, self.brought_little_, self.on_, self.grows_,
-            self.learns_);
+            self.unguided_, self.unguided_cost_, self.checks_, self.brought_little_, self.on_,
+            self.grows_, self.learns_);
   }
 
  private:
