@@ -20,6 +20,7 @@ import tempfile
 
 GUIDED = 1.3  # by time 1.17 (living-room) to 1.6 (ajar-door); cornell-box: 1.36
 
+
 class Bench:
     def __init__(self, options, scratch):
         self.options, self.scratch, self.qray = options, scratch, options.bin / "qray"
