@@ -33,7 +33,7 @@ PunctualLight read_light(const JsonNode& node) {
   const JsonNode type = node.get("type");
   light.light_group = read_light_group(node);
   if (type.string() == "directional") {
-    node.only({"type", "direction", "irradiance", "light_group"});
+    node.only({"type", "direction", "irradiance", "light_group", "motion"});
     light.kind = LightKind::kDirectional;
     light.direction = normalize(node.get("direction").direction());
     light.intensity = node.get("irradiance").number_or_rgb();
@@ -41,11 +41,11 @@ PunctualLight read_light(const JsonNode& node) {
   }
   if (type.string() == "spot") {
     node.only({"type", "position", "intensity", "direction", "inner_deg", "outer_deg", "falloff",
-               "light_group"});
+               "light_group", "motion"});
     light.kind = LightKind::kSpot;
     read_spot(node, light);
   } else if (type.string() == "point") {
-    node.only({"type", "position", "intensity", "light_group"});
+    node.only({"type", "position", "intensity", "light_group", "motion"});
   } else {
     type.fail_expected("one of point, spot, directional");
   }

@@ -2,6 +2,7 @@
 
 #include "core/base/file.h"
 #include "core/image/image_io.h"
+#include "core/import/json_motion.h"
 #include "core/import/obj.h"
 #include "core/import/ply.h"
 #include "core/import/scene_folder.h"
@@ -16,8 +17,9 @@ using Names = std::map<std::string, Id, std::less<>>;
 
 class JsonReader {
  public:
-  JsonReader(const std::filesystem::path& path, const SceneLimits& limits, const LoadWatch& watch)
-      : folder_(scene_folder(path)), limits_(limits), watch_(watch) {}
+  JsonReader(const std::filesystem::path& path, const SceneLimits& limits, const LoadWatch& watch,
+             std::optional<double> seconds)
+      : folder_(scene_folder(path)), limits_(limits), watch_(watch), seconds_(seconds) {}
 
   ImportedScene read(const JsonNode& root) {
     root.only({"name", "size", "max_depth", "camera", "cameras", "textures", "materials",
@@ -30,14 +32,16 @@ class JsonReader {
       scene.height = size->at(1).integer(1, limits_.max_dimension_px);
     }
     if (const auto depth = root.find("max_depth")) scene.max_depth = depth->integer(1, 128);
-    scene.camera = read_camera(root.get("camera"));
+    const JsonNode camera = root.get("camera");
+    scene.camera = read_camera(camera);
+    scene.camera_path = read_path(camera, scene.camera);
     if (const auto cameras = root.find("cameras"))
       for (const std::string& own : cameras->keys()) add_camera(own, cameras->get(own));
     if (const auto textures = root.find("textures")) read_textures(*textures);
     read_materials(root.get("materials"));
     if (const auto environment = root.find("environment")) read_environment(*environment);
     if (const auto lights = root.find("lights")) {
-      for (size_t i = 0; i < lights->size(); ++i) scene.lights.push_back(read_light(lights->at(i)));
+      for (size_t i = 0; i < lights->size(); ++i) add_light(lights->at(i));
     }
     read_meshes(root.get("meshes"));
     if (const auto instances = root.find("instances")) read_instances(*instances);
@@ -47,7 +51,35 @@ class JsonReader {
  private:
   void add_camera(const std::string& name, const JsonNode& node) {
     if (name.empty()) node.fail("expected a name, got an empty string");
-    out_.scene.add_camera(name, read_camera(node));
+    const Camera camera = read_camera(node);
+    out_.scene.add_camera(name, camera, read_path(node, camera));
+  }
+
+  // Null: it never moves.
+  std::shared_ptr<const CameraPath> read_path(const JsonNode& node, const Camera& camera) {
+    const std::optional<JsonMotion> motion = JsonMotion::read(node);
+    if (!motion) return nullptr;
+    moves_until(motion->end());
+    return motion->path_of(camera);
+  }
+
+  // By what the node's mesh, instance or light is moved; none: it is as at rest.
+  std::optional<Transform> read_moved(const JsonNode& node) {
+    const std::optional<JsonMotion> motion = JsonMotion::read(node);
+    if (!motion) return std::nullopt;
+    moves_until(motion->end());
+    out_.scene.moves_surfaces = true;
+    if (!seconds_) return std::nullopt;
+    return motion->at(*seconds_);
+  }
+  void moves_until(double end) {
+    out_.scene.motion_seconds = std::max(out_.scene.motion_seconds, end);
+  }
+
+  void add_light(const JsonNode& node) {
+    PunctualLight light = read_light(node);
+    if (const auto moved = read_moved(node)) place_light(*moved, light);
+    out_.scene.lights.push_back(std::move(light));
   }
 
   static Camera read_camera(const JsonNode& node) {
@@ -57,7 +89,8 @@ class JsonReader {
       if (!named) v->fail_expected("perspective, orthographic or equirectangular");
       camera.projection = *named;
     }
-    std::vector<std::string_view> members = {"projection", "position", "target", "up", "mirrored"};
+    std::vector<std::string_view> members = {"projection", "position", "target",
+                                             "up",         "mirrored", "motion"};
     if (camera.projection != Projection::kEquirectangular) {
       members.push_back("aperture_radius");
       members.push_back("focus_distance");
@@ -175,7 +208,8 @@ class JsonReader {
       told_read(watch_, static_cast<double>(i) / static_cast<double>(list.size()));
       const JsonNode node = list.at(i);
       node.only({"name", "material", "positions", "triangles", "quads", "normals", "uvs", "colors",
-                 "file", "quad", "box", "sphere", "cylinder", "disk", "transform", "flip"});
+                 "file", "quad", "box", "sphere", "cylinder", "disk", "transform", "motion",
+                 "flip"});
       const size_t first = out_.scene.meshes.size();
       Mesh mesh = read_shape(node, limits_);
       if (const auto name = node.find("name")) mesh.name = name->string();
@@ -184,6 +218,9 @@ class JsonReader {
         read_file_mesh(node, *file, mesh.name, pointer);
       else
         add_mesh(std::move(mesh), material_id(node.get("material")), pointer, node);
+      if (const auto moved = read_moved(node))
+        for (size_t m = first; m < out_.scene.meshes.size(); ++m)
+          moved->apply(out_.scene.meshes[m]);
       if (const auto name = node.find("name")) {
         MeshRange& named = named_meshes_[name->string()];
         named = {first, out_.scene.meshes.size(), named.used + 1};
@@ -195,13 +232,14 @@ class JsonReader {
   void read_instances(const JsonNode& list) {
     for (size_t i = 0; i < list.size(); ++i) {
       const JsonNode node = list.at(i);
-      node.only({"mesh", "material", "transform"});
+      node.only({"mesh", "material", "transform", "motion"});
       const JsonNode name = node.get("mesh");
       const auto named = named_meshes_.find(name.string());
       if (named == named_meshes_.end() || named->second.used != 1)
         name.fail_expected("the name of one mesh");
       Instance instance;
       instance.to_world = read_placement(node);
+      if (const auto moved = read_moved(node)) instance.to_world = moved->after(instance.to_world);
       if (const auto material = node.find("material")) instance.material = material_id(*material);
       for (size_t m = named->second.begin; m < named->second.end; ++m) {
         instance.mesh = MeshId(static_cast<uint32_t>(m));
@@ -267,6 +305,7 @@ class JsonReader {
   std::filesystem::path folder_;
   const SceneLimits& limits_;
   const LoadWatch& watch_;
+  const std::optional<double> seconds_;  // none: at rest
   ImportedScene out_;
   Names<TextureId> textures_;
   Names<MaterialId> materials_;
@@ -281,12 +320,12 @@ class JsonReader {
 }  // namespace
 
 ImportedScene read_json_scene(const std::filesystem::path& path, const SceneLimits& limits,
-                              const LoadWatch& watch) {
+                              const LoadWatch& watch, std::optional<double> seconds) {
   const Result<Bytes> text = read_file(path, kMaxSceneFileBytes);
   if (!text.ok()) throw ImportFailure{text.error()};
   const std::string file = path.filename();
   const JsonValue tree = parse_json(text.value(), file);
-  return JsonReader(path, limits, watch).read(JsonNode(tree, file + ":"));
+  return JsonReader(path, limits, watch, seconds).read(JsonNode(tree, file + ":"));
 }
 
 }  // namespace qray

@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <string>
 
 #include "core/import/imported_scene.h"
@@ -12,8 +13,10 @@
 
 namespace qray {
 
+// As its motions have it after `seconds`; none: at rest.
 ImportedScene read_json_scene(const std::filesystem::path& path, const SceneLimits& limits,
-                              const LoadWatch& watch = {});
+                              const LoadWatch& watch = {},
+                              std::optional<double> seconds = std::nullopt);
 
 // The parts, one file each.
 using TextureNames = std::map<std::string, TextureId, std::less<>>;

@@ -91,7 +91,7 @@ ImportedScene read_any(const std::filesystem::path& path, const LoadOptions& opt
   const SceneLimits& limits = options.limits;
   const std::string extension = path.extension();
   if (extension == ".json") {
-    ImportedScene read = read_json_scene(path, limits, options.watch);
+    ImportedScene read = read_json_scene(path, limits, options.watch, options.seconds);
     if (read.scene.name.empty()) read.scene.name = path.parent_path().filename();
     return read;
   }

@@ -61,7 +61,7 @@ bool passes_need_noise(const RenderSettings& settings) {
 Result<LayeredPicture> make_picture_passes(const PreparedScene& scene,
                                            const RenderSettings& settings, const Film& film,
                                            const std::optional<Image>& recovered,
-                                           const NeighbourCameras& neighbours, TaskPool& pool,
+                                           const NeighbourFrames& neighbours, TaskPool& pool,
                                            std::stop_token stop) {
   const Result<LightSplit> split = light_split(scene.scene, settings);
   if (!split.ok()) return split.error();

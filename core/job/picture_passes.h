@@ -24,7 +24,7 @@ bool passes_need_noise(const RenderSettings& settings);
 Result<LayeredPicture> make_picture_passes(const PreparedScene& scene,
                                            const RenderSettings& settings, const Film& film,
                                            const std::optional<Image>& recovered,
-                                           const NeighbourCameras& neighbours, TaskPool& pool,
+                                           const NeighbourFrames& neighbours, TaskPool& pool,
                                            std::stop_token stop);
 
 // "Combined_key": the layer of a group of lights. What a layer's name cannot have becomes "_".

@@ -132,15 +132,20 @@ class FramesRun {
   // The scene as the frame shows it.
   const PreparedScene& scene() const { return moved_ ? *moved_ : scene_; }
 
+  // Null: as at rest.
+  Result<std::shared_ptr<const PreparedScene>> moved_to(size_t frame) const {
+    const std::optional<double> seconds = job_.frames[frame].seconds;
+    if (!seconds || !scene_.scene.moves_surfaces) return std::shared_ptr<const PreparedScene>();
+    return job_.scene_at(*seconds);
+  }
+
   // What moved is learned anew as it is met; of lights that are others, nothing is known.
   Status enter(int frame) {
-    const std::optional<double> seconds = job_.frames[static_cast<size_t>(frame)].seconds;
-    if (!seconds || !scene_.scene.moves_surfaces) return {};
     moved_.reset();
-    Result<std::shared_ptr<const PreparedScene>> moved = job_.scene_at(*seconds);
+    Result<std::shared_ptr<const PreparedScene>> moved = moved_to(static_cast<size_t>(frame));
     if (!moved.ok()) return moved.error();
     moved_ = std::move(moved).value();
-    if (guide_) guide_->set_lights(moved_->guide_setup(job_.settings).lights);
+    if (moved_ && guide_) guide_->set_lights(moved_->guide_setup(job_.settings).lights);
     return {};
   }
 
@@ -186,8 +191,10 @@ class FramesRun {
       result.recovered_metadata["recovery"] = recovery_->name;
       result.recovered_metadata["unbiased"] = "false";
     }
-    if (Status s =
-            add_passes(scene(), settings, film, neighbours(frame), pool_, stop_, clock_, result);
+    const Result<NeighbourScenes> beside = neighbour_scenes(frame, settings);
+    if (!beside.ok()) return beside.error();
+    if (Status s = add_passes(scene(), settings, film, neighbours(frame, beside.value()), pool_,
+                              stop_, clock_, result);
         !s.ok())
       return s;
     passes_seconds_ += result.stats.picture_passes_seconds;
@@ -204,10 +211,32 @@ class FramesRun {
     return frames_.end_turn(frame, now, film, result);
   }
 
-  NeighbourCameras neighbours(int frame) const {
+  // As the scene is in the frames beside this one; null: as in all.
+  struct NeighbourScenes {
+    std::shared_ptr<const PreparedScene> before, after;
+  };
+  Result<NeighbourScenes> neighbour_scenes(int frame, const RenderSettings& settings) const {
+    NeighbourScenes out;
+    if (!settings.picture_passes.has(PicturePass::kMotion)) return out;
     const auto at = static_cast<size_t>(frame);
-    return {at > 0 ? &job_.frames[at - 1].camera : nullptr,
-            at + 1 < job_.frames.size() ? &job_.frames[at + 1].camera : nullptr};
+    if (at > 0) {
+      Result<std::shared_ptr<const PreparedScene>> before = moved_to(at - 1);
+      if (!before.ok()) return before.error();
+      out.before = std::move(before).value();
+    }
+    if (at + 1 < job_.frames.size()) {
+      Result<std::shared_ptr<const PreparedScene>> after = moved_to(at + 1);
+      if (!after.ok()) return after.error();
+      out.after = std::move(after).value();
+    }
+    return out;
+  }
+  NeighbourFrames neighbours(int frame, const NeighbourScenes& scenes) const {
+    const auto at = static_cast<size_t>(frame);
+    NeighbourFrames out;
+    if (at > 0) out.before = {&job_.frames[at - 1].camera, scenes.before.get()};
+    if (at + 1 < job_.frames.size()) out.after = {&job_.frames[at + 1].camera, scenes.after.get()};
+    return out;
   }
 
   ImageMetadata metadata(const RenderStats& stats, int frame) const {

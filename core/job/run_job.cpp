@@ -40,7 +40,7 @@ Status recover_result(const PreparedScene& scene, const RenderSettings& settings
 }
 
 Status add_passes(const PreparedScene& scene, const RenderSettings& settings, const Film& film,
-                  const NeighbourCameras& neighbours, TaskPool& pool, std::stop_token stop,
+                  const NeighbourFrames& neighbours, TaskPool& pool, std::stop_token stop,
                   const Clock& clock, JobResult& result) {
   if (!settings.makes_passes()) return {};
   const double begin = clock.seconds();

@@ -64,7 +64,7 @@ Status recover_result(const PreparedScene& scene, const RenderSettings& settings
 
 // Makes the passes that the settings ask for, with the metadata of the result's picture.
 Status add_passes(const PreparedScene& scene, const RenderSettings& settings, const Film& film,
-                  const NeighbourCameras& neighbours, TaskPool& pool, std::stop_token stop,
+                  const NeighbourFrames& neighbours, TaskPool& pool, std::stop_token stop,
                   const Clock& clock, JobResult& result);
 
 // Fit of a table to a scene by exact hashes; kConflict names what differs.

@@ -5,6 +5,7 @@
 
 #include "core/render/cryptomatte.h"
 #include "core/render/pixel_sampler.h"
+#include "core/render/surface_motion.h"
 
 namespace qray {
 namespace {
@@ -18,6 +19,7 @@ struct Look {
   Rgb albedo;
   Vec3 p, ng, ns;  // the normals toward the eye
   Vec2 uv;
+  Hit hit;
 };
 
 bool differ(const Look& a, const Look& b) {
@@ -61,7 +63,7 @@ class SurfaceLooks {
  private:
   Look look(const Ray& ray, float u_blend) const {
     Look out;
-    Hit hit;
+    Hit& hit = out.hit;
     if (!scene_.accel->intersect(ray, hit)) return out;
     const MeshShading& mesh = scene_.meshes[hit.mesh.value];
     const SurfacePoint at = scene_.surface_at(ray, hit, camera_.cone().at(hit.t));
@@ -93,8 +95,11 @@ class SurfaceLooks {
 class Layers {
  public:
   Layers(const PreparedScene& scene, const RenderSettings& settings,
-         const NeighbourCameras& neighbours)
-      : settings_(settings) {
+         const NeighbourFrames& neighbours)
+      : scene_(scene),
+        settings_(settings),
+        after_(neighbours.after, settings),
+        before_(neighbours.before, settings) {
     albedo_ = add(PicturePass::kAlbedo, "albedo", "RGB");
     normal_ = add(PicturePass::kNormal, "normal", "XYZ");
     geometric_ = add(PicturePass::kGeometricNormal, "geometric_normal", "XYZ");
@@ -105,8 +110,6 @@ class Layers {
     material_ = add(PicturePass::kMaterialId, "material_id", "X");
     forward_ = add(PicturePass::kMotion, "forward", "uv");
     backward_ = add(PicturePass::kMotion, "backward", "uv");
-    if (neighbours.after) after_.emplace(*neighbours.after, settings.width, settings.height);
-    if (neighbours.before) before_.emplace(*neighbours.before, settings.width, settings.height);
     if (wants(PicturePass::kCryptomatteObject))
       objects_.emplace(settings.width, settings.height, "CryptoObject", object_names(scene.scene));
     if (wants(PicturePass::kCryptomatteMaterial))
@@ -147,8 +150,8 @@ class Layers {
     if (mesh_) image(mesh_).at(x, y, 0) = static_cast<float>(look.mesh + 1);
     if (material_) image(material_).at(x, y, 0) = static_cast<float>(look.material + 1);
     if (!forward_ || !met) return;
-    put(forward_, x, y, moved(camera, after_, look.p));
-    put(backward_, x, y, moved(camera, before_, look.p));
+    put(forward_, x, y, moved(camera, after_, look));
+    put(backward_, x, y, moved(camera, before_, look));
   }
 
   SurfacePasses take() {
@@ -180,18 +183,29 @@ class Layers {
     image(layer).at(x, y, 0) = v.x;
     image(layer).at(x, y, 1) = v.y;
   }
-  // Pixels to the right and upward from where p is to where the other camera shows it.
-  static Vec2 moved(const CameraRays& camera, const std::optional<CameraRays>& other, Vec3 p) {
-    if (!other) return {};
-    const std::optional<Vec2> here = camera.project(p), there = other->project(p);
+  struct Other {
+    Other(const NeighbourFrame& frame, const RenderSettings& settings) : scene(frame.scene) {
+      if (frame.camera) camera.emplace(*frame.camera, settings.width, settings.height);
+    }
+    std::optional<CameraRays> camera;
+    const PreparedScene* scene;
+  };
+  // Pixels to the right and upward from where the point is to where the other frame shows it.
+  Vec2 moved(const CameraRays& camera, const Other& other, const Look& look) const {
+    if (!other.camera) return {};
+    Vec3 then = look.p;
+    if (other.scene)
+      then += surface_motion(scene_, look.hit, look.p, *other.scene).value_or(Vec3{});
+    const std::optional<Vec2> here = camera.project(look.p), there = other.camera->project(then);
     if (!here || !there) return {};
     return {there->x - here->x, here->y - there->y};
   }
 
+  const PreparedScene& scene_;
   const RenderSettings& settings_;
   std::vector<PictureLayer> layers_;
   Index albedo_, normal_, geometric_, depth_, position_, uv_, mesh_, material_, forward_, backward_;
-  std::optional<CameraRays> before_, after_;
+  Other after_, before_;
   std::optional<Cryptomatte> objects_, of_materials_;
 };
 
@@ -220,7 +234,7 @@ std::vector<std::string> material_names(const Scene& scene) {
 
 Result<SurfacePasses> render_surface_passes(const PreparedScene& scene,
                                             const RenderSettings& settings,
-                                            const NeighbourCameras& neighbours, TaskPool& pool,
+                                            const NeighbourFrames& neighbours, TaskPool& pool,
                                             std::stop_token stop) {
   const SurfaceLooks looks(scene, settings);
   Layers layers(scene, settings, neighbours);

@@ -22,16 +22,19 @@ struct SurfacePasses {
   ImageMetadata metadata;
 };
 
-// The cameras of the frames beside this one; null: it stands still.
-struct NeighbourCameras {
-  const Camera* before = nullptr;
-  const Camera* after = nullptr;
+// What motion is told against: the frames beside this one.
+struct NeighbourFrame {
+  const Camera* camera = nullptr;        // null: there is no such frame
+  const PreparedScene* scene = nullptr;  // as it is then; null: its surfaces stand still
+};
+struct NeighbourFrames {
+  NeighbourFrame before, after;
 };
 
 // Those of the settings' passes that are of surfaces. kCanceled when stopped.
 Result<SurfacePasses> render_surface_passes(const PreparedScene& scene,
                                             const RenderSettings& settings,
-                                            const NeighbourCameras& neighbours, TaskPool& pool,
+                                            const NeighbourFrames& neighbours, TaskPool& pool,
                                             std::stop_token stop);
 
 // The names by which passes call what a hit's mesh is, and the materials.

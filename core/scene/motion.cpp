@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <numeric>
 
 namespace qray {
@@ -17,6 +18,12 @@ Transform rotation_of(const std::array<double, 4>& q) {
              {2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w), 0},
              {2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y), 0}}};
   return t;
+}
+
+std::vector<double> quaternion(Vec3 axis, double degrees) {
+  const double half = degrees * std::numbers::pi / 360;
+  const double sine = std::sin(half) / double{length(axis)};
+  return {sine * double{axis.x}, sine * double{axis.y}, sine * double{axis.z}, std::cos(half)};
 }
 
 // How much of two unit quaternions makes the one `u` of the way between them.
@@ -102,6 +109,7 @@ NodePose NodeMotion::at(double time, NodePose rest) const {
   if (moves_node()) rest.matrix.clear();  // glTF allows no matrix there
   if (!translation.seconds.empty()) rest.translation = translation.at(time);
   if (!rotation.seconds.empty()) rest.rotation = rotation.at(time);
+  if (rotation.width == 1) rest.rotation = quaternion(axis, rest.rotation[0]);
   if (!scale.seconds.empty()) rest.scale = scale.at(time);
   if (!weights.seconds.empty()) rest.weights = weights.at(time);
   return rest;

@@ -36,6 +36,7 @@ struct Track {
 
 struct NodeMotion {
   Track translation, rotation, scale, weights;
+  Vec3 axis;  // that `rotation` turns about where its values are degrees: of width 1
 
   bool moves_node() const {
     return !translation.seconds.empty() || !rotation.seconds.empty() || !scale.seconds.empty();

@@ -364,7 +364,7 @@ void add_frames(FieldTable& out) {
   out.push_back(std::move(cameras));
   Field animation =
       frames_field("animation", FieldType::kNumber,
-                   "The scene moves as its file says (glTF), for one job of so many frames a "
+                   "The scene moves as its file says (glTF, JSON), for one job of so many frames a "
                    "second, which learn together. The camera is the scene's first, or the one that "
                    "cameras names.",
                    "Animation");

@@ -95,9 +95,11 @@ Status JobRun::prepare() {
   of_frames_ = asks_for_frames(job_.request);
   // Where others sample passes with it, it has a copy of the table beside it.
   const bool shares = job_.request.given(field::kWorkers).value_or(1) != 1;
+  const bool moves = frames_.front().seconds && scene_->scene.moves_surfaces;
   memory_ = context_.memory.take(
       job_memory(settings_, job_.request.get(field::kRecover) != "none", split.value().layers) +
-          (shares ? table_memory(settings_) : 0),
+          (shares ? table_memory(settings_) : 0) +
+          (moves ? moved_memory(settings_, scene_->size_bytes()) : 0),
       context_.stop);
   if (context_.stop.stop_requested()) return Error{ErrorCode::kCanceled, "canceled", ""};
 

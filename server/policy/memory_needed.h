@@ -36,6 +36,12 @@ inline size_t job_memory(const RenderSettings& settings, bool recovers, const Fi
          table_memory(settings);
 }
 
+// Bytes of the scene as a frame shows it, beside the scene at rest, of `scene_bytes`; of the frames
+// beside it where motion is told.
+inline size_t moved_memory(const RenderSettings& settings, size_t scene_bytes) {
+  return scene_bytes * (settings.picture_passes.has(PicturePass::kMotion) ? 3 : 1);
+}
+
 // Bytes of views, histories, film, recovery, pictures and the table.
 inline size_t live_memory(const RenderSettings& settings) {
   constexpr size_t kPixelBytes = 600;

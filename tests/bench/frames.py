@@ -3,10 +3,10 @@
 
 python3 tests/bench/frames.py worth BIN WORK SCENE [--count 36] [--size 256x256] [--spp 64] [--arc 360] [-- OPTIONS]
 python3 tests/bench/frames.py flicker BIN WORK SCENE [--seconds 2] [--repeats 6] [-- OPTIONS]
-python3 tests/bench/frames.py kill BIN WORK SCENE [--count 6] [--size 128x128] [--spp 64] [--kills 50] [-- OPTIONS]
+python3 tests/bench/frames.py kill BIN WORK SCENE [--count 6] [--size 128x128] [--spp 64] [--kills 50] [--request JSON]
 
 BIN: the folder of `qray` and `qrayd`. WORK: a scratch folder. OPTIONS: what `qray render` is given beside, such as
-`--camera-position 3.6,1.4,3.2`; of `kill`, nothing.
+`--camera-position 3.6,1.4,3.2`. --request: more of what a job is asked for, such as '{"passes": ["all"]}'.
 
 worth: a turntable, rendered as one job, as so many jobs each cold, as jobs in a chain of which each takes over the
 table of the one before, and without learning. Each twice: half of how much the two differ is the relMSE (trimmed: without the
@@ -14,8 +14,8 @@ worst .1 % of pixels). Time is that of the processor, without loading the scene:
 machine does.
 flicker: the same still camera again and again for --seconds each, by `none` and by `adaptive` as one job of frames:
 how much neighbours differ, as the root of half of their relMSE, and how much so with one pattern of noise.
-kill: a job of frames on a server that is killed (SIGKILL) at random, once it has written a state; its pictures against
-those of one let alone.
+kill: a job of frames on a server that is killed (SIGKILL) at random, once it has written a state; its pictures, and its
+layers where passes are asked for, against those of one let alone.
 """
 import argparse
 import itertools
@@ -160,12 +160,13 @@ class Server:
 def kill(o):
     width, height = map(int, o.size.split("x"))
     request = {"scene": o.scene, "width": width, "height": height, "samples": o.spp, "table": "none",
-               "frames": {"turntable": o.count, "degrees": o.arc}}
+               "frames": {"turntable": o.count, "degrees": o.arc}, **json.loads(o.request)}
+    files = ["image.png", "passes.exr"] if "passes" in request else ["image.png"]
     data = o.work / "data"
     shutil.rmtree(data, ignore_errors=True)
 
     def pictures(server, job):
-        return [server.get(f"/v1/jobs/{job}/image.png?frame={i}") for i in range(o.count)]
+        return [server.get(f"/v1/jobs/{job}/{file}?frame={i}") for i in range(o.count) for file in files]
 
     def ended(server, job):
         return json.loads(server.get(f"/v1/jobs/{job}?wait=1"))["state"] in ("succeeded", "failed", "canceled")
@@ -213,6 +214,7 @@ def main():
     parser.add_argument("--spp", type=int, default=64)
     parser.add_argument("--kills", type=int, default=50)
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--request", default="{}")
     at = sys.argv.index("--") if "--" in sys.argv else len(sys.argv)
     o = parser.parse_args(sys.argv[1:at])
     o.options = sys.argv[at + 1:]

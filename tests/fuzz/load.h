@@ -24,8 +24,7 @@ inline void expect_indices_in_range(const Mesh& mesh) {
 }
 
 // It fails and says why and where, or gives a scene that validate() has nothing to say about.
-inline void expect_scene_or_error(const std::filesystem::path& path) {
-  const LoadOptions options = small_scenes();
+inline void expect_scene_or_error(const std::filesystem::path& path, const LoadOptions& options) {
   Result<LoadedScene> loaded = load_scene(path, options);
   if (!loaded.ok()) return expect_said_why(loaded.error());
   Scene& scene = loaded.value().scene;
@@ -33,6 +32,15 @@ inline void expect_scene_or_error(const std::filesystem::path& path) {
   const Result<ValidateReport> report = validate(scene, options.limits);
   QRAY_CHECK(report.ok());
   QRAY_CHECK(report.value().dropped_triangles == 0);
+  if (options.seconds || scene.motion_seconds == 0) return;
+  LoadOptions then = options;
+  then.seconds = scene.motion_seconds / 3;
+  for (const NamedCamera& camera : scene.cameras)
+    if (camera.path) (void)camera.path->at(*then.seconds);
+  expect_scene_or_error(path, then);
+}
+inline void expect_scene_or_error(const std::filesystem::path& path) {
+  expect_scene_or_error(path, small_scenes());
 }
 
 }  // namespace qray::fuzz

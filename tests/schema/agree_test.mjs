@@ -76,7 +76,7 @@ const beyondSchema = [
   /transform: expected a place within/,
   /inner_deg: expected 0 to the outer angle/,
   /camera(s\/[^/]*)?\/(target|up): expected a (point away|direction other)/,
-  /expected at most \d+ pixels/,
+  /expected at most \d+ pixels/, /a time after the one before it/, /one for each of "seconds"/,
 ];
 
 const replacements = [null, true, 0, -1, 0.5, 3, 300, 1e7, 1e300, '', 'x', [], [0], [0, 0, 0],

@@ -26,7 +26,7 @@ RenderSettings asking_for(std::initializer_list<const char*> names) {
 }
 
 SurfacePasses made(const PreparedScene& scene, const RenderSettings& settings,
-                   const NeighbourCameras& neighbours = {}, int threads = 2) {
+                   const NeighbourFrames& neighbours = {}, int threads = 2) {
   TaskPool pool(threads);
   Result<SurfacePasses> passes = render_surface_passes(scene, settings, neighbours, pool, {});
   EXPECT_TRUE(passes.ok());
@@ -202,7 +202,7 @@ TEST(SurfacePasses, MotionIsHowFarAPointGoesUntilTheNextFrame) {
   next.position.x += 0.1f;
   next.target.x += 0.1f;
   const auto scene = test::prepare(room);
-  const SurfacePasses passes = made(*scene, asking_for({"motion", "depth"}), {nullptr, &next});
+  const SurfacePasses passes = made(*scene, asking_for({"motion", "depth"}), {{}, {&next}});
   const float pixels_at_1m = kHeight / (2 * std::tan(room.camera.vertical_fov_deg * kPi / 360));
   for (int x = 0; x < kWidth; x += 5) {
     const float depth = layer(passes, "depth").image.at(x, 9, 0);
@@ -210,6 +210,46 @@ TEST(SurfacePasses, MotionIsHowFarAPointGoesUntilTheNextFrame) {
     EXPECT_NEAR(layer(passes, "forward").image.at(x, 9, 1), 0, 1e-3f);
     EXPECT_EQ(layer(passes, "backward").image.at(x, 9, 0), 0) << "there is no frame before";
   }
+}
+
+// A box that moves before a camera that stands, and a ball that rolls.
+TEST(SurfacePasses, MotionIsOfSurfacesToo) {
+  constexpr size_t kBox = 6, kLamp = 12, kBall = 13;  // the first of the box' six sides
+  const Vec3 step{0.05f, 0.02f, -0.01f}, middle{-0.4f, 0.5f, 0.2f};
+  Scene before = test::room();
+  Mesh& ball = before.meshes.emplace_back();
+  ball.material = MaterialId(0);
+  ball.sphere.emplace();
+  ball.sphere->center = middle;
+  ball.sphere->radius = 0.3f;
+  ASSERT_EQ(before.meshes.size(), kBall + 1);
+  Scene after = before;
+  const Transform rolls = Transform::translation(middle)
+                              .after(Transform::rotation({0, 0, 1}, 10))
+                              .after(Transform::translation(-middle));
+  for (size_t side = kBox; side < kLamp; ++side)
+    Transform::translation(step).apply(after.meshes[side]);
+  rolls.apply(after.meshes[kBall]);
+  const auto now = test::prepare(before), then = test::prepare(after);
+  const SurfacePasses passes = made(*now, asking_for({"motion", "position", "mesh-id"}),
+                                    {{}, {&now->scene.camera, then.get()}});
+  const CameraRays camera(now->scene.camera, kWidth, kHeight);
+  std::map<size_t, int> seen;
+  for (int y = 0; y < kHeight; ++y)
+    for (int x = 0; x < kWidth; ++x) {
+      const Vec3 p = xyz(layer(passes, "position"), x, y);
+      const auto mesh = static_cast<size_t>(layer(passes, "mesh_id").image.at(x, y, 0)) - 1;
+      const bool box = mesh >= kBox && mesh < kLamp, rolling = mesh == kBall;
+      const Vec3 there = box ? p + step : rolling ? rolls.point(p) : p;
+      const Vec2 from = *camera.project(p), to = *camera.project(there);
+      const Image& forward = layer(passes, "forward").image;
+      EXPECT_NEAR(forward.at(x, y, 0), to.x - from.x, 2e-3f) << x << "," << y;
+      EXPECT_NEAR(forward.at(x, y, 1), from.y - to.y, 2e-3f) << x << "," << y;
+      EXPECT_TRUE(box || rolling || forward.at(x, y, 0) == 0) << x << "," << y;
+      ++seen[box ? kBox : rolling ? kBall : 0];
+    }
+  EXPECT_GT(seen[kBox], 20);
+  EXPECT_GT(seen[kBall], 20);
 }
 
 TEST(SurfacePasses, SameBitsForAnyNumberOfThreads) {
