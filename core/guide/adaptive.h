@@ -60,6 +60,7 @@ class AdaptiveGuide final : public Guide, private GuideShare {
   void save_state(SnapshotWriter& out) const override;
   void load_state(SnapshotReader& in) override;
   Status merge(const GuideTable& other) override;
+  void fade(int times) override;
   void doubt() override;
   void set_lights(const LightClusters& clusters) override;
 

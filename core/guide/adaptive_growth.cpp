@@ -175,11 +175,15 @@ void AdaptiveGuide::index() {
   tree_.index_within(max_bytes_, bytes() - tree_.bytes());
 }
 
+void AdaptiveGuide::fade(int times) {
+  rebuild(whole_trees(kShareOne / times));
+  lights_.fade(times);
+  samples_seen_ = samples_seen_ / static_cast<uint64_t>(times);
+}
+
 void AdaptiveGuide::doubt() {
-  constexpr int64_t kDoubt = 16;
-  rebuild(whole_trees(kShareOne / kDoubt));
-  lights_.doubt();
-  samples_seen_ = samples_seen_ / kDoubt;
+  constexpr int kDoubt = 16;
+  fade(kDoubt);
   worth_ = {};
 }
 

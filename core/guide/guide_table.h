@@ -55,8 +55,11 @@ class GuideTable {
   // this one's tables hold cannot be added; kConflict: another grid; kTooLarge: no room. An error
   // leaves the guide as it was.
   virtual Status merge(const GuideTable& other) = 0;
-  // The scene has changed since the table was learned: where the method counts, what it knows
-  // counts a sixteenth, and what it is worth is not known any more.
+  // Where the method counts, what it knows counts a `times`-th from now on: surfaces or lights have
+  // moved a little.
+  virtual void fade(int times) { (void)times; }
+  // The scene has changed since the table was learned: what it knows counts a sixteenth, and what
+  // it is worth is not known any more.
   virtual void doubt() {}
   // The scene's lights are others now: what was learned of them is of no use.
   virtual void set_lights(const LightClusters&) {}

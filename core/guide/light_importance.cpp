@@ -17,8 +17,7 @@ constexpr double kMostSquare = 0x1p20;  // that one pick adds
 constexpr uint32_t kFewest = 32;        // picks in a group, before it is believed
 constexpr double kPrior = 4;            // picks that bring the group's mean, for each cluster
 constexpr double kLeastRoot = 0.1;      // of a cluster's root, over that of the group's mean
-constexpr uint32_t kDoubted = 16;
-constexpr float kReserved = 1;                    // in a table, for each group
+constexpr float kReserved = 1;          // in a table, for each group
 constexpr uint64_t kMostSum = uint64_t{1} << 58;  // what is more is halved between passes
 
 }  // namespace
@@ -108,9 +107,9 @@ void LightImportance::solve(uint32_t place) {
   known_[place] = any;
 }
 
-void LightImportance::doubt() {
-  for (uint64_t& square : squares_) square /= kDoubted;
-  for (uint32_t& count : counts_) count /= kDoubted;
+void LightImportance::fade(int times) {
+  for (uint64_t& square : squares_) square /= static_cast<uint64_t>(times);
+  for (uint32_t& count : counts_) count /= static_cast<uint32_t>(times);
   end_pass();
 }
 

@@ -49,7 +49,7 @@ class LightImportance {
   // its pick; 0: something was in the way).
   void record(uint32_t place, std::span<const ClusterPick> picks, float estimate) const;
   void end_pass();
-  void doubt();  // what is known counts a sixteenth
+  void fade(int times);  // what is known counts a `times`-th
 
   // Adds what another has learned of the same clusters; false: they are others.
   bool merge(const LightImportance& other);

@@ -6,6 +6,19 @@
 namespace qray {
 namespace {
 
+constexpr int kFade = 4;  // docs/frames.md has what it is worth
+
+bool moves(const PreparedScene& scene, const FramesJob& job) {
+  return scene.scene.moves_surfaces && job.frames.front().seconds;
+}
+
+// What moves, moves little from one frame to the next, and the table with it.
+std::vector<int> order_of(const PreparedScene& scene, const FramesJob& job) {
+  std::vector<int> order = spread_order(static_cast<int>(job.frames.size()));
+  if (moves(scene, job)) std::ranges::sort(order);
+  return order;
+}
+
 class FramesRun {
  public:
   FramesRun(const PreparedScene& scene, const FramesJob& job, StartingGuide start,
@@ -21,7 +34,7 @@ class FramesRun {
         clock_(clock),
         recovery_(recovery),
         keeper_(keeper),
-        order_(spread_order(static_cast<int>(job.frames.size()))) {
+        order_(order_of(scene, job)) {
     at_.frames.resize(order_.size());
     at_.turns.resize(order_.size());
   }
@@ -134,18 +147,20 @@ class FramesRun {
 
   // Null: as at rest.
   Result<std::shared_ptr<const PreparedScene>> moved_to(size_t frame) const {
-    const std::optional<double> seconds = job_.frames[frame].seconds;
-    if (!seconds || !scene_.scene.moves_surfaces) return std::shared_ptr<const PreparedScene>();
-    return job_.scene_at(*seconds);
+    if (!moves(scene_, job_)) return std::shared_ptr<const PreparedScene>();
+    return job_.scene_at(*job_.frames[frame].seconds);
   }
 
-  // What moved is learned anew as it is met; of lights that are others, nothing is known.
+  // Of where something stood before, what was learned is soon outweighed; of lights that are
+  // others, nothing is known.
   Status enter(int frame) {
     moved_.reset();
     Result<std::shared_ptr<const PreparedScene>> moved = moved_to(static_cast<size_t>(frame));
     if (!moved.ok()) return moved.error();
     moved_ = std::move(moved).value();
-    if (moved_ && guide_) guide_->set_lights(moved_->guide_setup(job_.settings).lights);
+    if (!moved_ || !guide_) return {};
+    if (at_.next > 0) guide_->fade(kFade);
+    guide_->set_lights(moved_->guide_setup(job_.settings).lights);
     return {};
   }
 

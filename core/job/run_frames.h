@@ -1,7 +1,8 @@
 // A job of many frames: the same scene from several cameras, or as it moves, with one table that
-// learns from all of them. They are rendered one after the other, in an order that spreads their
-// views (spread_order()), so that the table soon knows what all frames see; each begins with what
-// it knows by then. A frame whose turn it is not is kept by the caller. Knows no paths, no HTTP.
+// learns from all of them. They are rendered one after the other: where surfaces or lights move, in
+// the order of time; else in one that spreads their views (spread_order()), so that the table soon
+// knows what all frames see. Each begins with what it knows by then. A frame whose turn it is not
+// is kept by the caller. Knows no paths, no HTTP.
 #pragma once
 
 #include "core/job/run_job.h"

@@ -36,7 +36,7 @@ std::string camera_name(const JobRequest& request, int frame);
 // "frame-0003.png": of the picture of a frame, where each is a file.
 std::string frame_file_name(int frame, const std::string& format);
 
-// In which frames are rendered: each next one far from those before, so that a table soon knows
+// In which views are rendered: each next one far from those before, so that a table soon knows
 // what all of them see. The numbers with their bits reversed, in rising order of these.
 std::vector<int> spread_order(int count);
 

@@ -2,6 +2,7 @@
 """What one table for all frames is worth to a job of many, how much frames flicker, and whether kills change bits.
 
 python3 tests/bench/frames.py worth BIN WORK SCENE [--count 36] [--size 256x256] [--spp 64] [--arc 360] [-- OPTIONS]
+python3 tests/bench/frames.py moves BIN WORK SCENE [--fps 4] [--size 256x256] [--spp 64] [-- OPTIONS]
 python3 tests/bench/frames.py flicker BIN WORK SCENE [--seconds 2] [--repeats 6] [-- OPTIONS]
 python3 tests/bench/frames.py kill BIN WORK SCENE [--count 6] [--size 128x128] [--spp 64] [--kills 50] [--request JSON]
 
@@ -12,6 +13,7 @@ worth: a turntable, rendered as one job, as so many jobs each cold, as jobs in a
 table of the one before, and without learning. Each twice: half of how much the two differ is the relMSE (trimmed: without the
 worst .1 % of pixels). Time is that of the processor, without loading the scene: it hardly depends on what else the
 machine does.
+moves: the same for an animation as the scene's file has it, without the chain.
 flicker: the same still camera again and again for --seconds each, by `none` and by `adaptive` as one job of frames:
 how much neighbours differ, as the root of half of their relMSE, and how much so with one pattern of noise.
 kill: a job of frames on a server that is killed (SIGKILL) at random, once it has written a state; its pictures, and its
@@ -85,9 +87,34 @@ def worth(o):
                 folder = o.work / f"{name}-{seed}"
                 folder.mkdir(exist_ok=True)
                 seconds[name] += render(plain, *asked, *at, *more, "-o", folder / f"frame-{i:04d}.exr")[1] - load
+    compare(o, seconds, o.count)
+
+
+def moves(o):
+    stats, path = o.work / "stats.json", o.work / "frames.json"
+    load = min(render(o, "--method", "none", "--spp", 1, "--size", "16x16", "--json", stats, "-o", o.work / "x.exr")[1]
+               for _ in range(3))
+    seconds = {"none": 0, "one job": 0, "cold jobs": 0}
+    for seed in (11, 12):
+        asked = ["--size", o.size, "--spp", o.spp, "--seed", seed, "--json", stats, "--frame-format", "exr"]
+        for name, more in (("one job", []), ("none", ["--method", "none"])):
+            folder = o.work / f"{name}-{seed}"
+            shutil.rmtree(folder, ignore_errors=True)
+            seconds[name] += render(o, *asked, "--animation", o.fps, *more, "-o", folder)[1]
+        count = len(list(folder.glob("frame-*.exr")))
+        for i in range(count):
+            path.write_text(json.dumps({"animation": o.fps, "from": i / o.fps, "to": i / o.fps}))
+            alone, folder = o.work / "alone", o.work / f"cold jobs-{seed}"
+            folder.mkdir(exist_ok=True)
+            seconds["cold jobs"] += render(o, *asked, "--frames", path, "-o", alone)[1] - load
+            (alone / "frame-0000.exr").replace(folder / f"frame-{i:04d}.exr")
+    compare(o, seconds, count)
+
+
+def compare(o, seconds, count):
     variance = {name: [differ(o, *(o.work / f"{name}-{seed}" / f"frame-{i:04d}.exr" for seed in (11, 12))) ** 2
-                       for i in range(o.count)] for name in seconds}
-    print(f"{o.scene}, {o.count} frames of {o.size}, {o.spp} samples a pixel")
+                       for i in range(count)] for name in seconds}
+    print(f"{o.scene}, {count} frames of {o.size}, {o.spp} samples a pixel")
     for name, values in variance.items():
         times = [a * seconds[name] / (b * seconds["one job"]) for a, b in zip(values, variance["one job"])]
         print(f"{name}: {seconds[name] / 2:.1f} processor seconds, relMSE {statistics.median(values):.4f} (median of "
@@ -202,7 +229,7 @@ def kill(o):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("what", choices=["worth", "flicker", "kill"])
+    parser.add_argument("what", choices=["worth", "moves", "flicker", "kill"])
     parser.add_argument("bin", type=pathlib.Path)
     parser.add_argument("work", type=pathlib.Path)
     parser.add_argument("scene")
@@ -212,6 +239,7 @@ def main():
     parser.add_argument("--seconds", type=float, default=2)
     parser.add_argument("--repeats", type=int, default=6)
     parser.add_argument("--spp", type=int, default=64)
+    parser.add_argument("--fps", type=float, default=4)
     parser.add_argument("--kills", type=int, default=50)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--request", default="{}")
@@ -219,7 +247,7 @@ def main():
     o = parser.parse_args(sys.argv[1:at])
     o.options = sys.argv[at + 1:]
     o.work.mkdir(parents=True, exist_ok=True)
-    {"worth": worth, "flicker": flicker, "kill": kill}[o.what](o)
+    {"worth": worth, "moves": moves, "flicker": flicker, "kill": kill}[o.what](o)
 
 
 if __name__ == "__main__":

@@ -105,6 +105,21 @@ TEST(Adaptive, WhereAllDirectionsPayAlikeItDrawsFromTheBsdf) {
   }
 }
 
+TEST(Adaptive, WhatFadedIsOutweighedSooner) {
+  const auto kept = taught(8), faded = taught(8);
+  faded->fade(4);
+  const auto arriving = [](const AdaptiveGuide& guide) {
+    return guide.expectation(guide.find({3.7f, 0, 1}, {0, 1, 0})).arriving.g;
+  };
+  EXPECT_NEAR(arriving(*faded) / arriving(*kept), 1, 0.02);
+  EXPECT_EQ(faded->stats().states, kept->stats().states);
+  for (AdaptiveGuide* guide : {kept.get(), faded.get()})
+    teach(*guide, 9, 20000, 1, /*narrow=*/true);
+  AdaptiveGuide anew(setup_with());
+  teach(anew, 9, 20000, 1, /*narrow=*/true);
+  EXPECT_LT(arriving(*faded) - arriving(anew), 0.8f * (arriving(*kept) - arriving(anew)));
+}
+
 TEST(Adaptive, TheOrderOfEventsChangesNoBit) {
   EXPECT_EQ(bytes_of(*taught(4)), bytes_of(*taught(4, 7)));
 }
@@ -182,6 +197,8 @@ TEST(Adaptive, WhatItIsWorthGoesWithTheTable) {
   EXPECT_EQ(guide->worth(), other->worth()) << "the lesser";
   ASSERT_TRUE(guide->merge(*unknown).ok());
   EXPECT_EQ(guide->worth(), GuideWorth{});
+  loaded.fade(4);
+  EXPECT_EQ(loaded.worth(), worth);
   loaded.doubt();
   EXPECT_EQ(loaded.worth(), GuideWorth{}) << "in another light";
 }

@@ -170,7 +170,7 @@ TEST(LightImportance, GoesWithTheGuide) {
   ASSERT_TRUE(elsewhere->load(sections).ok());
   EXPECT_NE(elsewhere->save().back().tag, "ALIT");
 
-  loaded->doubt();
+  loaded->fade(16);
   const uint32_t place = loaded->light_importance()->place(kSomewhere, {0, 1, 0});
   const float sure = guide->light_importance()->weights(place)[1],
               doubted = loaded->light_importance()->weights(place)[1];

@@ -272,6 +272,7 @@ TEST_P(MovingScene, EachFrameShowsItAsItIsThen) {
               std::to_string(static_cast<double>(frame)));
   }
   EXPECT_FALSE(test::same_bits(kept.pictures[0], kept.pictures[1]));
+  EXPECT_EQ(kept.turns, (std::vector<int>{0, 1, 2})) << "in that of time";
 }
 
 TEST_P(MovingScene, CutOffAndGoneOnItEndsWithTheSameBits) {
