@@ -1,7 +1,5 @@
 #include "tests/orders/life.h"
 
-#include <spdlog/spdlog.h>
-#include <sqlite3.h>
 #include <sys/mman.h>
 #include <unistd.h>
 
@@ -13,15 +11,11 @@
 
 #include "server/jobs/janitor.h"
 #include "server/jobs/job_runner.h"
-#include "server/sqlite/sqlite_job_store.h"
-#include "server/sqlite/sqlite_table_index.h"
+#include "server/open_records.h"
 #include "server/store/leftovers.h"
 #include "tests/crash/faults.h"
-#include "tests/crash/plain_pictures.h"
-#include "tests/orders/look_up.h"
+#include "tests/orders/ground.h"
 #include "tests/orders/scheduler.h"
-#include "tests/server/box_scene.h"
-#include "tests/support/scratch.h"
 
 namespace qray::server::test {
 namespace {
@@ -33,30 +27,6 @@ using qray::test::sleep_virtually;
 
 constexpr double kKeepDays = 1;
 constexpr unsigned kMostSeconds = 100;  // that a life of the server takes
-
-// What lasts from life to life, made once in the process that tries orders.
-struct Ground {
-  qray::test::ScratchFolder scratch{fs::is_directory("/dev/shm") ? "/dev/shm"
-                                                                 : fs::temp_directory_path()};
-  fs::path fresh = scratch / "fresh", data = scratch / "data";
-  SceneStore scenes{scratch / "scenes", 1, size_t{1} << 30};
-
-  Ground() {
-    spdlog::set_level(spdlog::level::off);
-    use_image_library(plain_pictures());
-    look_functions_up();
-    // One thread runs at a time, and none meets another inside SQLite: its locks are left out.
-    sqlite3_config(SQLITE_CONFIG_SINGLETHREAD);
-    write_text(scratch / "scenes/box/scene.json", kBoxScene);
-    (void)scenes.prepare("box");
-    (void)Database::open((fs::create_directories(fresh), fresh / "qray.sqlite"));
-  }
-};
-
-Ground& ground() {
-  static Ground ground;
-  return ground;
-}
 
 // Of {"job":"j000001","state":"queued",...}.
 std::string state_in(const std::string& event) {
@@ -74,13 +44,19 @@ class Server {
 
   // False: the disk is full.
   bool start() {
-    const fs::path& data = ground().data;
-    Result<std::unique_ptr<Database>> db = Database::open(data / "qray.sqlite");
-    if (!db.ok()) return refused(db.error());
-    db_ = std::move(db).value();
-    jobs_ = std::make_unique<SqliteJobStore>(*db_, events_, [this] { return now_ms(); });
-    index_ = std::make_unique<SqliteTableIndex>(*db_);
-    Result<std::unique_ptr<TableStore>> tables = TableStore::open(*index_, data, size_t{1} << 20);
+    Ground& ground = Ground::instance();
+    const fs::path& data = ground.data();
+    Config config;
+    config.data = data;
+    config.store = ground.store();
+    config.lease_seconds = 3600;  // each life begins by ending those of the life before
+    Result<std::unique_ptr<Records>> records = open_records(
+        config, events_, [this] { return now_ms(); }, /*publishes=*/true);
+    if (!records.ok()) return refused(records.error());
+    records_ = std::move(records).value();
+    jobs_ = &records_->jobs();
+    Result<std::unique_ptr<TableStore>> tables =
+        TableStore::open(records_->tables(), data, size_t{1} << 20);
     if (!tables.ok()) return refused(tables.error());
     tables_ = std::move(tables).value();
     Result<std::unique_ptr<WeightsStore>> weights = WeightsStore::open(data);
@@ -103,7 +79,8 @@ class Server {
     limits.at_once = order_.at_once;
     limits.max_queued = static_cast<size_t>(order_.max_queued);
     runner_ = std::make_unique<JobRunner>(
-        Stores{*jobs_, *tables_, *weights_, *results_, ground().scenes, *checkpoints_, *moments_},
+        Stores{*jobs_, *tables_, *weights_, *results_, ground.scenes(), *checkpoints_, *moments_,
+               /*metrics=*/nullptr, records_->shared()},
         limits, clock_, [this] { return now_ms(); },
         [this](auto&&... arguments) {
           return render(std::forward<decltype(arguments)>(arguments)...);
@@ -166,8 +143,8 @@ class Server {
     for (const JobRecord& job : list()) listed.insert(job.id.text());
     for (const char* folder : {"results", "moments", "checkpoints"}) {
       std::error_code ec;
-      for (fs::recursive_directory_iterator it(ground().data / folder, ec), end; !ec && it != end;
-           it.increment(ec)) {
+      for (fs::recursive_directory_iterator it(Ground::instance().data() / folder, ec), end;
+           !ec && it != end; it.increment(ec)) {
         const std::string name = it->path().filename();
         if (it.depth() == 0 && !listed.contains(name))
           fail(std::string(folder) + "/" + name + " stays");
@@ -429,9 +406,8 @@ class Server {
   const Order& order_;
   EventLog events_;
   SteadyClock clock_;
-  std::unique_ptr<Database> db_;
-  std::unique_ptr<JobStore> jobs_;
-  std::unique_ptr<TableIndex> index_;
+  std::unique_ptr<Records> records_;
+  JobStore* jobs_ = nullptr;
   std::unique_ptr<TableStore> tables_;
   std::unique_ptr<WeightsStore> weights_;
   std::unique_ptr<ResultStore> results_;
@@ -459,11 +435,6 @@ void fail(const std::string& text) {
   char* all = shared().failure;
   const size_t used = std::strlen(all);
   std::snprintf(all + used, sizeof shared().failure - used, "%s\n", text.c_str());
-}
-
-void make_data_folder() {
-  fs::remove_all(ground().data);
-  fs::copy(ground().fresh, ground().data, fs::copy_options::recursive);
 }
 
 void live(const Order& order, int life) {

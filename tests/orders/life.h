@@ -35,9 +35,6 @@ Shared& shared();
 // Adds to what is wrong.
 void fail(const std::string& text);
 
-// The data folder, empty but for a database.
-void make_data_folder();
-
 // Serves what is left of the order's steps, then ends the process; the last life judges.
 [[noreturn]] void live(const Order& order, int life);
 

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "tests/crash/faults.h"
+#include "tests/orders/ground.h"
 #include "tests/orders/life.h"
 
 namespace qray::server::test {
@@ -67,11 +68,12 @@ Order random_order(uint64_t seed) {
 }
 
 std::string try_order(const Order& order) {
-  make_data_folder();
+  Ground::instance().make_anew();
   new (&shared()) Shared;
   fault_plan().armed = false;
   constexpr int kMostLives = 100;
   for (int life = 0; life < kMostLives && !shared().ended; ++life) {
+    if (life > 0) Ground::instance().end_leases();
     std::fflush(nullptr);
     const pid_t child = ::fork();
     if (child == 0) live(order, life);

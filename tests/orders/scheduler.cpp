@@ -2,6 +2,7 @@
 
 #include <dlfcn.h>
 #include <linux/futex.h>
+#include <poll.h>
 #include <pthread.h>
 #include <sched.h>
 #include <semaphore.h>
@@ -374,6 +375,23 @@ int clock_gettime(clockid_t clock, timespec* time) noexcept {
   const int64_t ns = schedule->now + (clock == CLOCK_REALTIME ? real_time_offset() : 0);
   *time = {ns / kSecond, ns % kSecond};
   return 0;
+}
+
+// Of a database. Long waits are for its answer, which comes soon unless another thread's statement
+// must come first. Short ones are for news, and pass in virtual time.
+int poll(pollfd* fds, nfds_t count, int milliseconds) {
+  static const auto real = next_definition<int (*)(pollfd*, nfds_t, int)>("poll");
+  constexpr int kForAnswers = 1000, kSoon = 2;
+  if (!self || milliseconds <= 0) return real(fds, count, milliseconds);
+  if (milliseconds < kForAnswers) {
+    if (const int ready = real(fds, count, 0); ready != 0) return ready;
+    wait_on(nullptr, nullptr, schedule->now + milliseconds * (kSecond / 1000));
+    return real(fds, count, 0);
+  }
+  for (;;) {
+    if (const int ready = real(fds, count, kSoon); ready != 0) return ready;
+    pass_on(/*other=*/true);
+  }
 }
 
 // std::atomic waits, and once-only initialisation, by futexes.

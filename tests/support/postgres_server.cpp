@@ -83,10 +83,11 @@ bool PostgresServer::prepare() {
 }
 
 void PostgresServer::start() {
-  process_ = start_program(kPrograms / "postgres",
-                           {"-D", folder_ / "db", "-k", folder_, "-c", "listen_addresses=", "-c",
-                            "max_connections=400", "-c", "shared_buffers=64MB"},
-                           folder_);
+  process_ = start_program(
+      kPrograms / "postgres",
+      {"-D", folder_ / "db", "-k", folder_, "-c", "listen_addresses=", "-c", "max_connections=400",
+       "-c", "shared_buffers=64MB", "-c", "fsync=off"},  // the machine does not lose its power
+      folder_);
   for (int tries = 0; tries < 600; ++tries) {
     if (run_program(kPrograms / "pg_isready", {"-h", folder_, "-d", "postgres", "-U", "qray"},
                     folder_))
@@ -116,11 +117,16 @@ std::string PostgresServer::url(const std::string& schema) const {
 
 std::string PostgresServer::new_schema() {
   const std::string schema = "test" + std::to_string(::getpid()) + "_" + std::to_string(++schemas_);
-  if (!run_program(kPrograms / "psql",
-                   {"-h", folder_, "-U", "qray", "-d", "postgres", "-c", "CREATE SCHEMA " + schema},
-                   folder_))
-    throw std::runtime_error("psql failed: see " + (folder_ / "log").string());
+  run("CREATE SCHEMA " + schema);
   return schema;
+}
+
+void PostgresServer::run(const std::string& sql) {
+  if (!run_program(
+          kPrograms / "psql",
+          {"-h", folder_, "-U", "qray", "-d", "postgres", "-v", "ON_ERROR_STOP=1", "-c", sql},
+          folder_))
+    throw std::runtime_error("psql failed: see " + (folder_ / "log").string());
 }
 
 }  // namespace qray::test

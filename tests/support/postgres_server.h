@@ -18,6 +18,7 @@ class PostgresServer {
   // Of an empty schema of its own in the one database.
   std::string url(const std::string& schema) const;
   std::string new_schema();
+  void run(const std::string& sql);  // throws where it fails
 
   void start();
   void stop_at_once();  // pg_ctl stop -m immediate: as if the machine had lost its power
