@@ -1,7 +1,8 @@
 // Each operation of the server is cut off, or meets a disk that fails, at each change of a file
 // that it makes. What a client was told must hold afterwards, and nothing may be left lying.
 // QRAY_CRASH_STRIDE=1 tries all points; usually it is a few, spread over all, of each fault other
-// ones.
+// ones. On PostgreSQL the k-th statement counts as well: the server is killed before it is sent or
+// before it is answered, or the line is cut.
 #include <gtest/gtest.h>
 
 #include "core/base/file.h"
@@ -13,7 +14,8 @@ namespace {
 
 using Is = Model::Is;
 
-constexpr int64_t kUsualTrials = 5;  // of an operation and a fault
+constexpr int64_t kUsualTrials = 5;            // of an operation and a fault
+constexpr int64_t kUsualTrialsOnPostgres = 1;  // each waits for a lease to end
 
 Json tiny(const char* table = "auto", int samples = 4) {
   return {{"scene", "box"}, {"width", 16},        {"height", 16},         {"method", "huang"},
@@ -342,23 +344,37 @@ const Operation kStart{
     },
     /*at_start=*/true, /*keep_days=*/1e-9};
 
-class CrashTest : public ::testing::TestWithParam<const Operation*> {};
-
-TEST_P(CrashTest, WhatWasToldHolds) {
-  if (qray::test::kSanitized)
-    GTEST_SKIP() << "sanitizers have functions of the C library themselves";
-  const Operation& operation = *GetParam();
+// Each operation beside faults, with records where `postgres` says.
+void try_faults(const Operation& operation, Postgres postgres, int64_t trials) {
   const char* given = std::getenv("QRAY_CRASH_STRIDE");
-  const int64_t changes = count_changes(operation);
+  const int64_t changes = count_changes(operation, postgres);
   ASSERT_GT(changes, 0);
-  const int64_t stride = given ? std::max(1, std::atoi(given)) : 1 + changes / kUsualTrials;
+  const int64_t stride = given ? std::max(1, std::atoi(given)) : 1 + changes / trials;
   int64_t tried = 0;
   for (int f = 0; f < 4; ++f)
     for (int64_t k = 1 + (f * 3 + changes) % stride; k <= changes; k += stride, ++tried)
-      try_fault(operation, static_cast<qray::test::Fault>(f), k);
-  std::printf("%s: %lld changes of files, %lld trials\n", operation.name,
-              static_cast<long long>(changes), static_cast<long long>(tried));
+      try_fault(operation, postgres, static_cast<qray::test::Fault>(f), k);
+  std::printf("%s: %lld changes, %lld trials\n", operation.name, static_cast<long long>(changes),
+              static_cast<long long>(tried));
 }
+
+class CrashTest : public ::testing::TestWithParam<const Operation*> {
+ protected:
+  void SetUp() override {
+    if (qray::test::kSanitized)
+      GTEST_SKIP() << "sanitizers have functions of the C library themselves";
+  }
+};
+
+TEST_P(CrashTest, WhatWasToldHolds) { try_faults(*GetParam(), nullptr, kUsualTrials); }
+
+#ifdef QRAY_POSTGRES
+TEST_P(CrashTest, OnPostgreSqlToo) {
+  const Postgres postgres = qray::test::PostgresServer::instance();
+  if (!postgres) GTEST_SKIP() << qray::test::PostgresServer::why();
+  try_faults(*GetParam(), postgres, kUsualTrialsOnPostgres);
+}
+#endif
 
 INSTANTIATE_TEST_SUITE_P(Operations, CrashTest,
                          ::testing::Values(&kSubmit, &kRun, &kPause, &kCancel, &kHoldQueued,

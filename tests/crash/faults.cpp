@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <sys/mman.h>
+#include <sys/socket.h>
 #include <sys/stat.h>
 #include <sys/syscall.h>
 #include <sys/uio.h>
@@ -47,6 +48,13 @@ using qray::test::FaultPlan;
 bool is_file(int fd) {
   struct stat info;
   return ::fstat(fd, &info) == 0 && (S_ISREG(info.st_mode) || S_ISDIR(info.st_mode));
+}
+
+bool is_line_to_database(int fd) {
+  sockaddr_storage address{};
+  socklen_t size = sizeof address;
+  return ::getsockname(fd, reinterpret_cast<sockaddr*>(&address), &size) == 0 &&
+         address.ss_family == AF_UNIX;
 }
 
 enum class What { kGoOn, kFail, kTear };
@@ -137,6 +145,23 @@ ssize_t pwrite(int fd, const void* bytes, size_t size, off_t at) {
 ssize_t writev(int fd, const iovec* parts, int count) {
   if (!is_file(fd)) return ::syscall(SYS_writev, fd, parts, count);
   return simple(true, SYS_writev, fd, parts, count);
+}
+
+ssize_t send(int fd, const void* bytes, size_t size, int flags) {
+  const auto go_on = [&] { return ::syscall(SYS_sendto, fd, bytes, size, flags, nullptr, 0); };
+  if (!is_line_to_database(fd)) return go_on();
+  switch (change(false)) {
+    case What::kGoOn:
+      return go_on();
+    case What::kFail:
+      ::shutdown(fd, SHUT_RDWR);
+      errno = ECONNRESET;
+      return -1;
+    case What::kTear:
+      go_on();
+      end();
+  }
+  return -1;
 }
 
 int fsync(int fd) { return static_cast<int>(simple(false, SYS_fsync, fd)); }

@@ -1,7 +1,8 @@
 // Ends the process, or fails, at the k-th change of a file that the program makes: write, sync,
 // rename, removal, creation. The functions of the C library that change files are defined again in
 // faults.cpp, so that SQLite's calls and the C++ library's are counted too. Memory that parent and
-// child share says what shall happen, so that a test arms it in a child from outside.
+// child share says what shall happen, so that a test arms it in a child from outside. What is sent
+// to a database through a socket of this machine counts as a change too.
 #pragma once
 
 #include <atomic>
@@ -11,8 +12,8 @@ namespace qray::test {
 
 enum class Fault : int {
   kKill,      // in place of the change
-  kTorn,      // likewise, after the first half of what a write writes
-  kError,     // this change alone fails: EIO
+  kTorn,      // likewise, after the first half of what a write writes; a statement is sent whole
+  kError,     // this change alone fails: EIO; the line to the database is cut
   kFullDisk,  // this one and those after it fail where they need room: ENOSPC
 };
 inline constexpr const char* kFaultNames[] = {"kill", "torn", "EIO", "full disk"};

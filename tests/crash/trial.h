@@ -11,6 +11,7 @@
 
 #include "tests/crash/faults.h"
 #include "tests/server/test_service.h"
+#include "tests/support/postgres_server.h"
 
 namespace qray::server::test {
 
@@ -76,9 +77,12 @@ struct Operation {
   double keep_days = 0;
 };
 
-// The file changes that the operation makes undisturbed.
-int64_t count_changes(const Operation& operation);
+// Where the server's records are; null: in SQLite.
+using Postgres = qray::test::PostgresServer*;
+
+// The changes that the operation makes undisturbed.
+int64_t count_changes(const Operation& operation, Postgres postgres);
 // One trial; what is wrong is a failure of the test that names operation, fault and k.
-void try_fault(const Operation& operation, qray::test::Fault fault, int64_t k);
+void try_fault(const Operation& operation, Postgres postgres, qray::test::Fault fault, int64_t k);
 
 }  // namespace qray::server::test

@@ -38,6 +38,7 @@ TEST(Orders, NoOrderOfRequestsLosesOrDoublesAnything) {
   try_orders(number_of("QRAY_ORDERS", 300));
 }
 
+#ifdef QRAY_POSTGRES
 TEST(Orders, NorOnPostgreSql) {
   if (qray::test::kSanitized) GTEST_SKIP() << kNotHere;
   qray::test::PostgresServer* postgres = qray::test::PostgresServer::instance();
@@ -45,6 +46,7 @@ TEST(Orders, NorOnPostgreSql) {
   Ground::instance().use(*postgres);
   try_orders(number_of("QRAY_ORDERS_ON_POSTGRESQL", 30));
 }
+#endif
 
 }  // namespace
 }  // namespace qray::server::test

@@ -121,6 +121,16 @@ std::string PostgresServer::new_schema() {
   return schema;
 }
 
+std::string PostgresServer::url_of(const std::string& database) const {
+  return "postgresql:///" + database + "?user=qray&host=" + folder_.string();
+}
+
+std::string PostgresServer::new_database(const std::string& like) {
+  const std::string name = "db" + std::to_string(::getpid()) + "_" + std::to_string(++schemas_);
+  run("CREATE DATABASE " + name + (like.empty() ? "" : " TEMPLATE " + like));
+  return name;
+}
+
 void PostgresServer::run(const std::string& sql) {
   if (!run_program(
           kPrograms / "psql",

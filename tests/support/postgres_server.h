@@ -18,6 +18,9 @@ class PostgresServer {
   // Of an empty schema of its own in the one database.
   std::string url(const std::string& schema) const;
   std::string new_schema();
+  // Of a database of its own, with what `like` has, which nobody uses (empty: nothing).
+  std::string url_of(const std::string& database) const;
+  std::string new_database(const std::string& like = "");
   void run(const std::string& sql);  // throws where it fails
 
   void start();
