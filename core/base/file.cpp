@@ -15,6 +15,8 @@
 namespace qray {
 namespace {
 
+constexpr const char* kTemporary = ".tmp.";
+
 Error io_error(const std::filesystem::path& path, const char* doing) {
   return {ErrorCode::kIo, std::string(doing) + ": " + std::strerror(errno), path.string()};
 }
@@ -101,9 +103,13 @@ void sync_folder(const std::filesystem::path& folder) {
   ::close(fd);
 }
 
+bool is_half_written(const std::filesystem::path& path) {
+  return path.filename().string().find(kTemporary) != std::string::npos;
+}
+
 AtomicFile::AtomicFile(std::filesystem::path path) : path_(std::move(path)), temp_(path_) {
   static std::atomic<uint64_t> counter{0};
-  temp_ += ".tmp." + process_name() + "." + std::to_string(counter++);
+  temp_ += kTemporary + process_name() + "." + std::to_string(counter++);
   fd_ = ::open(temp_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0644);
   if (fd_ < 0) status_ = io_error(temp_, "cannot create");
 }

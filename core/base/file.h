@@ -35,6 +35,9 @@ class MappedFile {
 void sync_folder(const std::filesystem::path& folder);
 Status write_file_atomic(const std::filesystem::path& path, std::span<const uint8_t> bytes);
 
+// By its name: what a process that was killed did not get to commit.
+bool is_half_written(const std::filesystem::path& path);
+
 // The same, for files that are written piece by piece. What was not committed leaves no trace.
 class AtomicFile {
  public:

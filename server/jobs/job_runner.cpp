@@ -36,6 +36,7 @@ JobRunner::JobRunner(Stores stores, const Limits& limits, const Clock& clock,
 
 void JobRunner::start(const std::vector<JobRecord>& recovered) {
   if (stores_.shared) {
+    take_up_lost();
     workers_.emplace_back([this](std::stop_token stop) { keep_leases(stop); });
     for (int i = 0; i < limits_.at_once; ++i)
       workers_.emplace_back([this](std::stop_token stop) { work_shared(stop); });

@@ -127,6 +127,7 @@ class JobRunner {
   // have lost.
   void keep_leases(std::stop_token stop);
   bool renew_leases();
+  void take_up_lost();
   bool be_present();
   // kIo: it is still queued, as the disk does not say what it is, or does not take it.
   Status run(JobId id, std::stop_token stop);

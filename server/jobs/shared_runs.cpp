@@ -98,12 +98,16 @@ void JobRunner::keep_leases(std::stop_token stop) {
       in_touch_since = Lease::now_ms();
     } else {
       if (std::exchange(told, false)) spdlog::info("leases are renewed again");
-      if (Lease::now_ms() - in_touch_since >= lease.count())
-        if (Status s = stores_.shared->take_up_lost(); !s.ok())
-          spdlog::error("jobs that were lost: {}", s.error().text());
+      if (Lease::now_ms() - in_touch_since >= lease.count()) take_up_lost();
     }
     stores_.shared->wait_for_news(stop, between);
   }
+}
+
+void JobRunner::take_up_lost() {
+  const Result<std::vector<JobId>> lost = stores_.shared->take_up_lost();
+  if (!lost.ok()) return spdlog::error("jobs that were lost: {}", lost.error().text());
+  for (const JobId id : lost.value()) stores_.results.remove_half_written(id);
 }
 
 bool JobRunner::renew_leases() {

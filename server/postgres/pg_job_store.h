@@ -46,7 +46,7 @@ class PgJobStore final : public JobStore, public SharedJobs {
   Result<size_t> queued() const override;
   Result<std::vector<Held>> renew(std::span<const Run> runs) override;
   std::chrono::milliseconds lease() const override { return options_.lease; }
-  Status take_up_lost() override;
+  Result<std::vector<JobId>> take_up_lost() override;
   void wait_for_news(std::stop_token stop, std::chrono::milliseconds time) override;
   Result<bool> present(const WorkerInfo& me) override;
   Status leave() override;
@@ -62,6 +62,7 @@ class PgJobStore final : public JobStore, public SharedJobs {
   static Status write_event(Transaction& transaction, const Event& event, bool hint = false);
   Status write_log(PgDatabase::Session& session, JobId id, std::string_view level,
                    std::string_view text);
+  Status take_up_all_lost();
   // Of a run: it begins, or the job is nobody's any more.
   Status write_run(Transaction& transaction, const JobRecord& job);
   double lease_seconds() const { return std::chrono::duration<double>(options_.lease).count(); }
@@ -84,6 +85,8 @@ class PgJobStore final : public JobStore, public SharedJobs {
   const std::function<int64_t()> now_ms_;
   const PgOptions options_;
   const std::string host_, worker_;
+  std::mutex lost_mutex_;
+  std::vector<JobId> lost_;  // that were taken up, until take_up_lost() says so
   std::mutex hints_mutex_;
   std::vector<Event> hints_;  // that wait to be written
   std::mutex publish_mutex_;

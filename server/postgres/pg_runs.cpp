@@ -93,7 +93,13 @@ Result<std::vector<PgJobStore::Held>> PgJobStore::renew(std::span<const Run> run
   return held;
 }
 
-Status PgJobStore::take_up_lost() {
+Result<std::vector<JobId>> PgJobStore::take_up_lost() {
+  if (Status s = take_up_all_lost(); !s.ok()) return s.error();
+  std::lock_guard lock(lost_mutex_);
+  return std::exchange(lost_, {});
+}
+
+Status PgJobStore::take_up_all_lost() {
   std::vector<JobId> lost;
   {
     Transaction transaction(db_);
@@ -117,6 +123,8 @@ Status PgJobStore::take_up_lost() {
   for (const JobId id : lost) {
     const Result<std::optional<JobRecord>> job = take_up(id);
     if (job.ok()) {
+      std::lock_guard lock(lost_mutex_);
+      lost_.push_back(id);
       spdlog::warn("job={} its worker is silent{}", id.text(),
                    job.value() ? ": it is queued again" : "");
     } else if (job.error().code == ErrorCode::kIo) {
@@ -128,7 +136,7 @@ Status PgJobStore::take_up_lost() {
 
 Result<std::vector<JobRecord>> PgJobStore::recover() {
   if (Status s = restore_events(); !s.ok()) return s.error();
-  if (Status s = take_up_lost(); !s.ok()) return s.error();
+  if (Status s = take_up_all_lost(); !s.ok()) return s.error();
   PgDatabase::Session session(db_);
   const Result<PgRows> rows = session.run(std::string("SELECT ") + kPgJobColumns + " FROM " +
                                           kPgJobTables + " WHERE state='queued' ORDER BY jobs.id");

@@ -5,16 +5,12 @@
 #include <algorithm>
 #include <set>
 
+#include "core/base/file.h"
 #include "server/store/folder_watch.h"
 
 namespace qray::server {
 namespace fs = std::filesystem;
 namespace {
-
-// By its name: what AtomicFile (core/base/file.h) did not get to rename.
-bool is_half_written(const fs::path& path) {
-  return path.filename().string().find(".tmp.") != std::string::npos;
-}
 
 // What a folder of the data folder holds; none: it is not there.
 std::vector<fs::path> entries_of(const fs::path& folder) {
@@ -106,7 +102,12 @@ Status tidy_data_folder(const fs::path& data, JobStore& jobs, TableStore& tables
       tidying.remove(path);
     }
   }
-  for (const JobId id : open.value()) tidying.remove_half_written(data / "results" / id.text());
+  for (const JobId id : open.value()) {
+    const fs::path results = data / "results" / id.text();
+    tidying.remove_half_written(results);
+    for (const fs::path& frame : entries_of(results))
+      if (fs::is_directory(frame)) tidying.remove_half_written(frame);
+  }
   for (const char* folder : {"checkpoints", "tables", "weights", "thumbnails"})
     tidying.remove_half_written(data / folder);
   for (const fs::path& scene : entries_of(data / "scenes")) tidying.remove_half_written(scene);

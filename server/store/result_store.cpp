@@ -125,6 +125,15 @@ void ResultStore::remove(JobId id) {
   std::filesystem::remove_all(folder_ / id.text(), ec);
 }
 
+void ResultStore::remove_half_written(JobId id) {
+  std::vector<std::filesystem::path> found;
+  std::error_code ec;
+  for (std::filesystem::recursive_directory_iterator it(folder_ / id.text(), ec), end;
+       !ec && it != end; it.increment(ec))
+    if (is_half_written(it->path())) found.push_back(it->path());
+  for (const std::filesystem::path& path : found) std::filesystem::remove(path, ec);
+}
+
 Status ResultStore::save_frames(JobId id, std::string_view json) {
   const std::filesystem::path folder = this->folder(id);
   std::error_code ec;

@@ -41,6 +41,7 @@ class ResultStore {
   }
   Result<Image> load_recovered(const PictureKey& key) const;  // kNotFound: there is none
   void remove(JobId id);                                      // all its frames'
+  void remove_half_written(JobId id);                         // pre: nobody renders it
   // What is known of a job's frames, as it was last kept. kNotFound: nothing is.
   Status save_frames(JobId id, std::string_view json);
   Result<std::string> load_frames(JobId id) const;

@@ -55,8 +55,9 @@ class SharedJobs {
   virtual Result<std::vector<Held>> renew(std::span<const Run> runs) = 0;
   // How long a renewal is believed.
   virtual std::chrono::milliseconds lease() const = 0;
-  // Queues again, or ends, the jobs whose leases are over.
-  virtual Status take_up_lost() = 0;
+  // Queues again, or ends, the jobs whose leases are over: these, and those that the start of this
+  // process took up. Their files may be half-written.
+  virtual Result<std::vector<JobId>> take_up_lost() = 0;
 
   // Until a job was queued or a running one's state was changed, by any process; or for `time`. It
   // may not be told: what it waits for must be looked at all the same.

@@ -2,7 +2,7 @@
 """What one table for all frames is worth to a job of many, how much frames flicker, and whether kills change bits.
 
 python3 tests/bench/frames.py worth BIN WORK SCENE [--count 36] [--size 256x256] [--spp 64] [--arc 360] [-- OPTIONS]
-python3 tests/bench/frames.py moves BIN WORK SCENE [--fps 4] [--size 256x256] [--spp 64] [-- OPTIONS]
+python3 tests/bench/frames.py moves BIN WORK SCENE [--fps 4] [--size 256x256] [--spp 64] [--move NAMES --by X,Y,Z]
 python3 tests/bench/frames.py flicker BIN WORK SCENE [--seconds 2] [--repeats 6] [-- OPTIONS]
 python3 tests/bench/frames.py kill BIN WORK SCENE [--count 6] [--size 128x128] [--spp 64] [--kills 50] [--request JSON]
 
@@ -13,7 +13,8 @@ worth: a turntable, rendered as one job, as so many jobs each cold, as jobs in a
 table of the one before, and without learning. Each twice: half of how much the two differ is the relMSE (trimmed: without the
 worst .1 % of pixels). Time is that of the processor, without loading the scene: it hardly depends on what else the
 machine does.
-moves: the same for an animation as the scene's file has it, without the chain.
+moves: the same for an animation as the scene's file has it, without the chain. --move: in a copy of an included scene,
+the meshes whose names begin with one of these move in 3 s.
 flicker: the same still camera again and again for --seconds each, by `none` and by `adaptive` as one job of frames:
 how much neighbours differ, as the root of half of their relMSE, and how much so with one pattern of noise.
 kill: a job of frames on a server that is killed (SIGKILL) at random, once it has written a state; its pictures, and its
@@ -90,7 +91,21 @@ def worth(o):
     compare(o, seconds, o.count)
 
 
+def with_motion(o):
+    """A copy of the scene, in which what --move names moves."""
+    folder = o.work / "moved"
+    shutil.rmtree(folder, ignore_errors=True)
+    shutil.copytree(pathlib.Path(__file__).parents[2] / "scenes" / o.scene, folder)
+    scene = json.loads((folder / "scene.json").read_text())
+    for mesh in scene["meshes"]:
+        if mesh.get("name", "").startswith(tuple(o.move.split(","))):
+            mesh["motion"] = {"seconds": [0, 3], "translate": [[0, 0, 0], [float(v) for v in o.by.split(",")]]}
+    (folder / "scene.json").write_text(json.dumps(scene))
+    return folder / "scene.json"
+
+
 def moves(o):
+    o.scene = with_motion(o) if o.move else o.scene
     stats, path = o.work / "stats.json", o.work / "frames.json"
     load = min(render(o, "--method", "none", "--spp", 1, "--size", "16x16", "--json", stats, "-o", o.work / "x.exr")[1]
                for _ in range(3))
@@ -240,6 +255,8 @@ def main():
     parser.add_argument("--repeats", type=int, default=6)
     parser.add_argument("--spp", type=int, default=64)
     parser.add_argument("--fps", type=float, default=4)
+    parser.add_argument("--move", default="")
+    parser.add_argument("--by", default="0,0,1")
     parser.add_argument("--kills", type=int, default=50)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--request", default="{}")

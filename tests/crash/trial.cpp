@@ -345,6 +345,8 @@ void try_fault(const Operation& operation, Postgres postgres, Fault fault, int64
     if (!died) {
       // Step 2: without a restart, what was accepted comes to its end.
       EXPECT_EQ(server.get("/healthz").status, 200);
+      // A line that was cut is tried again after a moment.
+      EXPECT_TRUE(wait_for([&] { return server.get("/readyz").status == 200; }));
       settle(server, model);
       judge_answers(server, model, !kills);
       EXPECT_TRUE(server.stop()) << "it does not stop";
