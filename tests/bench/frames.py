@@ -131,7 +131,7 @@ def compare(o, seconds, count):
                        for i in range(count)] for name in seconds}
     print(f"{o.scene}, {count} frames of {o.size}, {o.spp} samples a pixel")
     for name, values in variance.items():
-        times = [a * seconds[name] / (b * seconds["one job"]) for a, b in zip(values, variance["one job"])]
+        times = [a * seconds[name] / (b * seconds["one job"]) for a, b in zip(values, variance["one job"]) if b > 0]
         print(f"{name}: {seconds[name] / 2:.1f} processor seconds, relMSE {statistics.median(values):.4f} (median of "
               f"the frames); time to equal error over that of one job: {statistics.median(times):.2f} (median), "
               f"{statistics.geometric_mean(times):.2f} (geometric mean)", flush=True)

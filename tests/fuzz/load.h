@@ -2,6 +2,7 @@
 #pragma once
 
 #include "core/import/load_scene.h"
+#include "core/scene/motion.h"
 #include "tests/fuzz/fuzz.h"
 
 namespace qray::fuzz {
