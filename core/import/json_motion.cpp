@@ -1,7 +1,5 @@
 #include "core/import/json_motion.h"
 
-#include <algorithm>
-
 namespace qray {
 namespace {
 
