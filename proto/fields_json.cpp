@@ -47,6 +47,7 @@ OrderedJson field_json(const Field& field, const RequestLimits& limits) {
     };
     out[field.above_least ? "exclusive_minimum" : "minimum"] = number(field.least);
     out["maximum"] = number(most_of(field, limits));
+    if (!field.zero.empty()) out["word"] = field.zero;
   }
   if (field.type == FieldType::kChoice || field.type == FieldType::kNames) {
     out["choices"] = OrderedJson::array();

@@ -307,4 +307,5 @@ show_all();
 check_access().catch(() => {}).then(() => {
   stream.open();
   return list_workers();
-}).then(({ workers }) => { by_id('farm-link').hidden = workers.length === 0; }).catch(() => {});
+}).then(({ workers }) => document.body.classList.toggle('farm', workers.length > 0))
+  .catch(() => {});

@@ -11,7 +11,8 @@ const kExamples = { labels: 'project: lobby, owner: me', names: 'none; all, or n
 // What a field that is left empty means, where that is not the scene's.
 const kEmpty = { noise: 'never', 'frames.turntable': 'one picture', 'frames.degrees': '360',
   'frames.center': 'what the camera looks at', 'frames.axis': "the camera's up",
-  'frames.animation': 'at rest', 'frames.from': '0', 'frames.to': 'its end' };
+  'frames.animation': 'at rest', 'frames.from': '0', 'frames.to': 'its end',
+  workers: '1; or auto' };
 
 const make = (tag, values) => Object.assign(document.createElement(tag), values);
 const name_of = ({ path }) => path.replace('/', '.');
@@ -50,7 +51,7 @@ function make_field(field) {
     if (field.default === undefined) choices.unshift(new Option('', ''));
     input.append(...choices);
   } else {
-    input = make('input', { type: 'number', step: 'any',
+    input = make('input', { type: field.word ? 'text' : 'number', step: 'any',
       placeholder: field.default ?? kEmpty[name] ?? "the scene's" });
   }
   Object.assign(input, { id, name });
@@ -133,7 +134,7 @@ function put(request, { path, type }, input) {
     to[name] = input.checked;
   } else if (input.value.trim() !== '') {
     const [to, name] = holder_of(request, path);
-    to[name] = kRead[type]?.(input.value) ?? Number(input.value);
+    to[name] = kRead[type]?.(input.value) ?? to_number(input.value);
   }
 }
 

@@ -414,6 +414,7 @@ void add_queue(FieldTable& out) {
   out.push_back({.path = "workers",
                  .help = "The workers of a farm that sample the picture together (auto: as many as "
                          "there are). It has the bits that one makes. Left out, it is 1.",
+                 .label = "Workers",
                  .least = 1,
                  .most = 1000,
                  .zero = "auto",

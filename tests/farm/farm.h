@@ -41,6 +41,30 @@ class FarmTest : public ::testing::Test {
     return {{"scene", "box"},     {"method", method}, {"width", 64}, {"height", 64},
             {"samples", samples}, {"table", "none"},  {"seed", seed}};
   }
+  // Under one key until it is answered: then it is one job, however often it had to be asked.
+  static std::string submit_surely(const Process& front, const Json& request,
+                                   const std::string& key) {
+    for (int tries = 0; tries < 600; ++tries) {
+      httplib::Client client("127.0.0.1", front.port());
+      const auto answer =
+          client.Post("/v1/jobs", {{"Idempotency-Key", key}}, request.dump(), "application/json");
+      if (answer && answer->status == 202) return Json::parse(answer->body).value("id", "");
+      std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    }
+    ADD_FAILURE() << "no answer";
+    return "";
+  }
+  // The job when it has succeeded or failed, however often the front does not know.
+  static Json end_of(const Process& front, const std::string& id) {
+    Json job;
+    for (int i = 0; i < 3000; ++i) {
+      const auto answer = httplib::Client("127.0.0.1", front.port()).Get("/v1/jobs/" + id);
+      if (answer && answer->status == 200) job = Json::parse(answer->body);
+      if (job.is_object() && (job["state"] == "succeeded" || job["state"] == "failed")) break;
+      std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    }
+    return job;
+  }
   // Of the picture of an ended job.
   std::string picture(const std::string& id) const {
     std::ostringstream bytes;

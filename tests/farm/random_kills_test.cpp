@@ -18,22 +18,6 @@ class FarmKillsTest : public FarmTest {
  protected:
   static constexpr int kWorkers = 3;
 
-  // Under one key until it is answered: then it is one job, however often it had to be asked.
-  std::string submit_surely(const Json& request, const std::string& key) {
-    for (int tries = 0; tries < 600; ++tries) {
-      httplib::Client client("127.0.0.1", front_->port());
-      const auto answer =
-          client.Post("/v1/jobs", {{"Idempotency-Key", key}}, request.dump(), "application/json");
-      if (answer && answer->status == 202) return Json::parse(answer->body).value("id", "");
-      std::this_thread::sleep_for(std::chrono::milliseconds(100));
-    }
-    ADD_FAILURE() << "no answer";
-    return "";
-  }
-  std::string state_of(const std::string& id) {
-    const auto answer = httplib::Client("127.0.0.1", front_->port()).Get("/v1/jobs/" + id);
-    return answer && answer->status == 200 ? Json::parse(answer->body).value("state", "") : "";
-  }
   void end_something(std::mt19937& random) {
     auto& worker = workers_[random() % kWorkers];
     switch (random() % 8) {
@@ -86,24 +70,20 @@ TEST_F(FarmKillsTest, WhatWasAcknowledgedIsRenderedOnceToTheSameBits) {
     for (int j = 0; j < 2; ++j) {
       const size_t kind = random() % kinds.size();
       acknowledged.emplace_back(
-          submit_surely(kinds[kind], std::to_string(i) + "-" + std::to_string(j)), kind);
+          submit_surely(*front_, kinds[kind], std::to_string(i) + "-" + std::to_string(j)), kind);
     }
     std::this_thread::sleep_for(std::chrono::milliseconds(random() % 800));
     end_something(random);
   }
   std::set<std::string> blamed;
   for (const auto& [id, kind] : acknowledged) {
-    std::string state;
-    for (int i = 0; i < 3000 && state != "succeeded" && state != "failed"; ++i) {
-      state = state_of(id);
-      if (state != "succeeded") std::this_thread::sleep_for(std::chrono::milliseconds(50));
-    }
+    const Json job = end_of(*front_, id);
     // One that happens to be under way at three kills is given up as their cause, in words.
-    const std::string error = front_->get("/v1/jobs/" + id)["error"].dump();
-    if (state == "failed" && error.find("the server ended 3 times") != std::string::npos) {
+    const std::string error = job["error"].dump();
+    if (job["state"] == "failed" && error.find("the server ended 3 times") != std::string::npos) {
       blamed.insert(id);
     } else {
-      EXPECT_EQ(state, "succeeded") << id << " " << error;
+      EXPECT_EQ(job["state"], "succeeded") << id << " " << error;
     }
   }
   EXPECT_LE(blamed.size(), 1 + acknowledged.size() / 10);

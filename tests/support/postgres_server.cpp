@@ -110,9 +110,9 @@ PostgresServer::~PostgresServer() {
   if (!folder_.empty()) fs::remove_all(folder_, ec);
 }
 
-std::string PostgresServer::url(const std::string& schema) const {
-  return "postgresql:///postgres?user=qray&host=" + folder_.string() + "&options=-csearch_path%3D" +
-         schema;
+std::string PostgresServer::url(const std::string& schema, const fs::path& line) const {
+  return "postgresql:///postgres?user=qray&host=" + (line.empty() ? folder_ : line).string() +
+         "&options=-csearch_path%3D" + schema;
 }
 
 std::string PostgresServer::new_schema() {

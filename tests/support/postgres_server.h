@@ -15,8 +15,9 @@ class PostgresServer {
   static PostgresServer* instance();
   static const char* why();
 
-  // Of an empty schema of its own in the one database.
-  std::string url(const std::string& schema) const;
+  // Of an empty schema of its own in the one database; `line`: a folder with another socket to it.
+  std::string url(const std::string& schema, const std::filesystem::path& line = {}) const;
+  std::filesystem::path socket() const { return folder_ / ".s.PGSQL.5432"; }
   std::string new_schema();
   // Of a database of its own, with what `like` has, which nobody uses (empty: nothing).
   std::string url_of(const std::string& database) const;

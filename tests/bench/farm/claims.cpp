@@ -1,7 +1,8 @@
-// How long claims take: `qray_claims URL [--jobs N] [--claimers N] [--work MS]`. Queues so many
-// jobs on a PostgreSQL, and lets so many workers (a thread each, with a store of its own) take them
-// to their ends, each after so long a time that stands for rendering on machines of their own. Says
-// how long claims and whole jobs took, and what became of the tables meanwhile.
+// How long claims take: `qray_claims URL [--jobs N] [--claimers N] [--work MS] [--every SECONDS]`.
+// Queues so many jobs on a PostgreSQL, and lets so many workers (a thread each, with a store of its
+// own) take them to their ends, each after so long a time that stands for rendering on machines of
+// their own. Says how long claims and whole jobs took, and what became of the tables, at the end
+// and, if asked, every so many seconds.
 #include <algorithm>
 #include <atomic>
 #include <cstdio>
@@ -58,7 +59,7 @@ void print_tables(PgDatabase& db) {
   }
 }
 
-int run(const std::string& url, int jobs, int claimers, int work_ms) {
+int run(const std::string& url, int jobs, int claimers, int work_ms, int every_seconds) {
   Process front(url, true);
   if (!front.store.recover().ok()) return 1;
   JobStore::Posted posted;
@@ -107,7 +108,19 @@ int run(const std::string& url, int jobs, int claimers, int work_ms) {
       claims.insert(claims.end(), my_claims.begin(), my_claims.end());
       lives.insert(lives.end(), my_lives.begin(), my_lives.end());
     });
+  std::atomic<bool> over = false;
+  std::thread watch([&] {
+    for (int s = 1; every_seconds > 0 && !over; ++s) {
+      std::this_thread::sleep_for(std::chrono::seconds(1));
+      if (s % every_seconds != 0) continue;
+      std::printf("after %d s, %d jobs\n", s, ended.load());
+      print_tables(*front.db);
+      std::fflush(stdout);
+    }
+  });
   for (std::thread& thread : threads) thread.join();
+  over = true;
+  watch.join();
   const double seconds = ms_since(begin) / 1000;
   std::printf("%d claimers, %d ms of work: %d jobs in %.1f s, %.0f a second; %d errors\n", claimers,
               work_ms, ended.load(), seconds, ended.load() / seconds, failed.load());
@@ -122,7 +135,8 @@ int run(const std::string& url, int jobs, int claimers, int work_ms) {
 }  // namespace qray::server
 
 int main(int argc, char** argv) {
-  std::map<std::string, int> options{{"--jobs", 10'000}, {"--claimers", 32}, {"--work", 0}};
+  std::map<std::string, int> options{
+      {"--jobs", 10'000}, {"--claimers", 32}, {"--work", 0}, {"--every", 0}};
   bool good = argc >= 2 && argc % 2 == 0;
   for (int i = 2; good && i + 1 < argc; i += 2) {
     const auto found = options.find(argv[i]);
@@ -130,8 +144,9 @@ int main(int argc, char** argv) {
     if (good) found->second = std::atoi(argv[i + 1]);
   }
   if (!good) {
-    std::fprintf(stderr, "qray_claims URL [--jobs N] [--claimers N] [--work MS]\n");
+    std::fprintf(stderr, "qray_claims URL [--jobs N] [--claimers N] [--work MS] [--every S]\n");
     return 2;
   }
-  return qray::server::run(argv[1], options["--jobs"], options["--claimers"], options["--work"]);
+  return qray::server::run(argv[1], options["--jobs"], options["--claimers"], options["--work"],
+                           options["--every"]);
 }

@@ -269,4 +269,5 @@ def main():
         database.end()
 
 
-main()
+if __name__ == '__main__':
+    main()
