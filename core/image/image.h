@@ -2,6 +2,7 @@
 // colour. Plain data.
 #pragma once
 
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -12,12 +13,16 @@ namespace qray {
 class Image {
  public:
   Image() = default;
-  Image(int width, int height, int channels)
-      : width_(width),
-        height_(height),
-        channels_(channels),
-        data_(static_cast<size_t>(width) * static_cast<size_t>(height) *
-              static_cast<size_t>(channels)) {}
+  Image(int width, int height, int channels)  // all 0
+      : width_(width), height_(height), channels_(channels), data_(count(), 0.0f) {}
+  // Its values are whatever the memory has, so each must be written. It spares one thread the first
+  // touch of large memory, which takes longer than most of what threads then do with it.
+  static Image unset(int width, int height, int channels) {
+    Image image;
+    image.width_ = width, image.height_ = height, image.channels_ = channels;
+    image.data_.resize(image.count());
+    return image;
+  }
 
   int width() const { return width_; }
   int height() const { return height_; }
@@ -43,12 +48,23 @@ class Image {
   }
 
  private:
+  // Leaves elements that get no value as the memory is.
+  template <class T>
+  struct Unset : std::allocator<T> {
+    void construct(T* p) { ::new (static_cast<void*>(p)) T; }
+    void construct(T* p, T value) { std::construct_at(p, value); }
+  };
+
+  size_t count() const {
+    return static_cast<size_t>(width_) * static_cast<size_t>(height_) *
+           static_cast<size_t>(channels_);
+  }
   size_t index(int x, int y) const {
     return (static_cast<size_t>(y) * static_cast<size_t>(width_) + static_cast<size_t>(x)) *
            static_cast<size_t>(channels_);
   }
   int width_ = 0, height_ = 0, channels_ = 0;
-  std::vector<float> data_;
+  std::vector<float, Unset<float>> data_;
 };
 
 }  // namespace qray

@@ -33,21 +33,25 @@ Result<RecoveryInput> recovery_input(const PreparedScene& scene, const RenderSet
                                      const Film& film, TaskPool& pool, std::stop_token stop) {
   const std::shared_ptr<const Image> noise = film.noise();
   QRAY_CHECK(noise != nullptr);
-  Image smooth(noise->width(), noise->height(), 1), own = smooth;
-  for (size_t i = 0; i < smooth.data().size(); ++i) {
-    const float* at = &noise->data()[kFilmNoiseChannels * i];
-    smooth.data()[i] = at[kRelativeError] / (1 + at[kRelativeError]);
-    own.data()[i] = at[kOwnError];
-  }
   Result<FeaturePictures> rays = render_features(scene, settings, pool, std::move(stop));
   if (!rays.ok()) return rays.error();
-  Image colour = film.develop(), shown = film.seen(), &emitted = rays.value().emitted;
-  for (size_t i = 0; i < shown.data().size(); ++i) {
-    float& seen = shown.data()[i];
-    colour.data()[i] = std::max(0.0f, colour.data()[i] - seen);
-    const float samples = noise->data()[kFilmNoiseChannels * (i / 3) + kSamples];
-    seen = (samples * seen + kRaysCountFor * emitted.data()[i]) / (samples + kRaysCountFor);
-  }
+  Image smooth = Image::unset(noise->width(), noise->height(), 1),
+        own = Image::unset(noise->width(), noise->height(), 1), colour, shown;
+  pool.run(2, [&](size_t i, int) { i == 0 ? colour = film.develop() : shown = film.seen(); });
+  const size_t width = static_cast<size_t>(noise->width());
+  pool.run(static_cast<size_t>(noise->height()), [&](size_t row, int) {
+    for (size_t i = row * width; i < (row + 1) * width; ++i) {
+      const float* at = &noise->data()[kFilmNoiseChannels * i];
+      smooth.data()[i] = at[kRelativeError] / (1 + at[kRelativeError]);
+      own.data()[i] = at[kOwnError];
+      for (size_t k = 3 * i; k < 3 * i + 3; ++k) {
+        float& seen = shown.data()[k];
+        colour.data()[k] = std::max(0.0f, colour.data()[k] - seen);
+        seen = (at[kSamples] * seen + kRaysCountFor * rays.value().emitted.data()[k]) /
+               (at[kSamples] + kRaysCountFor);
+      }
+    }
+  });
   return RecoveryInput{std::move(rays.value().features), std::move(colour), std::move(smooth),
                        std::move(own), std::move(shown)};
 }

@@ -157,18 +157,26 @@ bool is_as_it_should_be(const Cell& cell) {
                              [&](int c) { return std::abs(cell.factor[c] - 1) <= kTouch; });
 }
 
-// Between the cells' centres.
-Rgb factor_at(const CellGrid& grid, int x, int y) {
+// Between the cells' centres: the row of pixels times their factors.
+void multiply_row(const CellGrid& grid, int y, Image& picture) {
   const auto place = [](int pixel, int count, int& first) {
     const float at = (static_cast<float>(pixel) + 0.5f) / kFinestPx - 0.5f;
     first = std::clamp(static_cast<int>(std::floor(at)), 0, std::max(0, count - 2));
     return std::clamp(at - static_cast<float>(first), 0.0f, 1.0f);
   };
-  int x0, y0;
-  const float fx = place(x, grid.width, x0), fy = place(y, grid.height, y0);
-  const int x1 = std::min(x0 + 1, grid.width - 1), y1 = std::min(y0 + 1, grid.height - 1);
-  return lerp(fy, lerp(fx, grid.at(x0, y0).factor, grid.at(x1, y0).factor),
-              lerp(fx, grid.at(x0, y1).factor, grid.at(x1, y1).factor));
+  int y0;
+  const float fy = place(y, grid.height, y0);
+  const int y1 = std::min(y0 + 1, grid.height - 1);
+  std::vector<Rgb> factors;
+  for (int x = 0; x < grid.width; ++x)
+    factors.push_back(lerp(fy, grid.at(x, y0).factor, grid.at(x, y1).factor));
+  for (int x = 0; x < picture.width(); ++x) {
+    int x0;
+    const float fx = place(x, grid.width, x0);
+    const auto left = static_cast<size_t>(x0),
+               right = static_cast<size_t>(std::min(x0 + 1, grid.width - 1));
+    picture.set_rgb(x, y, picture.rgb(x, y) * lerp(fx, factors[left], factors[right]));
+  }
 }
 
 // What the known pixels around allow, each channel by itself.
@@ -179,7 +187,7 @@ struct Range {
 template <class Better>
 Image extreme(const Image& samples, int step, TaskPool& pool, Better better) {
   const int width = samples.width(), height = samples.height();
-  Image rows(width, height, 3), out(width, height, 3);
+  Image rows = Image::unset(width, height, 3), out = Image::unset(width, height, 3);
   const auto first_known = [step](int i) { return (std::max(0, i) + step - 1) / step * step; };
   const auto over = [&](int at, int end, auto&& value) {
     Rgb best = value(first_known(at - kRangePx));
@@ -264,11 +272,8 @@ Recovered balanced(Image guess, const Image& samples, int step, TaskPool& pool) 
   for (int round = 0; round < kBalanceRounds; ++round) {
     const CellGrid factors = factors_of(guess, samples, step, pool);
     if (std::ranges::all_of(factors.cells, is_as_it_should_be)) break;
-    pool.run(static_cast<size_t>(guess.height()), [&](size_t row, int) {
-      const int y = static_cast<int>(row);
-      for (int x = 0; x < guess.width(); ++x)
-        guess.set_rgb(x, y, guess.rgb(x, y) * factor_at(factors, x, y));
-    });
+    pool.run(static_cast<size_t>(guess.height()),
+             [&](size_t row, int) { multiply_row(factors, static_cast<int>(row), guess); });
     hold(guess, range, pool);
   }
   return {std::move(guess), held};

@@ -10,7 +10,7 @@
 namespace qray {
 namespace {
 
-#if defined(__AVX512F__)
+#if defined(QRAY_LOOPS_OF_AVX512)
 constexpr int kAtOnce = 8;  // sums that stay in registers
 #else
 constexpr int kAtOnce = 4;

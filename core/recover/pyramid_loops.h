@@ -10,7 +10,7 @@ namespace qray {
 namespace {
 
 // Cells, and inputs, whose sums stay in registers, beside two vectors of outputs.
-#if defined(__AVX512F__)
+#if defined(QRAY_LOOPS_OF_AVX512)
 constexpr int kWidth = 16, kCellsAtOnce = 8, kGradientInputs = 8;
 #else
 constexpr int kWidth = 8, kCellsAtOnce = 6, kGradientInputs = 4;

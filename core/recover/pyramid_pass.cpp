@@ -15,24 +15,10 @@ constexpr int kLast = kPyramidLevels - 1;
 constexpr PyramidPart kDownParts[] = {kFirstLayer, kDown1, kDown2, kDown3, kDown4, kDown5};
 constexpr PyramidPart kUpParts[] = {kFirstLayer, kUp1, kUp2, kUp3, kUp4};
 constexpr PyramidPart kHeadParts[] = {kHead0, kHead1, kHead2, kHead3, kHead4, kHead5};
-constexpr int kRowsAtOnce = 4;
 // Of colours as the network sees them: nearly linear up to a tenth of the mean.
 constexpr float kLogScale = 10, kLogShare = 0.3f;
 constexpr float kLeastLight = 1e-3f;
 constexpr float kUnknown = std::numeric_limits<float>::infinity();
-
-// Calls body(y) for rows [0, height), some after another by the same thread.
-template <typename Body>
-void for_rows(TaskPool* pool, int height, Body&& body) {
-  if (!pool) {
-    for (int y = 0; y < height; ++y) body(y);
-    return;
-  }
-  pool->run(static_cast<size_t>((height + kRowsAtOnce - 1) / kRowsAtOnce), [&](size_t i, int) {
-    const int begin = static_cast<int>(i) * kRowsAtOnce;
-    for (int y = begin; y < std::min(begin + kRowsAtOnce, height); ++y) body(y);
-  });
-}
 
 // A row of planes goes on beyond its edges.
 void extend(const CellPlanes& planes, int y) {
@@ -81,31 +67,11 @@ void back_leaky(const CellGrid& d, const CellGrid& unit) {
   }
 }
 
-std::ptrdiff_t pitch_of(int width) { return (width + kLanes - 1) / kLanes * kLanes + 2 * kLanes; }
-
 }  // namespace
 
 PyramidPass::PyramidPass(Target target)
     : loops_(target == Target::kBest && has_avx512() ? &avx512_pyramid_loops()
                                                      : &common_pyramid_loops()) {}
-
-void PyramidPass::Cells::resize(int h, int w, int c) {
-  if (h == height && w == width && c == channels) return;
-  height = h, width = w, channels = c;
-  row = static_cast<std::ptrdiff_t>(w + 2) * c;
-  memory.assign(static_cast<size_t>(row) * static_cast<size_t>(h + 2), 0);
-  first = memory.data() + row + c;
-}
-
-void PyramidPass::Plane::resize(int h, int w, int n) {
-  if (h == height && w == width && n == count) return;
-  height = h, width = w, count = n;
-  pitch = pitch_of(w);
-  memory.assign(static_cast<size_t>(pitch) * static_cast<size_t>(h * n) + 2 * kLanes, 0);
-  first = memory.data() + kLanes;
-}
-
-void PyramidPass::Plane::clear() { std::fill(memory.begin(), memory.end(), 0.0f); }
 
 // Two rows of a coarser level, each cell twice; made again only where they are others.
 struct PyramidPass::Expanded {
@@ -113,7 +79,7 @@ struct PyramidPass::Expanded {
   std::vector<float> memory[2];
   float* row[2] = {};
 
-  Expanded(int width, int planes) : pitch(pitch_of(width)) {
+  Expanded(int width, int planes) : pitch(row_pitch(width)) {
     for (int i = 0; i < 2; ++i) {
       memory[i].assign(static_cast<size_t>(pitch * planes) + 2 * kLanes, 0);
       row[i] = memory[i].data() + kLanes;
@@ -153,13 +119,13 @@ void PyramidPass::pack(const PyramidInput& input, TaskPool* pool) {
   for (int l = 0; l < kPyramidLevels; ++l) {
     Level& level = levels_[l];
     level.height = whole(height) >> l, level.width = whole(width) >> l;
-    level.colour.resize(level.height, level.width, kColour);
-    level.features.resize(level.height, level.width, kFeatures);
-    level.result.resize(level.height, level.width, kColour);
-    if (l < kLast) level.counts.resize(level.height, level.width, 1);
+    level.colour.resize(level.height, level.width, kColour, pool);
+    level.features.resize(level.height, level.width, kFeatures, pool);
+    level.result.resize(level.height, level.width, kColour, pool);
+    if (l < kLast) level.counts.resize(level.height, level.width, 1, pool);
   }
   const Level& fine = levels_[0];
-  input_.resize(fine.height / 2, fine.width / 2, kPyramidInputs);
+  input_.resize(fine.height / 2, fine.width / 2, kPyramidInputs, pool);
   for_rows(pool, fine.height, [&](int y) {
     const int py = std::min(y, height - 1);
     for (int x = 0; x < fine.width; ++x) {
@@ -204,7 +170,7 @@ void PyramidPass::pack(const PyramidInput& input, TaskPool* pool) {
 void PyramidPass::run_layer(std::span<const float> values, PyramidPart part, const Cells& in,
                             Cells& out, TaskPool* pool) const {
   const PyramidLayer layer = pyramid_layer(part);
-  out.resize(in.height, in.width, layer.outputs);
+  out.resize(in.height, in.width, layer.outputs, pool);
   const float slope = part >= kHead5 ? 1.0f : kSlope;
   for_rows(pool, in.height, [&](int y) {
     loops_->convolve_row(in, layer, &values[layer.weights], &values[layer.bias], slope, out, y);
@@ -215,14 +181,14 @@ void PyramidPass::run_network(std::span<const float> values, TaskPool* pool) {
   run_layer(values, kFirstLayer, input_, first_, pool);
   run_layer(values, kDown1, first_, down_[1], pool);
   for (int l = 2; l <= kLast; ++l) {
-    pooled_[l].resize(levels_[l].height, levels_[l].width, kPyramidChannels);
+    pooled_[l].resize(levels_[l].height, levels_[l].width, kPyramidChannels, pool);
     for_rows(pool, levels_[l].height, [&](int y) { pool_row(down_[l - 1], pooled_[l], y); });
     run_layer(values, kDownParts[l], pooled_[l], down_[l], pool);
   }
   run_layer(values, kHeadParts[kLast], down_[kLast], head_[kLast], pool);
   for (int l = kLast - 1; l >= 1; --l) {
     const Cells& coarse = l + 1 == kLast ? down_[kLast] : up_[l + 1];
-    sum_[l].resize(levels_[l].height, levels_[l].width, kPyramidChannels);
+    sum_[l].resize(levels_[l].height, levels_[l].width, kPyramidChannels, pool);
     for_rows(pool, levels_[l].height, [&](int y) { sum_row(down_[l], coarse, sum_[l], y); });
     run_layer(values, kUpParts[l], sum_[l], up_[l], pool);
     run_layer(values, kHeadParts[l], up_[l], head_[l], pool);
@@ -317,7 +283,7 @@ Image PyramidPass::forward(std::span<const float> values, const PyramidInput& in
   run_network(values, pool);
   for (int l = 1; l < kPyramidLevels; ++l) coarsen(l, pool);
   for (int l = kLast; l >= 0; --l) filter(values, l, learns, pool);
-  Image out(width_, height_, kColour);
+  Image out = Image::unset(width_, height_, kColour);
   for_rows(pool, height_, [&](int y) {
     for (int x = 0; x < width_; ++x)
       for (int c = 0; c < kColour; ++c) out.at(x, y, c) = levels_[0].result.at(c, y)[x];

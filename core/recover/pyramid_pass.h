@@ -10,7 +10,7 @@
 #include "core/base/task_pool.h"
 #include "core/image/image.h"
 #include "core/recover/fast_recovery.h"
-#include "core/recover/pyramid_rows.h"
+#include "core/recover/pyramid_memory.h"
 #include "core/recover/recovery_input.h"
 
 namespace qray {
@@ -44,16 +44,8 @@ class PyramidPass {
                 std::span<float> gradient);
 
  private:
-  // Memory for a grid or for planes; grown, and zero at first.
-  struct Cells : CellGrid {
-    std::vector<float> memory;
-    void resize(int h, int w, int c);
-  };
-  struct Plane : CellPlanes {
-    std::vector<float> memory;
-    void resize(int h, int w, int n);
-    void clear();
-  };
+  using Cells = PyramidCells;
+  using Plane = PyramidPlanes;
   struct Level {
     int height = 0, width = 0;
     Plane colour, features, result;

@@ -28,17 +28,20 @@ struct Squares {
 
 // Variance over mean of the samples around: how bright what makes their noise is.
 std::vector<float> noisy_brightness(const Image& samples, const Image& own_error, TaskPool& pool) {
-  Image sums(samples.width(), samples.height(), 3);
-  for (int y = 0; y < sums.height(); ++y)
+  Image sums = Image::unset(samples.width(), samples.height(), 3);
+  pool.run(static_cast<size_t>(sums.height()), [&](size_t row, int) {
+    const int y = static_cast<int>(row);
     for (int x = 0; x < sums.width(); ++x) {
       const float own = own_error.at(x, y, 0);
       sums.set_rgb(x, y, {luminance(samples.rgb(x, y)), std::isfinite(own) ? sqr(own) : 0.0f, 0});
     }
+  });
   const Image means = box_mean(sums, kFartherPx, 1, pool);
-  std::vector<float> out;
-  out.reserve(means.data().size() / 3);
-  for (size_t i = 0; i < means.data().size(); i += 3)
-    out.push_back(means.data()[i] > 0 ? means.data()[i + 1] / means.data()[i] : 0.0f);
+  std::vector<float> out(means.data().size() / 3);
+  for (size_t i = 0; i < out.size(); ++i) {
+    const float* mean = &means.data()[3 * i];
+    out[i] = mean[0] > 0 ? mean[1] / mean[0] : 0.0f;
+  }
   return out;
 }
 
@@ -62,7 +65,7 @@ Image shrink_towards(const Image& guess, const Image& samples, const Image& own_
     }
   });
   const std::vector<float> brightness = noisy_brightness(samples, own_error, pool);
-  Image out(width, height, 3);
+  Image out = Image::unset(width, height, 3);
   pool.run(static_cast<size_t>(height), [&](size_t row, int) {
     const int y = static_cast<int>(row);
     const int top = std::max(0, y - kRadiusPx), bottom = std::min(height, y + kRadiusPx + 1);

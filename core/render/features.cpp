@@ -34,6 +34,7 @@ struct EdgeRay {
 };
 constexpr EdgeRay kEdgeRays[] = {
     {0.125f, 0.625f}, {0.375f, 0.125f}, {0.625f, 0.875f}, {0.875f, 0.375f}};
+constexpr int kBandRows = 32;  // seen by one thread, so that little memory is read twice
 constexpr float kLeastCosine = 0.9f, kMostDepthStep = 0.1f;  // of one surface from pixel to pixel
 
 bool differ(const Seen& a, const Seen& b) {
@@ -102,42 +103,46 @@ Result<FeaturePictures> render_features(const PreparedScene& scene, const Render
   const auto look = [&](float x, float y, Vec2 lens) {
     return see(scene, camera.ray({x, y}, lens), diagonal, camera.cone());
   };
-  std::vector<Seen> centres(static_cast<size_t>(width) * static_cast<size_t>(height));
-  const auto centre = [&](int x, int y) -> Seen& {
-    return centres[static_cast<size_t>(y) * static_cast<size_t>(width) + static_cast<size_t>(x)];
-  };
-  pool.run(static_cast<size_t>(height), [&](size_t row, int) {
-    if (stop.stop_requested()) return;
-    const int y = static_cast<int>(row);
-    for (int x = 0; x < width; ++x)
-      centre(x, y) = look(static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f, {0.5f, 0.5f});
-  });
-  FeaturePictures pictures{Image(width, height, kFeatureChannels), Image(width, height, 3)};
-  pool.run(static_cast<size_t>(height), [&](size_t row, int) {
-    if (stop.stop_requested()) return;
-    const int y = static_cast<int>(row);
-    for (int x = 0; x < width; ++x) {
-      Seen seen = centre(x, y);
-      const bool edge = (x > 0 && differ(seen, centre(x - 1, y))) ||
-                        (y > 0 && differ(seen, centre(x, y - 1))) ||
-                        (x + 1 < width && differ(seen, centre(x + 1, y))) ||
-                        (y + 1 < height && differ(seen, centre(x, y + 1)));
-      if (edge || camera.has_lens()) {
-        seen.features = {};
-        seen.emitted = {};
-        for (const EdgeRay& r : kEdgeRays) {
-          const Seen part =
-              look(static_cast<float>(x) + r.x, static_cast<float>(y) + r.y, {r.y, r.x});
-          constexpr float kShare = 1.0f / std::size(kEdgeRays);
-          for (size_t k = 0; k < kFeatureChannels; ++k)
-            seen.features[k] += kShare * part.features[k];
-          seen.emitted += part.emitted * kShare;
-        }
-      }
-      for (int k = 0; k < kFeatureChannels; ++k)
-        pictures.features.at(x, y, k) = seen.features[static_cast<size_t>(k)];
-      pictures.emitted.set_rgb(x, y, seen.emitted);
+  const auto mean_of_edge_rays = [&](int x, int y) {
+    Seen mean;
+    for (const EdgeRay& r : kEdgeRays) {
+      const Seen part = look(static_cast<float>(x) + r.x, static_cast<float>(y) + r.y, {r.y, r.x});
+      constexpr float kShare = 1.0f / std::size(kEdgeRays);
+      for (size_t k = 0; k < kFeatureChannels; ++k) mean.features[k] += kShare * part.features[k];
+      mean.emitted += part.emitted * kShare;
     }
+    return mean;
+  };
+  FeaturePictures pictures{Image::unset(width, height, kFeatureChannels),
+                           Image::unset(width, height, 3)};
+  const auto bands = static_cast<size_t>((height + kBandRows - 1) / kBandRows);
+  pool.run(bands, [&](size_t band, int) {
+    if (stop.stop_requested()) return;
+    const int top = static_cast<int>(band) * kBandRows, end = std::min(height, top + kBandRows);
+    // With the rows beside the band, which tell whether its own pixels lie at an edge.
+    const int first = std::max(0, top - 1), last = std::min(height, end + 1);
+    std::vector<Seen> centres;
+    centres.reserve(static_cast<size_t>(last - first) * static_cast<size_t>(width));
+    for (int y = first; y < last; ++y)
+      for (int x = 0; x < width; ++x)
+        centres.push_back(
+            look(static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f, {0.5f, 0.5f}));
+    const auto centre = [&](int x, int y) -> const Seen& {
+      return centres[static_cast<size_t>(y - first) * static_cast<size_t>(width) +
+                     static_cast<size_t>(x)];
+    };
+    for (int y = top; y < end; ++y)
+      for (int x = 0; x < width; ++x) {
+        const Seen& seen = centre(x, y);
+        const bool edge = (x > 0 && differ(seen, centre(x - 1, y))) ||
+                          (y > 0 && differ(seen, centre(x, y - 1))) ||
+                          (x + 1 < width && differ(seen, centre(x + 1, y))) ||
+                          (y + 1 < height && differ(seen, centre(x, y + 1)));
+        const Seen shown = edge || camera.has_lens() ? mean_of_edge_rays(x, y) : seen;
+        for (int k = 0; k < kFeatureChannels; ++k)
+          pictures.features.at(x, y, k) = shown.features[static_cast<size_t>(k)];
+        pictures.emitted.set_rgb(x, y, shown.emitted);
+      }
   });
   if (stop.stop_requested()) return Error{ErrorCode::kCanceled, "canceled", ""};
   return pictures;
