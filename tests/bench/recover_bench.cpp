@@ -49,8 +49,10 @@ BENCHMARK(Features)->Unit(benchmark::kMillisecond)->UseRealTime();
 void TrainingStep(benchmark::State& state) {
   std::vector<TrainingView> views;
   for (uint64_t i = 0; i < 4; ++i)
-    views.push_back({random_image(128, 128, kFeatures, 4 * i), random_image(128, 128, 3, 4 * i + 1),
-                     random_image(128, 128, 1, 4 * i + 2), random_image(128, 128, 3, 4 * i + 3)});
+    views.push_back({{random_image(128, 128, kFeatures, 4 * i),
+                      random_image(128, 128, 3, 4 * i + 1), random_image(128, 128, 1, 4 * i + 2)},
+                     random_image(128, 128, 3, 4 * i + 3),
+                     0});
   TaskPool pool(1);
   TrainOptions options;
   options.steps = 10;

@@ -145,6 +145,8 @@ test('the job list has one entry for it, which opens', async () => {
 test('runs beside other jobs, and of two sizes, are told', async () => {
   const labels = { experiment: 'by hand' };
   const job = { scene: 'cornell-box', method: 'none', seconds: 1, width: 32, height: 32, labels };
+  const beside = await all.server.post({ ...job, seconds: 3600, labels: {} });
+  await all.server.wait_until(beside, ({ started }) => started);
   const ids = [];
   for (const more of [{ seed: 1 }, { seed: 2 }, { width: 40 }]) {
     ids.push(await all.server.post({ ...job, ...more }));
@@ -156,6 +158,7 @@ test('runs beside other jobs, and of two sizes, are told', async () => {
   await said.filter({ hasText: /Equal time does not hold: .* ran beside another job/ }).waitFor();
   assert.match(await said.textContent(), /2 sizes or cameras/);
   assert.match(await said.textContent(), /No reference was made/);
+  await all.server.call('POST', `/v1/jobs/${beside}/cancel`);
 });
 
 test('a job starts an experiment with its view, and on a phone it fits', async () => {
