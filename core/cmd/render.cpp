@@ -273,8 +273,10 @@ Status run(const RenderCommand& o) {
         prepare_named_scene(o.render.scene, o.threads, none, stop.token(), o.strict, seconds);
     return moved ? lit_by_mix(moved.value(), settings) : moved;
   };
-  // Loaded while the picture renders. What goes wrong is said where it is written.
-  const std::jthread loads_images([] { (void)image_library(); });
+  // It takes a fifth of a second: while the picture renders, but where time bounds it, which then
+  // has all processors. What goes wrong is said where it is written.
+  std::jthread loads_images;
+  if (!(settings.seconds > 0)) loads_images = std::jthread([] { (void)image_library(); });
   TaskPool pool(o.threads);
   if (many)
     return render_frames(o, scene, {request.value(), settings, frames.value(), scene_at}, pool,

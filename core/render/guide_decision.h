@@ -63,7 +63,7 @@ class GuideDecision {
   PassCost cost_, guided_cost_;  // of all passes
   bool guided_ = false, learning_ = false, part_ = false, few_ = false;
   bool changing_ = false;
-  static constexpr double kMostEventsAPath = 16;  // a guess that is rather too high
+  static constexpr double kMostEventsAPath = 4;  // a guess that is rather too high
   // Of the pass under way: its paths, and what the guide had seen. Of the last one that it learned
   // from: how much it saw for a path.
   uint64_t paths_ = 0, seen_ = 0;
