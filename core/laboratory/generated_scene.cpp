@@ -9,8 +9,9 @@
 namespace qray {
 namespace {
 
-constexpr int kWallCells = 32;  // a side of a wall's pattern
+constexpr int kWallCells = 64;  // a side of a wall's pattern
 constexpr int kSphereRings = 24, kSphereSides = 48;
+constexpr int kLatheRings = 20;
 constexpr int kSkyWidth = 64, kSkyHeight = 32;
 
 class Draws {
@@ -32,31 +33,55 @@ class Draws {
   uint64_t state_;
 };
 
-// A colour for each vertex of a wall, by its column and row.
+// A colour for each corner of each cell of a wall.
 class Pattern {
  public:
   explicit Pattern(Draws& n)
-      : kind_(n.below(4)),
-        period_(1 << n.below(4)),
+      : kind_(n.below(8)),
+        period_(1 << n.below(5)),
         seed_(static_cast<uint64_t>(n.below(1 << 20))),
         a_(n.colour(0.05f, 0.9f)),
-        b_(n.colour(0.05f, 0.9f)) {}
-  Rgb at(int x, int y) const {
-    switch (kind_) {
-      case 0:
+        b_(n.colour(0.05f, 0.9f)) {
+    if (kind_ < kPaint) a_ = n.colour(0.5f, 0.9f);
+  }
+  // Of the cell (x, y), the corner (i, k) of 0 and 1.
+  Rgb at(int x, int y, int i, int k) const {
+    const int column = x / period_, row = y / period_;
+    switch (std::max(kind_, kPaint)) {
+      case kPaint:
         return a_;
-      case 1:
-        return (x / period_ + y / period_) % 2 ? a_ : b_;
-      case 2:
-        return x / period_ % 2 ? a_ : b_;
-      default: {
-        const uint64_t cell = static_cast<uint64_t>(x / period_ * kWallCells + y / period_);
-        return lerp(to_unit_float(static_cast<uint32_t>(mix64(seed_ + cell) >> 32)), a_, b_);
+      case kPaint + 1:
+        return (column + row) % 2 ? a_ : b_;
+      case kPaint + 2:
+        return column % 2 ? a_ : b_;
+      case kPaint + 3:
+        return lerp(random(column, row), a_, b_);
+      default: {  // clouds, or grain along one direction
+        const bool grain = period_ > 4;
+        float sum = 0, share = 0.5f;
+        for (int size = 16; size >= 1; size /= 2, share /= 2)
+          sum += share * smooth(grain ? static_cast<float>(x + i) / (8 * kWallCells)
+                                      : static_cast<float>(x + i) / static_cast<float>(size),
+                                static_cast<float>(y + k) / static_cast<float>(size));
+        return lerp(sum, a_, b_);
       }
     }
   }
 
  private:
+  static constexpr int kPaint = 3;  // and what is less: one colour
+  float random(int x, int y) const {
+    return to_unit_float(
+        static_cast<uint32_t>(mix64(seed_ + static_cast<uint64_t>(x * 4096 + y)) >> 32));
+  }
+  // Between random values at whole numbers.
+  float smooth(float x, float y) const {
+    const int column = static_cast<int>(x), row = static_cast<int>(y);
+    const float u = x - static_cast<float>(column), v = y - static_cast<float>(row);
+    return lerp(v, lerp(u, random(column, row), random(column + 1, row)),
+                lerp(u, random(column, row + 1), random(column + 1, row + 1)));
+  }
+
   int kind_, period_;
   uint64_t seed_;
   Rgb a_, b_;
@@ -66,10 +91,10 @@ class RoomMaker {
  public:
   explicit RoomMaker(uint64_t seed) : n_(seed) {
     scene_.name = "generated " + std::to_string(seed);
-    size_ = {n_.between(3, 8), n_.between(2.4f, 4), n_.between(3, 8)};
+    size_ = {n_.between(2.5f, 6), n_.between(2.2f, 3.5f), n_.between(2.5f, 6)};
     plain_ = n_.below(4) == 0;
     add_walls_and_light();
-    const int things = 5 + n_.below(20);
+    const int things = 10 + n_.below(40);
     for (int i = 0; i < things; ++i) add_thing();
     scene_.camera.position = size_ * 0.1f;
     scene_.camera.target = size_ * 0.5f;
@@ -103,11 +128,12 @@ class RoomMaker {
     m.roughness.value = n_.between(0.03f, 0.4f);
     return add(m);
   }
-  // Of furniture: what is more common in rooms is more common here.
-  MaterialId any() {
+  // Of furniture: what is more common in rooms is more common here. Clear glass is for closed
+  // shapes.
+  MaterialId any(bool closed = true) {
     Material m;
     m.reflectance.value = n_.colour(0.05f, 0.9f);
-    switch (plain_ ? 7 : n_.below(8)) {
+    switch (plain_ ? kMatt : n_.below(10)) {
       case 0:
       case 1:
         m.kind = MaterialKind::kPlastic;
@@ -123,9 +149,18 @@ class RoomMaker {
         m.specular.value = n_.colour(0.4f, 1);
         break;
       case 4:
+        if (!closed) break;
         m.kind = MaterialKind::kDielectric;
         m.ior = n_.between(1.3f, 1.7f);
         m.transmittance.value = n_.colour(0.7f, 1);
+        break;
+      case 5:
+      case 6:  // as most glTF files have them
+        m.kind = MaterialKind::kPrincipled;
+        m.roughness.value = n_.between(0.1f, 1);
+        m.metallic.value = n_.below(4) ? 0.0f : 1.0f;
+        m.clearcoat.value = n_.below(4) ? 0.0f : 1.0f;
+        m.clearcoat_roughness.value = 0.05f;
         break;
       default:
         break;
@@ -145,7 +180,7 @@ class RoomMaker {
           mesh.positions.push_back(origin +
                                    a * (static_cast<float>(x + i) / static_cast<float>(cells)) +
                                    b * (static_cast<float>(y + k) / static_cast<float>(cells)));
-          if (pattern) mesh.colors.push_back(pattern->at(x, y));
+          if (pattern) mesh.colors.push_back(pattern->at(x, y, i, k));
         }
         mesh.triangles.push_back({first, first + 1, first + 2});
         mesh.triangles.push_back({first, first + 2, first + 3});
@@ -192,6 +227,71 @@ class RoomMaker {
     scene_.meshes.push_back(std::move(mesh));
   }
 
+  // A surface of revolution about the vertical: a vase, a tub, a lamp's foot.
+  void add_lathe(MaterialId material, Vec3 foot, float height, float radius) {
+    const float bulge = n_.between(0.1f, 0.45f), waves = n_.between(0.5f, 2),
+                turn = n_.between(0, 6);
+    Mesh mesh;
+    mesh.material = material;
+    for (int ring = 0; ring <= kLatheRings; ++ring)
+      for (int side = 0; side <= kSphereSides; ++side) {
+        const float up = static_cast<float>(ring) / kLatheRings;
+        const float angle = 2 * kPi * static_cast<float>(side) / kSphereSides;
+        const float phase = turn + 2 * kPi * waves * up;
+        const float r = radius * (1 - bulge + bulge * std::sin(phase));
+        const float slope = radius * bulge * 2 * kPi * waves * std::cos(phase) / height;
+        mesh.positions.push_back(foot +
+                                 Vec3{r * std::cos(angle), height * up, -r * std::sin(angle)});
+        mesh.normals.push_back(normalize(Vec3{std::cos(angle), -slope, -std::sin(angle)}));
+      }
+    for (uint32_t ring = 0; ring < kLatheRings; ++ring)
+      for (uint32_t side = 0; side < kSphereSides; ++side) {
+        const uint32_t a = ring * (kSphereSides + 1) + side, b = a + kSphereSides + 1;
+        mesh.triangles.push_back({a, a + 1, b + 1});
+        mesh.triangles.push_back({a, b + 1, b});
+      }
+    scene_.meshes.push_back(std::move(mesh));
+  }
+
+  // A top on four legs.
+  void add_table(Vec3 at) {
+    const MaterialId material = any();
+    const Vec3 half{n_.between(0.2f, 0.8f), n_.between(0.01f, 0.03f), n_.between(0.2f, 0.5f)};
+    const float height = n_.between(0.3f, 0.9f), leg = n_.between(0.01f, 0.04f);
+    add_box(material, {at.x, height, at.z}, half, 0);
+    for (const float x : {-1.0f, 1.0f})
+      for (const float z : {-1.0f, 1.0f})
+        add_box(material,
+                {at.x + x * (half.x - leg), 0.5f * (height - half.y), at.z + z * (half.z - leg)},
+                {leg, 0.5f * (height - half.y) - 0.001f, leg}, 0);
+    for (int i = n_.below(5); i > 0; --i)
+      add_lathe(any(false),
+                {at.x + n_.between(-0.8f, 0.8f) * half.x, height + half.y + 0.001f,
+                 at.z + n_.between(-0.8f, 0.8f) * half.z},
+                n_.between(0.05f, 0.3f), n_.between(0.03f, 0.1f));
+  }
+
+  // Boards with books on them.
+  void add_shelf(Vec3 at) {
+    const MaterialId wood = any(false);
+    const float wide = n_.between(0.3f, 0.8f), deep = 0.15f, step = n_.between(0.25f, 0.4f);
+    const int boards = 2 + n_.below(4);
+    for (const float side : {-1.0f, 1.0f})
+      add_box(wood, {at.x + side * wide, 0.5f * step * static_cast<float>(boards), at.z},
+              {0.012f, 0.5f * step * static_cast<float>(boards), deep}, 0);
+    for (int board = 0; board < boards; ++board) {
+      const float y = 0.05f + step * static_cast<float>(board);
+      add_box(wood, {at.x, y, at.z}, {wide - 0.013f, 0.01f, deep}, 0);
+      for (float x = at.x - wide + 0.03f; x < at.x + wide - 0.08f;) {
+        const float thick = n_.between(0.01f, 0.03f), tall = n_.between(0.3f, 0.42f) * step;
+        if (n_.below(5))
+          add_box(matt(n_.colour(0.05f, 0.8f)), {x + thick, y + 0.011f + tall, at.z},
+                  {thick - 0.001f, tall, n_.between(0.06f, 0.12f)}, 0);
+        x += 2 * thick;
+      }
+    }
+  }
+
   // A panel that shines down from below the ceiling.
   void add_panel(float half) {
     const Vec3 at{n_.between(half, size_.x - half), size_.y - 0.02f,
@@ -204,7 +304,7 @@ class RoomMaker {
   }
 
   void add_walls_and_light() {
-    const int light = n_.below(6);
+    const int light = n_.below(8);
     const bool open = light == 5;
     const Vec3 x{size_.x, 0, 0}, y{0, size_.y, 0}, z{0, 0, size_.z};
     struct Side {
@@ -215,6 +315,10 @@ class RoomMaker {
     for (int i = 0; i < 6; ++i) {
       const Pattern pattern(n_);
       if (open && i >= 4) continue;  // neither a ceiling nor one wall
+      if (light > 5 && i == 5) {
+        add_wall_with_window(white, pattern);
+        continue;
+      }
       const bool shines = !plain_ && n_.below(i == 0 ? 2 : 8) == 0;  // floors most often
       add_wall(shines ? glossy() : white, sides[i].origin, sides[i].a, sides[i].b, &pattern);
     }
@@ -246,6 +350,27 @@ class RoomMaker {
         add_sky();
         break;
     }
+  }
+
+  // The wall at the largest z, and what is in its window.
+  void add_wall_with_window(MaterialId white, const Pattern& pattern) {
+    const float x0 = n_.between(0.05f, 0.4f) * size_.x, x1 = n_.between(0.6f, 0.95f) * size_.x;
+    const float y0 = n_.between(0.02f, 0.4f) * size_.y, y1 = n_.between(0.6f, 0.95f) * size_.y;
+    const auto part = [&](float left, float right, float low, float high) {
+      add_wall(white, {left, low, size_.z}, {0, high - low, 0}, {right - left, 0, 0}, &pattern);
+    };
+    part(0, x0, 0, size_.y);
+    part(x1, size_.x, 0, size_.y);
+    part(x0, x1, 0, y0);
+    part(x0, x1, y1, size_.y);
+    const float x = 0.5f * (x0 + x1), y = 0.5f * (y0 + y1), wide = 0.5f * (x1 - x0),
+                tall = 0.5f * (y1 - y0);
+    const MaterialId frame = any(false);
+    if (n_.below(2)) add_box(frame, {x, y, size_.z}, {0.02f, tall, 0.02f}, 0);
+    if (n_.below(2)) add_box(frame, {x, y, size_.z + 0.05f}, {wide, 0.02f, 0.02f}, 0);
+    if (n_.below(4) == 0)  // a blind
+      for (float at = y0 + 0.03f; at < y1; at += 0.06f)
+        add_box(frame, {x, at, size_.z - 0.1f}, {wide, 0.004f, 0.02f}, 0);
   }
 
   // A wall across the room, and all light behind it.
@@ -282,7 +407,7 @@ class RoomMaker {
 
   void add_thing() {
     const float angle = n_.between(0, kPi);
-    switch (n_.below(5)) {
+    switch (n_.below(8)) {
       case 0:
       case 1: {
         const Vec3 half{n_.between(0.1f, 0.5f), n_.between(0.1f, 0.7f), n_.between(0.1f, 0.5f)};
@@ -299,6 +424,17 @@ class RoomMaker {
         add_sphere(any(), at, r);
         break;
       }
+      case 4:
+        add_table(place(0.9f));
+        break;
+      case 5:
+        add_shelf(place(0.9f));
+        break;
+      case 6: {
+        const Vec3 at = place(0.7f);
+        add_lathe(any(false), {at.x, 0.001f, at.z}, n_.between(0.2f, 1.2f), n_.between(0.1f, 0.4f));
+        break;
+      }
       default: {  // rails
         const MaterialId material = any();
         const Vec3 at = place(0.6f), step = Vec3{std::cos(angle), 0, -std::sin(angle)};
@@ -311,6 +447,7 @@ class RoomMaker {
     }
   }
 
+  static constexpr int kMatt = 9;
   Draws n_;
   Scene scene_;
   Vec3 size_;

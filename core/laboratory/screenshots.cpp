@@ -1,6 +1,7 @@
 #include "core/laboratory/screenshots.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "core/image/metrics.h"
@@ -15,7 +16,9 @@ namespace {
 constexpr int kProbes = 64;        // directions
 constexpr float kTooNear = 0.02f;  // of the scene's diagonal
 constexpr float kMostLost = 0.5f;  // of the probes, where the scene is closed
-constexpr int kTriesPerCamera = 200;
+constexpr int kTriesPerCamera = 1000;
+constexpr int kMostCandidates = 24;
+constexpr float kJump = 0.2f;             // of the lesser distance
 constexpr float kSteepest = 0.5f;         // of a view's direction, its height
 constexpr uint64_t kTargetSeed = 0x7a26;  // away from the inputs'
 
@@ -51,24 +54,31 @@ bool has_room(const PreparedScene& scene, Vec3 p, float diagonal) {
   return static_cast<float>(lost) < kMostLost * kProbes;
 }
 
-// Whether what the camera sees differs anywhere: in its mesh or its normal.
-bool is_bare(const PreparedScene& scene, const Camera& camera) {
-  constexpr int kSide = 8;
+// How often what the camera sees changes from one direction to the next: in its mesh, its normal or
+// its distance. 0: a bare wall.
+int changes_seen(const PreparedScene& scene, const Camera& camera) {
+  constexpr int kSide = 16;
   const CameraRays rays(camera, kSide, kSide);
-  std::optional<MeshId> mesh;
-  Vec3 normal;
-  bool first = true;
-  for (int i = 0; i < kSide * kSide; ++i) {
-    const Ray ray = rays.ray(
-        {static_cast<float>(i % kSide) + 0.5f, static_cast<float>(i / kSide) + 0.5f}, {0.5f, 0.5f});
-    Hit hit;
-    std::optional<MeshId> seen;
-    Vec3 n;
-    if (scene.accel->intersect(ray, hit)) seen = hit.mesh, n = normalize(hit.ng);
-    if (!first && (seen != mesh || dot(n - normal, n - normal) > 1e-4f)) return false;
-    first = false, mesh = seen, normal = n;
-  }
-  return true;
+  std::array<Hit, kSide> above{};
+  int changes = 0;
+  for (int y = 0; y < kSide; ++y)
+    for (int x = 0; x < kSide; ++x) {
+      Hit hit;
+      const Ray ray =
+          rays.ray({static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f}, {0.5f, 0.5f});
+      if (scene.accel->intersect(ray, hit))
+        hit.ng = normalize(hit.ng);
+      else
+        hit = Hit{};
+      const auto differs = [&](const Hit& other) {
+        return hit.mesh != other.mesh || dot(hit.ng - other.ng, hit.ng - other.ng) > 1e-4f ||
+               std::abs(hit.t - other.t) > kJump * std::min(hit.t, other.t);
+      };
+      if (x > 0) changes += differs(above[static_cast<size_t>(x) - 1]);
+      if (y > 0) changes += differs(above[static_cast<size_t>(x)]);
+      above[static_cast<size_t>(x)] = hit;
+    }
+  return changes;
 }
 
 // As many pixels of it as a view has, of the same size as a whole picture's.
@@ -102,6 +112,8 @@ std::vector<Camera> screenshot_cameras(const PreparedScene& scene, int count, in
   const Vec3 extent = scene.bounds.extent();
   const float diagonal = length(extent);
   std::vector<Camera> cameras;
+  Camera best;
+  int changes = 0, candidates = 0;
   for (int tries = count * kTriesPerCamera; tries > 0 && std::ssize(cameras) < count; --tries) {
     Camera camera = scene.scene.camera;
     camera.aperture_radius = 0;
@@ -114,8 +126,13 @@ std::vector<Camera> screenshot_cameras(const PreparedScene& scene, int count, in
     Vec3 ahead = on_sphere(numbers.next(), numbers.next());
     ahead.y *= kSteepest;
     camera.target = camera.position + normalize(ahead) * diagonal;
-    if (has_room(scene, camera.position, diagonal) && !is_bare(scene, camera))
-      cameras.push_back(camera);
+    if (!has_room(scene, camera.position, diagonal)) continue;
+    const int seen = changes_seen(scene, camera);
+    if (seen == 0) continue;
+    if (candidates == 0)
+      candidates = 1 + static_cast<int>(numbers.next() * kMostCandidates), changes = 0;
+    if (seen > changes) best = camera, changes = seen;
+    if (--candidates == 0) cameras.push_back(best);
   }
   return cameras;
 }

@@ -23,7 +23,8 @@ struct ScreenshotOptions {
 };
 
 // Cameras at random places within the scene's bounds that see what the scene's own camera might:
-// none of 64 directions hits within 2 % of the scene's size, and the view is no bare wall. Each
+// none of 64 directions hits within 2 % of the scene's size, and the view is no bare wall. Each is
+// the one of up to 24 in which most changes from place to place. Each
 // shows kScreenshotSide pixels of a picture of any height up to `most_height`, small ones as often
 // as twice as large ones. Fewer where the scene has no such places.
 std::vector<Camera> screenshot_cameras(const PreparedScene& scene, int count, int most_height,

@@ -9,6 +9,8 @@
 
 #include "core/base/check.h"
 #include "core/recover/box_mean.h"
+#include "core/recover/brightness.h"
+#include "core/recover/energy.h"
 
 namespace qray {
 namespace {
@@ -20,39 +22,20 @@ constexpr float kSureChance = 0.01f;  // less: that none of them met light is no
 constexpr int kFinestPx = 64;         // smaller squares follow noise
 constexpr double kDoubt = 2;          // times the variance, which few samples hide
 constexpr int kBalanceRounds = 4;     // what the range cuts off goes to pixels that have room
-constexpr float kMostFactor = 1e3f;   // of a round: guesses that are nearly black stay finite
 constexpr float kTouch = 1e-4f;       // relative: less is rounding
-
-using Sum3 = std::array<double, 3>;
-
-double luminance_of(const Sum3& v) {
-  return static_cast<double>(
-      luminance(Rgb{static_cast<float>(v[0]), static_cast<float>(v[1]), static_cast<float>(v[2])}));
-}
-
-// A square of the picture: sums over its known pixels.
-struct Cell {
-  Sum3 samples{}, guess{};
-  double square = 0;  // of the luminances' distances: what the samples' noise is at most
-  Rgb factor{1};
-  void operator+=(const Cell& c) {
-    for (size_t k = 0; k < 3; ++k) samples[k] += c.samples[k], guess[k] += c.guess[k];
-    square += c.square;
-  }
-};
 
 struct CellGrid {
   int width = 0, height = 0;
-  std::vector<Cell> cells;
-  Cell& at(int x, int y) {
+  std::vector<Energy> cells;
+  Energy& at(int x, int y) {
     return cells[static_cast<size_t>(y) * static_cast<size_t>(width) + static_cast<size_t>(x)];
   }
-  const Cell& at(int x, int y) const { return const_cast<CellGrid*>(this)->at(x, y); }
+  const Energy& at(int x, int y) const { return const_cast<CellGrid*>(this)->at(x, y); }
 };
 
 CellGrid empty_grid(int width, int height) {
   return {width, height,
-          std::vector<Cell>(static_cast<size_t>(width) * static_cast<size_t>(height))};
+          std::vector<Energy>(static_cast<size_t>(width) * static_cast<size_t>(height))};
 }
 
 CellGrid finest_grid(const Image& guess, const Image& samples, int step, TaskPool& pool) {
@@ -62,13 +45,7 @@ CellGrid finest_grid(const Image& guess, const Image& samples, int step, TaskPoo
     const int cy = static_cast<int>(row);
     for (int y = cy * kFinestPx; y < std::min(guess.height(), (cy + 1) * kFinestPx); y += step)
       for (int x = 0; x < guess.width(); x += step) {
-        Cell& cell = grid.at(x / kFinestPx, cy);
-        const Rgb s = samples.rgb(x, y), g = guess.rgb(x, y);
-        for (int c = 0; c < 3; ++c) {
-          cell.samples[static_cast<size_t>(c)] += static_cast<double>(s[c]);
-          cell.guess[static_cast<size_t>(c)] += static_cast<double>(g[c]);
-        }
-        cell.square += sqr(static_cast<double>(luminance(s) - luminance(g)));
+        grid.at(x / kFinestPx, cy).add(samples.rgb(x, y), guess.rgb(x, y));
       }
   });
   return grid;
@@ -81,32 +58,9 @@ CellGrid halved(const CellGrid& fine) {
   return grid;
 }
 
-// How much of the missing light the samples are sure of.
-double sure_share(double missing, double variance) {
-  return missing * missing > variance ? 1 - variance / (missing * missing) : 0.0;
-}
-
-// The energy that a cell is to have, where it would have `given`: `variance` is that of the
-// samples' sum.
-Sum3 wanted(const Cell& cell, const Sum3& given, double variance) {
-  const double share = sure_share(luminance_of(cell.samples) - luminance_of(given), variance);
-  Sum3 energy;
-  for (size_t c = 0; c < 3; ++c) energy[c] = given[c] + share * (cell.samples[c] - given[c]);
-  return energy;
-}
-
-void set_factor(Cell& cell, const Sum3& energy, const Rgb& otherwise) {
-  for (int c = 0; c < 3; ++c) {
-    const size_t k = static_cast<size_t>(c);
-    const double factor =
-        cell.guess[k] > 0 ? energy[k] / cell.guess[k] : static_cast<double>(otherwise[c]);
-    cell.factor[c] = std::min(static_cast<float>(factor), kMostFactor);
-  }
-}
-
 // The factors of a parent's cells: together they keep its energy.
-void share_out(const Cell& parent, std::span<Cell*> children) {
-  const auto given_to = [&](const Cell& cell) {
+void share_out(const Energy& parent, std::span<Energy*> children) {
+  const auto given_to = [&](const Energy& cell) {
     Sum3 v;
     for (size_t c = 0; c < 3; ++c)
       v[c] = cell.guess[c] * static_cast<double>(parent.factor[static_cast<int>(c)]);
@@ -118,15 +72,15 @@ void share_out(const Cell& parent, std::span<Cell*> children) {
   for (size_t i = 0; i < children.size(); ++i) {
     const Sum3 given = given_to(*children[i]);
     // Where no sample met the light that others beside it met, it may only be rare.
-    const double part = luminance_of(given) / std::max(luminance_of(total), 1e-300);
+    const double part = Energy::luminance_of(given) / std::max(Energy::luminance_of(total), 1e-300);
     energy[i] =
-        wanted(*children[i], given, kDoubt * std::max(children[i]->square, part * parent.square));
+        children[i]->wanted(given, kDoubt * std::max(children[i]->square, part * parent.square));
     for (size_t c = 0; c < 3; ++c) sum[c] += energy[i][c];
   }
   for (size_t i = 0; i < children.size(); ++i) {
     for (size_t c = 0; c < 3; ++c)
       if (sum[c] > 0) energy[i][c] *= total[c] / sum[c];
-    set_factor(*children[i], energy[i], parent.factor);
+    children[i]->set_factor(energy[i], parent.factor);
   }
 }
 
@@ -134,14 +88,14 @@ void share_out(const Cell& parent, std::span<Cell*> children) {
 CellGrid factors_of(const Image& guess, const Image& samples, int step, TaskPool& pool) {
   std::vector<CellGrid> levels{finest_grid(guess, samples, step, pool)};
   while (levels.back().cells.size() > 1) levels.push_back(halved(levels.back()));
-  Cell& whole = levels.back().cells[0];
-  set_factor(whole, wanted(whole, whole.guess, whole.square), Rgb{1});
+  Energy& whole = levels.back().cells[0];
+  whole.set_factor(whole.wanted(whole.guess, whole.square), Rgb{1});
   for (size_t level = levels.size() - 1; level-- > 0;) {
     const CellGrid& parents = levels[level + 1];
     CellGrid& cells = levels[level];
     for (int y = 0; y < parents.height; ++y)
       for (int x = 0; x < parents.width; ++x) {
-        std::array<Cell*, 4> children;
+        std::array<Energy*, 4> children;
         size_t count = 0;
         for (int j = 2 * y; j < std::min(cells.height, 2 * y + 2); ++j)
           for (int i = 2 * x; i < std::min(cells.width, 2 * x + 2); ++i)
@@ -150,11 +104,6 @@ CellGrid factors_of(const Image& guess, const Image& samples, int step, TaskPool
       }
   }
   return std::move(levels.front());
-}
-
-bool is_as_it_should_be(const Cell& cell) {
-  return std::ranges::all_of(std::array{0, 1, 2},
-                             [&](int c) { return std::abs(cell.factor[c] - 1) <= kTouch; });
 }
 
 // Between the cells' centres: the row of pixels times their factors.
@@ -270,8 +219,10 @@ Recovered balanced(Image guess, const Image& samples, int step, TaskPool& pool) 
   const Range range = range_of(samples, step, pool);
   const uint64_t held = hold(guess, range, pool);
   for (int round = 0; round < kBalanceRounds; ++round) {
+    balance_by_brightness(guess, samples, step, pool);
+    hold(guess, range, pool);
     const CellGrid factors = factors_of(guess, samples, step, pool);
-    if (std::ranges::all_of(factors.cells, is_as_it_should_be)) break;
+    if (std::ranges::all_of(factors.cells, &Energy::is_as_it_should_be)) break;
     pool.run(static_cast<size_t>(guess.height()),
              [&](size_t row, int) { multiply_row(factors, static_cast<int>(row), guess); });
     hold(guess, range, pool);

@@ -80,6 +80,23 @@ TEST(Balance, EachSquareHasTheLightOfItsSamples) {
   }
 }
 
+TEST(Balance, LightIsMissedWhereItIsBright) {
+  TaskPool pool(2);
+  const Image rare = rare_light(4, 1, 6);
+  Image samples = rare, guess = rare, truth = rare;
+  for (int y = 0; y < kBalanceSide; ++y)
+    for (int x = 0; x < kBalanceSide; ++x) {
+      const bool is_bright = (x / 8 + y / 8) % 2 == 0;
+      const float is = is_bright ? 20 : 1;
+      samples.set_rgb(x, y, rare.rgb(x, y) * is);
+      truth.set_rgb(x, y, Rgb{is});
+      guess.set_rgb(x, y, Rgb{is_bright ? 10.0f : 1.0f});
+    }
+  const Image picture = balanced(guess, samples, 1, pool).picture;
+  EXPECT_GT(relmse(guess, truth), 0.1);
+  EXPECT_LT(relmse(picture, truth), 0.01) << "what is dark in the same squares stays as it is";
+}
+
 TEST(Balance, EachChannelStaysWithinTheSamplesAround) {
   TaskPool pool(2);
   test::Random random(4);
