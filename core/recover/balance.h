@@ -23,8 +23,8 @@ struct Recovered {
 //           where all of these are black light is rare, and it may be as bright as the mean of
 //           31 x 31 and three of its errors or, where these are black too, as the picture's mean;
 //           less where so many of the 31 x 31 met light that the 7 x 7 are not black by chance
-//   energy  that of pixels about as bright (brightness.h), the picture's, and that of each square of
-//           it, from halves down to 64 pixels, is the samples' as far as these are sure of it
+//   energy  that of pixels about as bright (brightness.h), the picture's, and that of each square
+//           of it, from halves down to 64 pixels, is the samples' as far as these are sure of it
 //           (energy.h)
 //
 // The factors are smooth over the picture, so that squares do not show.
