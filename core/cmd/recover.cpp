@@ -32,7 +32,7 @@ constexpr int kViewsOverGenerated = 4;  // views of a real scene over those of a
 struct RecoverOptions {
   std::vector<std::string> scenes, weights, more_views;
   std::string scene, table_in, method = "none", out, blocks, keep;
-  int threads = default_threads(), held_out = 8, hidden = 0, generated = 0, pyramid_steps = 0;
+  int threads = default_threads(), held_out = 8, hidden = 0, generated = 0, pyramid_steps = 600;
   ScreenshotOptions views;
   TrainOptions train;
   bool quiet = false;
@@ -190,8 +190,8 @@ Status write_weights(const std::string& path, WeightsFile& file) {
   return write_file_atomic(path, encode_weights(file));
 }
 
-// Hours of work: the file is written at each look at the views kept apart, so that what stops them
-// loses little.
+// It may be hours of work: the file is written at each look at the views kept apart, so that what
+// stops it loses little. Few steps on few views may be worse than none: then it stays as it was.
 Status train_its_pyramid(const RecoverOptions& o, std::span<const TrainingView> views,
                          size_t held_out, WeightsFile& file, TaskPool& pool,
                          const StopOnSignal& stop) {
@@ -201,10 +201,13 @@ Status train_its_pyramid(const RecoverOptions& o, std::span<const TrainingView> 
   const SteadyClock clock;
   const double start = clock.seconds();
   Status written;
-  std::vector<float> first = std::move(file.network.pyramid);  // of --blocks
-  if (first.empty()) first = untrained_pyramid(options.seed);
+  std::vector<float> first = with_pyramid(file.network).pyramid;  // of --blocks, or the included
+  double least = 0;
+  for (const TrainingView& view : views.last(held_out))
+    least += pyramid_error(first, view) / static_cast<double>(held_out);
+  std::printf("%-12s %10.5f %8d\n", "pyramid", least, 0);
   Result<TrainedPyramid> trained = train_pyramid(
-      std::move(first), views, held_out, options, pool, stop.token(), [&](const TrainProgress& p) {
+      first, views, held_out, options, pool, stop.token(), [&](const TrainProgress& p) {
         if (!p.values.empty()) {
           file.network.pyramid.assign(p.values.begin(), p.values.end());
           written = write_weights(o.out, file);
@@ -216,9 +219,11 @@ Status train_its_pyramid(const RecoverOptions& o, std::span<const TrainingView> 
       });
   line.finish();
   if (!trained) return trained.error();
-  std::printf("%-12s %10.5f %8d\n", "pyramid", mean_of(trained.value().held_out),
-              trained.value().steps);
-  return written;
+  const double error = mean_of(trained.value().held_out);
+  std::printf("%-12s %10.5f %8d\n", "pyramid", error, trained.value().steps);
+  if (!written.ok() || error < least) return written;
+  file.network.pyramid = std::move(first);
+  return write_weights(o.out, file);
 }
 
 Status train_weights(const RecoverOptions& o) {
@@ -302,9 +307,8 @@ Status compare(const RecoverOptions& o) {
       rows.back().errors.push_back(picture_error(recovered(view), view));
   };
   for (const auto& [name, net] : networks)
-    measure(name, [&](const TrainingView& v) {
-      return recover_quarter(net, {v.input.features, v.input.colour, v.input.noise}, pool).picture;
-    });
+    measure(name,
+            [&](const TrainingView& v) { return recover_quarter(net, v.input, pool).picture; });
   measure("bilateral", [&](const TrainingView& v) {
     return joint_bilateral(filter, v.input.features, v.input.colour, pool);
   });
@@ -393,7 +397,7 @@ void add_recover(CLI::App& app, int& exit_code) {
       ->check(CLI::ExistingFile);
   train_command
       ->add_option("--pyramid-steps", train_options->pyramid_steps,
-                   "of training the network for all pixels; 0: none")
+                   "of training the pyramid, from the included one on; 0: none")
       ->check(CLI::Range(0, 1000000))
       ->capture_default_str();
   train_command->add_option("-o,--out", train_options->out, "weights.qrw")->required();

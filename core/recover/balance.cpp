@@ -218,9 +218,9 @@ Recovered balanced(Image guess, const Image& samples, int step, TaskPool& pool) 
   QRAY_CHECK(step >= 1 && guess.width() % step == 0 && guess.height() % step == 0);
   const Range range = range_of(samples, step, pool);
   const uint64_t held = hold(guess, range, pool);
+  balance_by_brightness(guess, samples, step, pool);
+  hold(guess, range, pool);
   for (int round = 0; round < kBalanceRounds; ++round) {
-    balance_by_brightness(guess, samples, step, pool);
-    hold(guess, range, pool);
     const CellGrid factors = factors_of(guess, samples, step, pool);
     if (std::ranges::all_of(factors.cells, &Energy::is_as_it_should_be)) break;
     pool.run(static_cast<size_t>(guess.height()),

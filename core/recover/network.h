@@ -48,7 +48,7 @@ std::array<float, kDistances> feature_distances(const float* pixel, const float*
 struct Network {
   int hidden = 16;            // a multiple of 16
   std::vector<float> values;  // by the offsets below
-  // For pictures of all pixels (pyramid.h); none: as for others, four times.
+  // Cleans samples (pyramid.h); none: the network for blocks does it, for all pixels four times.
   std::vector<float> pyramid{};
 
   // Where each part begins in `values`. Weights lie [tap][input][output].

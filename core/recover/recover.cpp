@@ -6,6 +6,7 @@
 #include "core/recover/fast_recovery.h"
 #include "core/recover/pyramid_pass.h"
 #include "core/recover/shrink.h"
+#include "core/recover/upsample.h"
 
 namespace qray {
 namespace {
@@ -30,9 +31,26 @@ Image guess(const Network& net, const RecoveryInput& input, TaskPool& pool) {
   return recovery.run(input.features, input.colour, input.noise, pool);
 }
 
-Image pyramid_guess(std::span<const float> values, const RecoveryInput& input, TaskPool& pool) {
+// What the pyramid makes of all pixels, and the samples by as much as they are surer.
+Image clean(std::span<const float> pyramid, const RecoveryInput& input, TaskPool& pool) {
   PyramidPass pass;
-  return pass.recover(values, {input, exposure_of(input.colour)}, &pool);
+  const Image guessed = pass.recover(pyramid, {input, exposure_of(input.colour)}, &pool);
+  return shrink_towards(guessed, input.colour, input.own_error, pool);
+}
+
+// Of each block of 2 x 2 the first pixel: a picture of its own.
+Image first_pixels(const Image& image, TaskPool& pool) {
+  Image out = Image::unset(image.width() / 2, image.height() / 2, image.channels());
+  pool.run(static_cast<size_t>(out.height()), [&](size_t row, int) {
+    const int y = static_cast<int>(row);
+    for (int x = 0; x < out.width(); ++x)
+      for (int c = 0; c < out.channels(); ++c) out.at(x, y, c) = image.at(2 * x, 2 * y, c);
+  });
+  return out;
+}
+RecoveryInput first_pixels(const RecoveryInput& input, TaskPool& pool) {
+  return {first_pixels(input.features, pool), first_pixels(input.colour, pool),
+          first_pixels(input.noise, pool), first_pixels(input.own_error, pool)};
 }
 
 // Of all pixels: the mean of what each of the four of the blocks makes of the picture.
@@ -60,17 +78,19 @@ Recovered with_lights(Recovered recovered, const RecoveryInput& input) {
 }  // namespace
 
 Recovered recover_quarter(const Network& net, const RecoveryInput& input, TaskPool& pool) {
-  Image picture = guess(net, input, pool);
+  Image picture =
+      net.pyramid.empty()
+          ? guess(net, input, pool)
+          : upsampled(clean(net.pyramid, first_pixels(input, pool), pool), input.features, pool);
   if (net.hidden == 0) return with_lights({std::move(picture)}, input);
   return with_lights(balanced(std::move(picture), input.colour, 2, pool), input);
 }
 
 Recovered recover_all(const Network& net, const RecoveryInput& input, TaskPool& pool) {
-  const Image guessed = net.pyramid.empty() ? mean_of_guesses(net, input, pool)
-                                            : pyramid_guess(net.pyramid, input, pool);
-  return with_lights(
-      balanced(shrink_towards(guessed, input.colour, input.own_error, pool), input.colour, 1, pool),
-      input);
+  Image picture = net.pyramid.empty() ? shrink_towards(mean_of_guesses(net, input, pool),
+                                                       input.colour, input.own_error, pool)
+                                      : clean(net.pyramid, input, pool);
+  return with_lights(balanced(std::move(picture), input.colour, 1, pool), input);
 }
 
 }  // namespace qray

@@ -9,8 +9,10 @@
 
 namespace qray {
 
-// From the first pixel of each 2 x 2 block. Even sides. Balanced with the samples (balance.h), but
-// where there is no network.
+// From the first pixel of each 2 x 2 block. Even sides. The network's pyramid cleans these pixels
+// as it does all pixels below, and what features tell makes the others of them (upsample.h); where
+// it has none, the network for blocks does both. Balanced with the samples (balance.h), but where
+// there is no network.
 Recovered recover_quarter(const Network& net, const RecoveryInput& input, TaskPool& pool);
 
 // From all pixels: what the network's pyramid makes of them or, where it has none, the mean of what

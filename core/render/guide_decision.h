@@ -63,11 +63,13 @@ class GuideDecision {
   PassCost cost_, guided_cost_;  // of all passes
   bool guided_ = false, learning_ = false, part_ = false, few_ = false;
   bool changing_ = false;
-  static constexpr double kMostEventsAPath = 4;  // a guess that is rather too high
+  static constexpr double kMostEventsAPath = 16;  // a guess that is rather too high
+  // Of a job's first pass. If too few paths teach there, the next one is measured by it.
+  static constexpr double kFirstEventsAPath = 4;
   // Of the pass under way: its paths, and what the guide had seen. Of the last one that it learned
   // from: how much it saw for a path.
   uint64_t paths_ = 0, seen_ = 0;
-  double events_a_path_ = kMostEventsAPath;
+  double events_a_path_ = kFirstEventsAPath;
   // Before all passes: what the table was worth, and what it had seen.
   GuideWorth before_;
   uint64_t seen_before_ = 0;
