@@ -10,7 +10,7 @@ namespace {
 
 constexpr size_t kClasses = 8;
 constexpr size_t kAsked = 1 << 15;  // pixels, at least, that tell where classes end
-constexpr double kDoubt = 2;        // times the variance: the guess chose the class by the samples
+constexpr double kClassDoubt = 2;   // times the variance: the guess chose the class by the samples
 
 struct Class {
   Energy energy;
@@ -58,7 +58,7 @@ Classes classes_of(const Image& guess, const Image& samples, int step, TaskPool&
       sum[k].luminance += row[k].luminance, sum[k].count += row[k].count;
     }
   for (Class& c : sum)
-    c.energy.set_factor(c.energy.wanted(c.energy.guess, kDoubt * c.energy.square), Rgb{1});
+    c.energy.set_factor(c.energy.wanted(c.energy.guess, kClassDoubt * c.energy.square), Rgb{1});
   return sum;
 }
 
