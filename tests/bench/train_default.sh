@@ -13,25 +13,24 @@ steps=${STEPS:-22000}
 here="$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)"
 mkdir -p "$work"/{rooms,other,included}
 
-train() {
-  "$qray" recover train "$@" --held-out 1 --guided-targets
-}
 last="$here/../../core/recover/default.qrw"
 
-# Views. Each call keeps those of its scenes.
-train cornell-box --generated "$rooms" --seed 501 --views 12 --inputs 2 --target-spp 128 \
-  --keep-views "$work/rooms" --blocks "$last" -o "$work/unused.qrw"
-train cornell-box --generated "$rooms" --seed 701 --views 12 --inputs 2 --target-spp 128 \
-  --keep-views "$work/rooms" --blocks "$last" -o "$work/unused.qrw"
-train lamp-room --views 12 --inputs 3 --target-spp 128 --keep-views "$work/other" \
-  --blocks "$last" -o "$work/unused.qrw"
-train "$data/staircase2/scene_v0.5.xml" --views 24 --inputs 2 --target-spp 160 \
-  --keep-views "$work/other" --blocks "$last" -o "$work/unused.qrw"
-train studio glass-caustic many-lights "$data"/obj-cornell-dev/CornellBox-{Sphere,Mirror}.obj \
-  --views 6 --inputs 2 --target-spp 128 --keep-views "$work/other" --blocks "$last" \
-  -o "$work/unused.qrw"
+train() {
+  "$qray" recover train "$@" --held-out 1 --guided-targets --blocks "$last"
+}
+# Keeps views of these scenes.
+take() {
+  local folder=$1
+  shift
+  train "$@" --keep-views "$work/$folder" --pyramid-steps 0 -o "$work/unused.qrw"
+}
 
-# The views of the scenes named here are kept apart in part, and tell the error while it trains.
+take rooms cornell-box --generated "$rooms" --seed 501 --views 12 --inputs 2 --target-spp 128
+take other "$data/staircase2/scene_v0.5.xml" --views 24 --inputs 2 --target-spp 160
+take other studio glass-caustic many-lights "$data"/obj-cornell-dev/CornellBox-{Sphere,Mirror}.obj \
+  --views 6 --inputs 2 --target-spp 128
+
+# Of the scenes named here views are kept apart, and tell the error while it trains.
 train thesis-room cornell-box ajar-door --views 12 --inputs 3 --target-spp 128 \
   --keep-views "$work/included" --more-views "$work"/rooms/*.views "$work"/other/*.views \
-  --pyramid-steps "$steps" --blocks "$last" -o "$work/default.qrw"
+  --pyramid-steps "$steps" -o "$work/default.qrw"
