@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # Makes the network for all pixels of core/recover/default.qrw anew, from the one that is there on:
-# `bash tests/bench/train_default.sh BUILD_DIR WORK TESTDATA`. TESTDATA: a folder with staircase2 and
-# obj-cornell-dev. WORK keeps the views, and gets default.qrw. It takes an hour on 2 idle cores; the
-# environment's ROOMS and STEPS make it shorter. `compare_oidn.py` in peers says what it is worth.
+# `bash tests/bench/train_default.sh BUILD_DIR WORK TESTDATA`. TESTDATA: a folder with staircase2
+# and obj-cornell-dev. WORK keeps the views, and gets default.qrw. It takes an hour on 2 idle cores;
+# the environment's ROOMS and STEPS make it shorter. `peers/compare_oidn.py` says what it is worth.
 set -euo pipefail
 
 qray=${1:?usage: train_default.sh BUILD_DIR WORK TESTDATA}/bin/qray
