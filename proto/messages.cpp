@@ -91,15 +91,10 @@ OrderedJson table_json(const TableInfo& t) {
 }
 
 OrderedJson weights_json(const WeightsInfo& w) {
-  return {{"id", w.id},
-          {"scene", w.scene},
-          {"program", w.program},
-          {"created", time_to_text(w.created_ms)},
-          {"bytes", w.bytes},
-          {"hidden", w.hidden},
-          {"steps", w.steps},
-          {"views", w.views},
-          {"held_out", or_null(w.held_out)}};
+  return {{"id", w.id},           {"scene", w.scene},
+          {"program", w.program}, {"created", time_to_text(w.created_ms)},
+          {"bytes", w.bytes},     {"steps", w.steps},
+          {"views", w.views},     {"held_out", or_null(w.held_out)}};
 }
 
 OrderedJson scene_json(const SceneInfo& s) {

@@ -166,7 +166,6 @@ struct WeightsInfo {
   std::string id, scene, program;
   int64_t created_ms = 0;
   uint64_t bytes = 0, steps = 0, views = 0;
-  int hidden = 0;                  // units; 0: bilinear interpolation is as good
   std::optional<double> held_out;  // mean relMSE of the views kept apart
 };
 

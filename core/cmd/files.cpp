@@ -108,7 +108,7 @@ Result<std::optional<Recovery>> find_recovery(const std::string& name) {
     return included.error();
   Result<WeightsFile> file = read_weights(name);
   if (!file) return file.error();
-  return std::optional(Recovery{file.value().id, with_pyramid(std::move(file.value().network))});
+  return std::optional(Recovery{file.value().id, std::move(file.value().network)});
 }
 
 Status write_text(const std::filesystem::path& path, std::string_view text) {

@@ -220,7 +220,7 @@ Status run(const LiveOptions& o) {
   FlightRun flown{scene.value(),
                   std::move(flight).value(),
                   {settings.value(), o.budget_ms / 1000, 0},
-                  recovery.value() ? recovery.value()->network : Network{0, {}},
+                  recovery.value() ? recovery.value()->network : Network{},
                   std::move(table).value(),
                   {},
                   {},

@@ -1,5 +1,4 @@
-// qray recover: networks that make whole pictures of a quarter of their pixels: train, compare,
-// info.
+// qray recover: networks that clean pictures: train, compare, info.
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
@@ -31,8 +30,8 @@ constexpr int kViewsOverGenerated = 4;  // views of a real scene over those of a
 
 struct RecoverOptions {
   std::vector<std::string> scenes, weights, more_views;
-  std::string scene, table_in, method = "none", out, blocks, keep;
-  int threads = default_threads(), held_out = 8, hidden = 0, generated = 0, pyramid_steps = 600;
+  std::string scene, table_in, method = "none", out, first, keep, rung;
+  int threads = default_threads(), held_out = 8, generated = 0;
   ScreenshotOptions views;
   TrainOptions train;
   bool quiet = false;
@@ -154,75 +153,54 @@ void print_rungs(const Ladder& ladder) {
   }
 }
 
-// The ladder's choice, the size that was asked for, or what a file holds.
-Result<Rung> block_network(const RecoverOptions& o, std::span<const TrainingView> views,
-                           size_t held_out, TaskPool& pool, std::stop_token stop) {
-  if (!o.blocks.empty()) {
-    Result<WeightsFile> file = read_weights(o.blocks);
-    if (!file) return file.error();
-    WeightsFile& w = file.value();
-    return Rung{o.blocks,
-                std::move(w.network),
-                static_cast<int>(w.steps),
-                0,
-                {w.held_out.begin(), w.held_out.end()}};
-  }
-  ProgressLine line(o.quiet);
-  const SteadyClock clock;
-  const double start = clock.seconds();
-  Result<Ladder> climbed =
-      climb(views, held_out, o.train, pool, std::move(stop),
-            [&](const std::string& rung, const TrainProgress& p) {
-              line.show("training, " + rung, p.step / static_cast<double>(p.steps),
-                        std::to_string(p.step) + " steps", clock.seconds() - start);
-            });
-  line.finish();
-  if (!climbed) return climbed.error();
-  Ladder& ladder = climbed.value();
-  for (size_t i = 0; o.hidden > 0 && i < ladder.rungs.size(); ++i)
-    if (ladder.rungs[i].network.hidden == o.hidden) ladder.chosen = i;
-  print_rungs(ladder);
-  return std::move(ladder.rungs[ladder.chosen]);
-}
-
 Status write_weights(const std::string& path, WeightsFile& file) {
   file.id = weights_id(file);
   return write_file_atomic(path, encode_weights(file));
 }
 
+void take(WeightsFile& file, const Rung& rung) {
+  file.network = rung.network;
+  file.steps = static_cast<uint32_t>(rung.steps);
+  file.held_out.clear();
+  for (double e : rung.held_out) file.held_out.push_back(static_cast<float>(std::max(e, 0.0)));
+}
+
 // It may be hours of work: the file is written at each look at the views kept apart, so that what
-// stops it loses little. Few steps on few views may be worse than none: then it stays as it was.
-Status train_its_pyramid(const RecoverOptions& o, std::span<const TrainingView> views,
-                         size_t held_out, WeightsFile& file, TaskPool& pool,
-                         const StopOnSignal& stop) {
-  TrainOptions options = o.train;
-  options.steps = o.pyramid_steps;
+// stops it loses little.
+Status train_into(WeightsFile& file, const RecoverOptions& o, std::span<const TrainingView> views,
+                  size_t held_out, TaskPool& pool, const StopOnSignal& stop) {
+  Rung first{"included", {}};
+  if (o.first.empty()) {
+    first.network = included_network("default").value();
+  } else {
+    Result<WeightsFile> read = read_weights(o.first);
+    if (!read) return read.error();
+    first = {o.first, std::move(read).value().network};
+  }
   ProgressLine line(o.quiet);
   const SteadyClock clock;
   const double start = clock.seconds();
   Status written;
-  std::vector<float> first = with_pyramid(file.network).pyramid;  // of --blocks, or the included
-  double least = 0;
-  for (const TrainingView& view : views.last(held_out))
-    least += pyramid_error(first, view) / static_cast<double>(held_out);
-  std::printf("%-12s %10.5f %8d\n", "pyramid", least, 0);
-  Result<TrainedPyramid> trained = train_pyramid(
-      first, views, held_out, options, pool, stop.token(), [&](const TrainProgress& p) {
+  Result<Ladder> climbed = climb(
+      std::move(first), views, held_out, o.train, pool, stop.token(), [&](const TrainProgress& p) {
         if (!p.values.empty()) {
-          file.network.pyramid.assign(p.values.begin(), p.values.end());
+          file.network.values.assign(p.values.begin(), p.values.end());
+          file.steps = static_cast<uint32_t>(p.step);
           written = write_weights(o.out, file);
         }
-        line.show("training, pyramid", p.step / static_cast<double>(p.steps),
+        line.show("training", p.step / static_cast<double>(o.train.steps),
                   std::to_string(p.step) + " steps, loss " + std::to_string(p.loss) +
                       ", held out " + std::to_string(p.held_out),
                   clock.seconds() - start);
       });
   line.finish();
-  if (!trained) return trained.error();
-  const double error = mean_of(trained.value().held_out);
-  std::printf("%-12s %10.5f %8d\n", "pyramid", error, trained.value().steps);
-  if (!written.ok() || error < least) return written;
-  file.network.pyramid = std::move(first);
+  if (!climbed) return climbed.error();
+  if (!written.ok()) return written;
+  Ladder& ladder = climbed.value();
+  for (size_t i = 0; i < ladder.rungs.size(); ++i)
+    if (ladder.rungs[i].name == o.rung) ladder.chosen = i;
+  print_rungs(ladder);
+  take(file, ladder.rungs[ladder.chosen]);
   return write_weights(o.out, file);
 }
 
@@ -237,9 +215,6 @@ Status train_weights(const RecoverOptions& o) {
   Result<std::vector<TrainingView>> views = all_views(o, pool, stop.token(), held_out, last);
   if (!views) return views.error();
 
-  Result<Rung> blocks = block_network(o, views.value(), held_out, pool, stop.token());
-  if (!blocks) return blocks.error();
-  const Rung& chosen = blocks.value();
   WeightsFile file;
   file.program = QRAY_VERSION;
   const size_t scenes = o.scenes.size() + static_cast<size_t>(o.generated);
@@ -249,11 +224,7 @@ Status train_weights(const RecoverOptions& o) {
     file.materials = last.hash.materials;
     file.lights = last.hash.lights;
   }
-  file.steps = static_cast<uint32_t>(chosen.steps);
-  for (double e : chosen.held_out) file.held_out.push_back(static_cast<float>(std::max(e, 0.0)));
-  file.network = chosen.network;
-  if (o.pyramid_steps > 0) return train_its_pyramid(o, views.value(), held_out, file, pool, stop);
-  return write_weights(o.out, file);
+  return train_into(file, o, views.value(), held_out, pool, stop);
 }
 
 struct Compared {
@@ -322,11 +293,10 @@ Status info(const RecoverOptions& o) {
   const WeightsFile& w = read.value();
   const std::vector<double> errors(w.held_out.begin(), w.held_out.end());
   std::printf(
-      "id         %s\nscene      %s\nprogram    %s\nhidden     %d\nvalues     %zu, and %zu of the "
-      "pyramid\n"
+      "id         %s\nscene      %s\nprogram    %s\nvalues     %zu\n"
       "steps      %u\nheld out   %.5f (%zu views)\n",
-      w.id.c_str(), w.scene.c_str(), w.program.c_str(), w.network.hidden, w.network.values.size(),
-      w.network.pyramid.size(), w.steps, errors.empty() ? 0.0 : mean_of(errors), errors.size());
+      w.id.c_str(), w.scene.c_str(), w.program.c_str(), w.network.values.size(), w.steps,
+      errors.empty() ? 0.0 : mean_of(errors), errors.size());
   return {};
 }
 
@@ -359,8 +329,8 @@ void add_view_options(CLI::App& app, RecoverOptions& o) {
 }  // namespace
 
 void add_recover(CLI::App& app, int& exit_code) {
-  CLI::App* group =
-      app.add_subcommand("recover", "networks that make a picture of a quarter of its pixels");
+  CLI::App* group = app.add_subcommand(
+      "recover", "networks that clean pictures, and make one of a quarter of its pixels");
   group->require_subcommand(1);
   const auto run = [&exit_code](CLI::App* sub, Status (*command)(const RecoverOptions&),
                                 std::shared_ptr<RecoverOptions> o) {
@@ -371,21 +341,24 @@ void add_recover(CLI::App& app, int& exit_code) {
 
   auto train_options = std::make_shared<RecoverOptions>();
   CLI::App* train_command = group->add_subcommand(
-      "train", "take pictures of scenes, train the ladder of models, keep the cheapest good one");
+      "train",
+      "take pictures of scenes, train a network, keep it if it is better than the included one");
   train_command->add_option("scenes", train_options->scenes, "included names, folders or files")
       ->required();
   add_view_options(*train_command, *train_options);
   train_command->add_option("--held-out", train_options->held_out, "views of each scene kept apart")
       ->check(CLI::Range(1, 4095))
       ->capture_default_str();
-  train_command->add_option("--steps", train_options->train.steps, "at most")
-      ->check(CLI::Range(1, 100000))
+  train_command
+      ->add_option("--steps", train_options->train.steps, "of training; 0: views are taken alone")
+      ->check(CLI::Range(0, 1000000))
       ->capture_default_str();
-  train_command->add_option("--hidden", train_options->hidden, "keep this size, whatever is better")
-      ->check(CLI::IsMember({16, 32}));
-  train_command->add_option("--blocks", train_options->blocks,
-                            "a file whose network for blocks is taken instead of training one; its "
-                            "pyramid, if it has one, goes on being trained");
+  train_command->add_option("--first", train_options->first,
+                            "a file whose network goes on being trained; else the included one");
+  train_command
+      ->add_option("--keep", train_options->rung,
+                   "what was trained, or the mean of it and what was there: whatever is better")
+      ->check(CLI::IsMember({"trained", "mean"}));
   train_command
       ->add_option("--generated", train_options->generated,
                    "made-up rooms to learn from, too; a quarter as many views of each")
@@ -395,11 +368,6 @@ void add_recover(CLI::App& app, int& exit_code) {
       ->add_option("--more-views", train_options->more_views,
                    "files that --keep-views wrote, of any scenes, to learn from too")
       ->check(CLI::ExistingFile);
-  train_command
-      ->add_option("--pyramid-steps", train_options->pyramid_steps,
-                   "of training the pyramid, from the included one on; 0: none")
-      ->check(CLI::Range(0, 1000000))
-      ->capture_default_str();
   train_command->add_option("-o,--out", train_options->out, "weights.qrw")->required();
   run(train_command, train_weights, train_options);
 

@@ -16,7 +16,7 @@ Result<Recovery> included_recovery(const std::string& name) {
   if (name == "oidn") {
     Result<std::shared_ptr<const OpenImageDenoise>> peer = OpenImageDenoise::open();
     if (!peer.ok()) return peer.error();
-    return Recovery{name, no_network(), std::move(peer).value()};
+    return Recovery{name, Network{}, std::move(peer).value()};
   }
   Result<Network> network = included_network(name);
   if (!network.ok()) return network.error();

@@ -39,7 +39,7 @@ struct Reprojection {
     const float x0 = std::floor(at->x - 0.5f), y0 = std::floor(at->y - 0.5f);
     const float fx = at->x - 0.5f - x0, fy = at->y - 0.5f - y0;
     PixelHistory sum;
-    float weights = 0, seen = 0;
+    float weights = 0, seen = 0, guessed = 0;
     for (int k = 0; k < 4; ++k) {
       const int dx = k & 1, dy = k >> 1;
       const int x = static_cast<int>(x0) + dx, y = static_cast<int>(y0) + dy;
@@ -49,6 +49,11 @@ struct Reprojection {
       if (!same_surface(i, tap)) continue;
       seen += weight;
       const PixelHistory& h = history[tap];
+      if (h.guesses > 0) {
+        sum.guess += h.guess * weight;
+        sum.guesses += h.guesses * weight;
+        guessed += weight;
+      }
       if (h.samples == 0) continue;
       // By the samples in them too: a mean of many is surer than its neighbour of one.
       const float sure = weight * h.samples;
@@ -57,7 +62,9 @@ struct Reprojection {
       sum.samples += weight * h.samples;
       weights += sure;
     }
-    if (seen < kLeastWeight || weights == 0) return {};
+    if (seen < kLeastWeight) return {};
+    if (guessed > 0) sum.guess *= 1 / guessed, sum.guesses /= guessed;
+    if (weights == 0) return sum;
     sum.light *= 1 / weights;
     sum.square /= weights;
     // What was seen from farther away, in fewer pixels, is surer of less.

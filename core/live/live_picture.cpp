@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "core/recover/shrink.h"
 
@@ -14,6 +15,12 @@ constexpr float kLeastLight = 1e-3f;
 constexpr float kMostNoise = 16;
 constexpr float kManySamples = 32;  // tell a pixel's noise well
 constexpr float kSureErrors = 3;    // standard errors
+
+// Of the mean of so many samples. A single one tells none: it may be a rare bright one.
+float own_variance(float samples, float mean_square, float luminance) {
+  if (samples < 2) return sqr(luminance);
+  return std::max(0.0f, mean_square - sqr(luminance)) / (samples - 1);
+}
 
 BlockHistory block_of(const ViewBuffer& view, const History& history, int bx, int by) {
   const size_t first = view.index(2 * bx, 2 * by);
@@ -37,6 +44,8 @@ BlockHistory block_of(const ViewBuffer& view, const History& history, int bx, in
   block.light *= 1 / block.samples;
   block.luminance = luminance(block.light);
   block.variance = square / block.samples;  // for now: the mean square
+  if (block.samples >= 2)
+    block.own_error = std::sqrt(own_variance(block.samples, block.variance, block.luminance));
   return block;
 }
 
@@ -46,9 +55,68 @@ BlockHistory block_of(const ViewBuffer& view, const History& history, int bx, in
 float standard_error(const PixelHistory& pixel, const BlockHistory& block, float guess) {
   if (block.luminance == 0) return guess * kMostNoise / std::sqrt(pixel.samples);
   const float n = pixel.samples, variance = pixel.variance();
-  const float own = n < 2 ? sqr(luminance(pixel.light)) : variance / (n - 1);
+  const float own = own_variance(n, pixel.square, luminance(pixel.light));
   const float with_others = (n * variance + kTotalWeight * block.variance) / (n + kTotalWeight) / n;
   return std::sqrt(std::max(own, with_others));
+}
+
+// What recovery is to know of a pixel: of its own samples, or of its block's.
+struct Known {
+  Rgb light;
+  float relative = kMostNoise;  // standard error over the mean, with those around
+  float own_error = std::numeric_limits<float>::infinity();
+
+  explicit Known(const BlockHistory& b) : light(b.light), own_error(b.own_error) {
+    if (b.samples > 0) relative = std::sqrt(b.variance / b.samples) / (b.luminance + kLeastLight);
+  }
+  Known(const PixelHistory& h, const BlockHistory& b) : light(h.light) {
+    const float n = h.samples;
+    const float variance = (n * h.variance() + kTotalWeight * b.variance) / (n + kTotalWeight) / n;
+    relative = std::sqrt(variance) / (b.luminance + kLeastLight);
+    if (n >= 2) own_error = std::sqrt(own_variance(n, h.square, luminance(h.light)));
+  }
+};
+
+// Of all pixels (step 1), or of the first of each block (step 2) by all samples of the block.
+RecoveryInput known_pixels(const ViewBuffer& view, const History& history, const BlockGrid& blocks,
+                           int step, TaskPool& pool) {
+  const int width = view.width / step, height = view.height / step;
+  RecoveryInput known{Image::unset(width, height, kFeatures), Image::unset(width, height, 3),
+                      Image::unset(width, height, 1), Image::unset(width, height, 1)};
+  pool.run(static_cast<size_t>(height), [&](size_t row, int) {
+    const int y = static_cast<int>(row);
+    for (int x = 0; x < width; ++x) {
+      const size_t i = view.index(step * x, step * y);
+      const BlockHistory& b = blocks.of_pixel(step * x, step * y);
+      const bool own = step == 1 && history[i].samples > 0;
+      const Known pixel = own ? Known(history[i], b) : Known(b);
+      for (int k = 0; k < kFeatures; ++k)
+        known.features.at(x, y, k) = view.features.at(step * x, step * y, k);
+      const Rgb albedo = view.albedo(i), light = albedo * pixel.light;
+      // Samples of a guided path may be negative (its control variate), as no light is.
+      for (int c = 0; c < 3; ++c) known.colour.at(x, y, c) = std::max(0.0f, light[c]);
+      const float relative = std::min(pixel.relative, kMostNoise);
+      known.noise.at(x, y, 0) = relative / (1 + relative);
+      known.own_error.at(x, y, 0) = pixel.own_error * luminance(albedo);
+    }
+  });
+  return known;
+}
+
+// Means over the last frames' guesses, of pixels that have some.
+void keep_steady(Image& guess, const ViewBuffer& view, History& guesses, TaskPool& pool) {
+  pool.run(static_cast<size_t>(view.height), [&](size_t row, int) {
+    const int y = static_cast<int>(row);
+    for (int x = 0; x < view.width; ++x) {
+      const size_t i = view.index(x, y);
+      const Rgb albedo = view.albedo(i);
+      PixelHistory& h = guesses[i];
+      const float before = std::min(h.guesses, kMostGuesses);
+      h.guess = lerp(1 / (1 + before), h.guess, guess.rgb(x, y) / albedo);
+      h.guesses = before + 1;
+      guess.set_rgb(x, y, h.guess * albedo);
+    }
+  });
 }
 
 }  // namespace
@@ -124,21 +192,12 @@ Image sampled_picture(const ViewBuffer& view, const History& history, const Bloc
 }
 
 Image recovered_picture(const ViewBuffer& view, const History& history, const BlockGrid& blocks,
-                        FastRecovery& recovery, TaskPool& pool) {
-  Image known(view.width, view.height, 3), noise(view.width, view.height, 1), own = noise;
-  pool.run(static_cast<size_t>(view.height / 2), [&](size_t row, int) {
-    const int y = static_cast<int>(row) * 2;
-    for (int x = 0; x < view.width; x += 2) {
-      const BlockHistory& b = blocks.of_pixel(x, y);
-      known.set_rgb(x, y, view.albedo(view.index(x, y)) * b.light);
-      const float relative =
-          b.samples > 0 ? std::min(std::sqrt(b.variance / b.samples) / (b.luminance + kLeastLight),
-                                   kMostNoise)
-                        : kMostNoise;
-      noise.at(x, y, 0) = relative / (1 + relative);
-    }
-  });
-  const Image guess = recovery.run(view.features, known, noise, pool);
+                        bool rests, Guess& recovery, History& guesses, TaskPool& pool) {
+  const RecoveryInput known = known_pixels(view, history, blocks, rests ? 1 : 2, pool);
+  Image guess =
+      rests ? recovery.of_all(known, pool) : recovery.of_quarter(known, view.features, pool);
+  keep_steady(guess, view, guesses, pool);
+  Image own(view.width, view.height, 1);
   Image samples(view.width, view.height, 3);
   pool.run(static_cast<size_t>(view.height), [&](size_t row, int) {
     const int y = static_cast<int>(row);

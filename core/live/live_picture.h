@@ -1,11 +1,12 @@
 // From what is known of a frame's pixels to its picture. One thread calls; the pool's work.
 #pragma once
 
+#include <limits>
 #include <optional>
 #include <vector>
 
 #include "core/live/history.h"
-#include "core/recover/fast_recovery.h"
+#include "core/recover/guess.h"
 
 namespace qray {
 
@@ -15,6 +16,8 @@ struct BlockHistory {
   float samples = 0;    // 0: nothing was near
   float variance = 0;   // of a sample's luminance, with those around
   float luminance = 0;  // of the light, with those around
+  // Standard error of the light's luminance by these samples alone; fewer than two tell none.
+  float own_error = std::numeric_limits<float>::infinity();
 };
 
 class BlockGrid {
@@ -38,9 +41,11 @@ class BlockGrid {
 Image sampled_picture(const ViewBuffer& view, const History& history, const BlockGrid& blocks,
                       TaskPool& pool);
 
-// The network's guess, and the samples by as much as they are surer.
+// The network's guess, a mean over the last frames' where `guesses` has them, and the samples by as
+// much as they are surer. The mean is kept in `guesses`. `rests`: the guess is made of all pixels,
+// which takes longer, instead of the blocks'.
 Image recovered_picture(const ViewBuffer& view, const History& history, const BlockGrid& blocks,
-                        FastRecovery& recovery, TaskPool& pool);
+                        bool rests, Guess& recovery, History& guesses, TaskPool& pool);
 
 // Between the picture's pixels.
 Image enlarged(const Image& picture, int width, int height, TaskPool& pool);

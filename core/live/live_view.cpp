@@ -24,7 +24,7 @@ LiveView::LiveView(std::shared_ptr<const PreparedScene> scene, LiveSettings sett
     : scene_(std::move(scene)),
       settings_(std::move(settings)),
       guide_(std::move(guide), settings_.render.gate),
-      network_(std::move(network)),
+      recovery_(std::move(network)),
       pool_(pool),
       clock_(clock),
       budget_(settings_.frame_seconds),
@@ -68,7 +68,6 @@ void LiveView::look(LiveFrame& frame, double scale) {
   const size_t pixels = static_cast<size_t>(width) * static_cast<size_t>(height);
   const ViewBuffer before = std::move(view_);
   if (before.width != width || before.height != height) {
-    recovery_.reset();
     blocks_.reset();
     moving_.size_changed(pixels);
   }
@@ -156,8 +155,8 @@ void LiveView::show_known(LiveFrame& frame) {
   blocks_.emplace(view_, known, pool_);
   frame.noise = blocks_->noise();
   if (recovers()) {
-    if (!recovery_) recovery_.emplace(network_, view_.width, view_.height);
-    frame.picture = recovered_picture(view_, known, *blocks_, *recovery_, pool_);
+    frame.picture =
+        recovered_picture(view_, known, *blocks_, resting_.has_value(), recovery_, history_, pool_);
   } else {
     frame.picture = sampled_picture(view_, known, *blocks_, pool_);
   }

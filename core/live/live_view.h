@@ -46,13 +46,13 @@ class LiveView {
   bool is_still() const;
   void show_samples(LiveFrame& frame);
   void show_known(LiveFrame& frame);
-  bool recovers() const { return switches_.recovery && network_.hidden > 0; }
+  bool recovers() const { return switches_.recovery && recovery_.has_network(); }
   bool fixed() const { return settings_.paths_per_block > 0; }
 
   std::shared_ptr<const PreparedScene> scene_;
   LiveSettings settings_;
   LiveGuide guide_;
-  Network network_;
+  Guess recovery_;
   TaskPool& pool_;
   const Clock& clock_;
   LiveSwitches switches_;
@@ -64,7 +64,6 @@ class LiveView {
   ViewBuffer view_;
   History history_;  // of the frames before the camera came to rest, if it rests
   std::optional<BlockGrid> blocks_;
-  std::optional<FastRecovery> recovery_;
   MovingSamples moving_;
   std::optional<RestingPicture> resting_;  // while the camera rests
 };

@@ -1,6 +1,6 @@
 #include "core/recover/included_networks.h"
 
-#include "core/base/check.h"
+#include "core/recover/pyramid.h"
 
 // default.qrw, as it stands, in the program.
 asm(".pushsection .rodata\n"
@@ -18,8 +18,8 @@ extern const uint8_t kDefaultWeightsEnd[] asm("qray_default_weights_end");
 namespace qray {
 
 Result<Network> included_network(std::string_view name) {
-  if (name == "bilinear") return no_network();
-  if (name == "untrained") return untrained_network(16, 1);
+  if (name == "bilinear") return Network{};
+  if (name == "untrained") return untrained_network(1);
   if (name == "default") {
     const Result<WeightsFile> weights = decode_weights(
         {kDefaultWeightsBegin, static_cast<size_t>(kDefaultWeightsEnd - kDefaultWeightsBegin)});
@@ -27,13 +27,6 @@ Result<Network> included_network(std::string_view name) {
     return weights.value().network;
   }
   return Error{ErrorCode::kInvalid, "there is no network '" + std::string(name) + "'", "/recover"};
-}
-
-Network with_pyramid(Network network) {
-  if (!network.pyramid.empty()) return network;
-  if (Result<Network> other = included_network("default"); other.ok())
-    network.pyramid = std::move(other.value().pyramid);
-  return network;
 }
 
 }  // namespace qray

@@ -8,14 +8,8 @@
 
 namespace qray {
 
-// No network at all: bilinear interpolation.
-inline Network no_network() { return {0, {}}; }
-
-// "bilinear", "untrained" or "default", the one trained on the included scenes (docs/recover.md).
-// Else kInvalid.
+// "bilinear" (an empty one), "untrained" or "default", the one trained on the included scenes
+// (docs/recover.md). Else kInvalid.
 Result<Network> included_network(std::string_view name);
-
-// A file's network; where it has no pyramid, with the default one's.
-Network with_pyramid(Network network);
 
 }  // namespace qray

@@ -5,8 +5,7 @@
 #include <numeric>
 
 #include "core/math/hash.h"
-#include "core/recover/bilinear.h"
-#include "core/recover/included_networks.h"
+#include "core/math/vec.h"
 
 namespace qray {
 namespace {
@@ -19,12 +18,11 @@ double cpu_seconds() {  // of all threads
   return static_cast<double>(std::clock()) / CLOCKS_PER_SEC;
 }
 
-std::vector<double> errors_of(const Network& net, std::span<const TrainingView> views) {
-  std::vector<double> errors;
-  for (const TrainingView& view : views)
-    errors.push_back(net.hidden == 0 ? picture_error(bilinear_recovery(view.input.colour), view)
-                                     : recovery_error(net, view));
-  return errors;
+Rung untaught(const std::string& name, Network net, std::span<const TrainingView> views,
+              TaskPool& pool) {
+  std::vector<double> errors(views.size());
+  pool.run(views.size(), [&](size_t i, int) { errors[i] = cleaning_error(net, views[i]); });
+  return {name, std::move(net), 0, 0, std::move(errors)};
 }
 
 }  // namespace
@@ -57,25 +55,26 @@ size_t cheapest_good(std::span<const Rung> rungs, uint64_t seed) {
   return static_cast<size_t>(best - rungs.begin());
 }
 
-Result<Ladder> climb(std::span<const TrainingView> views, size_t held_out,
+Result<Ladder> climb(Rung first, std::span<const TrainingView> views, size_t held_out,
                      const TrainOptions& options, TaskPool& pool, std::stop_token stop,
-                     const std::function<void(const std::string&, const TrainProgress&)>& on_step) {
+                     const std::function<void(const TrainProgress&)>& on_step) {
   const std::span<const TrainingView> kept = views.last(held_out);
   Ladder ladder;
-  for (const auto& [name, net] : {std::pair{"bilinear", no_network()},
-                                  std::pair{"untrained", untrained_network(16, options.seed)}})
-    ladder.rungs.push_back({name, net, 0, 0, errors_of(net, kept)});
-  for (int hidden : {16, 32}) {
-    const std::string name = std::to_string(hidden) + " hidden";
-    const double start = cpu_seconds();
-    Result<Trained> trained =
-        train(untrained_network(hidden, options.seed), views, held_out, options, pool, stop,
-              [&](const TrainProgress& progress) { on_step(name, progress); });
-    if (!trained) return trained.error();
-    Trained& t = trained.value();
-    ladder.rungs.push_back(
-        {name, std::move(t.network), t.steps, cpu_seconds() - start, std::move(t.held_out)});
-  }
+  ladder.rungs.push_back(untaught("untrained", untrained_network(options.seed), kept, pool));
+  ladder.rungs.push_back(untaught(first.name, first.network, kept, pool));
+  const double start = cpu_seconds();
+  Result<Trained> trained =
+      train(first.network, views, held_out, options, pool, std::move(stop), on_step);
+  if (!trained) return trained.error();
+  Trained& t = trained.value();
+  Network mean = std::move(first.network);
+  for (size_t i = 0; i < mean.values.size(); ++i)
+    mean.values[i] = lerp(0.5f, mean.values[i], t.network.values[i]);
+  const double took = cpu_seconds() - start;
+  ladder.rungs.push_back(untaught("mean", std::move(mean), kept, pool));
+  ladder.rungs.push_back({"trained", std::move(t.network), 0, 0, std::move(t.held_out)});
+  for (size_t i = 2; i < 4; ++i)
+    ladder.rungs[i].steps = options.steps, ladder.rungs[i].cpu_seconds = took;
   ladder.chosen = cheapest_good(ladder.rungs, options.seed);
   return ladder;
 }

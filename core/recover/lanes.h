@@ -21,11 +21,6 @@ using IntLanes = int32_t __attribute__((vector_size(4 * kLanes)));
 [[maybe_unused, gnu::always_inline]] inline void store(float* p, const Lanes& v) {
   std::memcpy(p, &v, sizeof v);
 }
-[[maybe_unused, gnu::always_inline]] inline Lanes splat(float v) { return v - Lanes{}; }
-
-[[maybe_unused, gnu::always_inline]] inline Lanes leaky(const Lanes& v, float slope) {
-  return v < 0.0f ? v * slope : v;
-}
 
 // e^x for x in [-80, 60], clamped to it; within 3e-7 of it, relatively. For vectors V of floats and
 // I of as many integers.

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cmath>
+#include <utility>
 
 namespace qray {
 namespace {
@@ -37,7 +38,7 @@ size_t pyramid_scales() {
 
 size_t pyramid_size() { return pyramid_scales() + size_t{kPyramidLevels * 2 * kDistances}; }
 
-std::vector<float> untrained_pyramid(uint64_t seed) {
+Network untrained_network(uint64_t seed) {
   std::vector<float> values(pyramid_size(), 0);
   for (int part = kFirstLayer; part <= kUp1; ++part) {
     const PyramidLayer layer = kLayers[static_cast<size_t>(part)];
@@ -46,7 +47,7 @@ std::vector<float> untrained_pyramid(uint64_t seed) {
   }
   for (size_t i = pyramid_scales(), k = 0; i < values.size(); ++i, ++k)
     values[i] = std::log(kFirstScales[k % kDistances]);
-  return values;
+  return {std::move(values)};
 }
 
 }  // namespace qray

@@ -1,6 +1,6 @@
-// The network for pictures of which every pixel was sampled: a small U-net whose answers are the
-// weights of filters on six levels of the picture, from pixels (level 0) to squares of 32 x 32
-// (level 5). It never makes a colour itself.
+// The network that cleans samples: a small U-net whose answers are the weights of filters on six
+// levels of the picture, from pixels (level 0) to squares of 32 x 32 (level 5). It never makes a
+// colour itself.
 //
 //   input    of each block of 2 x 2 pixels: their colour / albedo in the picture's own exposure, as
 //            a logarithm, their noise, what they show of lights, and their features
@@ -11,9 +11,9 @@
 //            results of the 4 nearest cells of the coarser level, by a softmax of 13 logits, less
 //            the distances of the taps' features in learned scales
 //
-// So each result is a convex combination of colours around. With no weights in the heads it is a
-// joint bilateral filter on six levels. The shape is that of kernel-predicting denoisers (Vogels
-// et al., "Denoising with Kernel Prediction and Asymmetric Loss Functions", 2018). Any thread.
+// So each result is a convex combination of colours around, which invents nothing. The shape is
+// that of kernel-predicting denoisers (Vogels et al., "Denoising with Kernel Prediction and
+// Asymmetric Loss Functions", 2018). Any thread.
 #pragma once
 
 #include <vector>
@@ -25,12 +25,15 @@ namespace qray {
 constexpr int kPyramidLevels = 6;
 constexpr int kPyramidSide = 1 << (kPyramidLevels - 1);  // pixels of the coarsest cells
 constexpr int kPyramidChannels = 32;
+constexpr int kBlock = 4;       // pixels of a block of 2 x 2, row by row
+constexpr float kSlope = 0.1f;  // of the leaky units
 // Colour; noise of the surroundings, and the pixel's own; what it shows of lights; features.
 constexpr int kPixelNoise = kColour, kPixelOwnNoise = kPixelNoise + 1,
               kPixelShown = kPixelOwnNoise + 1, kPixelFeatures = kPixelShown + 1,
               kPixelInputs = kPixelFeatures + kFeatures;
 constexpr int kPyramidInputs = kBlock * kPixelInputs;
 
+constexpr int kTaps = 9;  // row by row, the middle one fifth
 constexpr int kCoarseTaps = 4;
 constexpr int kPyramidTaps = kTaps + kCoarseTaps;
 constexpr int kCellLogits = 16;  // of a cell's filter, with padding
@@ -72,7 +75,7 @@ PyramidLayer pyramid_layer(PyramidPart part);
 size_t pyramid_scales();
 size_t pyramid_size();  // of all values
 
-// Its heads have no weights yet.
-std::vector<float> untrained_pyramid(uint64_t seed);
+// Its heads have no weights yet: a joint bilateral filter on six levels.
+Network untrained_network(uint64_t seed);
 
 }  // namespace qray

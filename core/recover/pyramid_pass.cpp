@@ -5,7 +5,6 @@
 #include <limits>
 
 #include "core/base/check.h"
-#include "core/recover/convolve.h"
 #include "core/recover/lanes.h"
 
 namespace qray {
@@ -58,6 +57,19 @@ void sum_row(const CellGrid& fine, const CellGrid& coarse, const CellGrid& out, 
   }
 }
 
+// Weights [tap][input][output] -> those that take a gradient back to the input: [tap reversed]
+// [output][input].
+std::vector<float> transposed(const float* weights, int taps, int inputs, int outputs) {
+  std::vector<float> back(static_cast<size_t>(taps) * static_cast<size_t>(inputs) *
+                          static_cast<size_t>(outputs));
+  for (int t = 0; t < taps; ++t)
+    for (int i = 0; i < inputs; ++i)
+      for (int o = 0; o < outputs; ++o)
+        back[static_cast<size_t>(((taps - 1 - t) * outputs + o) * inputs + i)] =
+            weights[static_cast<size_t>((t * inputs + i) * outputs + o)];
+  return back;
+}
+
 // Where the unit was below 0, the gradient is kSlope of what it is.
 void back_leaky(const CellGrid& d, const CellGrid& unit) {
   for (int y = 0; y < d.height; ++y) {
@@ -68,6 +80,15 @@ void back_leaky(const CellGrid& d, const CellGrid& unit) {
 }
 
 }  // namespace
+
+bool has_avx512() {
+#if defined(__x86_64__)
+  return __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512vl") &&
+         __builtin_cpu_supports("avx512bw") && __builtin_cpu_supports("avx512dq");
+#else
+  return false;
+#endif
+}
 
 PyramidPass::PyramidPass(Target target)
     : loops_(target == Target::kBest && has_avx512() ? &avx512_pyramid_loops()

@@ -9,11 +9,13 @@
 
 #include "core/base/task_pool.h"
 #include "core/image/image.h"
-#include "core/recover/fast_recovery.h"
 #include "core/recover/pyramid_memory.h"
 #include "core/recover/recovery_input.h"
 
 namespace qray {
+
+// Whether the processor has the instructions that the fastest loops take.
+bool has_avx512();
 
 // By which a picture is multiplied to be as bright as any other: of the geometric mean of its
 // squares of 16 x 16 pixels. 1 where all is black.
@@ -26,7 +28,7 @@ struct PyramidInput {
 
 class PyramidPass {
  public:
-  using Target = FastRecovery::Target;
+  enum class Target { kBest, kCommon };  // of the processor
   explicit PyramidPass(Target target = Target::kBest);
   PyramidPass(PyramidPass&&) = default;
 

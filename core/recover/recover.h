@@ -1,5 +1,4 @@
-// The whole picture from what was sampled of it, by any rung of the ladder (ladder.h). Any thread;
-// the pool's work.
+// The whole picture from what was sampled of it. Any thread; the pool's work.
 #pragma once
 
 #include "core/base/task_pool.h"
@@ -9,15 +8,13 @@
 
 namespace qray {
 
-// From the first pixel of each 2 x 2 block. Even sides. The network's pyramid cleans these pixels
-// as it does all pixels below, and what features tell makes the others of them (upsample.h); where
-// it has none, the network for blocks does both. Balanced with the samples (balance.h), but where
-// there is no network.
+// From the first pixel of each 2 x 2 block. Even sides. The network cleans these pixels as it does
+// all pixels below, and what features tell makes the others of them (upsample.h). Balanced with the
+// samples (balance.h). Without a network the others are interpolated, and nothing is cleaned.
 Recovered recover_quarter(const Network& net, const RecoveryInput& input, TaskPool& pool);
 
-// From all pixels: what the network's pyramid makes of them or, where it has none, the mean of what
-// each of the four pixels of the blocks makes of the picture; and the samples by as much as they
-// are surer (shrink.h), balanced with the samples.
+// From all pixels: what the network makes of them, and the samples by as much as they are surer
+// (shrink.h), balanced with the samples. Without a network: the samples.
 Recovered recover_all(const Network& net, const RecoveryInput& input, TaskPool& pool);
 
 }  // namespace qray

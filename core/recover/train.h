@@ -1,6 +1,6 @@
 // Teaches a network by training views: Adam (Kingma and Ba 2015), batches of 8 tiles, each turned
-// by chance. The same views, options and seed give the same values for any number of
-// threads.
+// by chance, with its colour channels exchanged and the world's axes exchanged and mirrored. The
+// same views, options and seed give the same values for any number of threads.
 #pragma once
 
 #include <cstdint>
@@ -11,19 +11,18 @@
 
 #include "core/base/result.h"
 #include "core/base/task_pool.h"
-#include "core/recover/network.h"
 #include "core/recover/pyramid.h"
 #include "core/recover/training_view.h"
 
 namespace qray {
 
 struct TrainOptions {
-  int steps = 600;  // at most
+  int steps = 600;
   uint64_t seed = 1;
 };
 
 struct TrainProgress {
-  int step = 0, steps = 0;
+  int step = 0;
   double loss = 0;      // of the batch, smoothed
   double held_out = 0;  // error of the views kept apart, when last looked at
   // At a look, and only then: what training would return if it ended here.
@@ -31,8 +30,7 @@ struct TrainProgress {
 };
 
 struct Trained {
-  Network network;
-  int steps = 0;                 // taken; fewer than asked for where they brought nothing more
+  Network network;               // a moving mean of the values of the last hundreds of steps
   std::vector<double> held_out;  // relMSE of each view kept apart
 };
 
@@ -42,24 +40,9 @@ Result<Trained> train(Network start, std::span<const TrainingView> views, size_t
                       const TrainOptions& options, TaskPool& pool, std::stop_token stop,
                       const std::function<void(const TrainProgress&)>& on_step);
 
-struct TrainedPyramid {
-  std::vector<float> values;
-  int steps = 0;
-  std::vector<double> held_out;
-};
-
-// The same of the pyramid (pyramid.h): of all pixels of the views, and all of the steps. Tiles also
-// have their colour channels exchanged and the world's axes exchanged and mirrored by chance. The
-// values are a moving mean of those of the last hundreds of steps.
-Result<TrainedPyramid> train_pyramid(std::vector<float> start, std::span<const TrainingView> views,
-                                     size_t held_out, const TrainOptions& options, TaskPool& pool,
-                                     std::stop_token stop,
-                                     const std::function<void(const TrainProgress&)>& on_step);
-
 // relMSE of a picture of the view, what is the target's own left out: it may be below 0.
 double picture_error(const Image& picture, const TrainingView& view);
-// The same of the whole view, recovered.
-double recovery_error(const Network& net, const TrainingView& view);
-double pyramid_error(std::span<const float> values, const TrainingView& view);
+// The same of all pixels of the view, cleaned by the network.
+double cleaning_error(const Network& net, const TrainingView& view);
 
 }  // namespace qray

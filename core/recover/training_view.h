@@ -3,7 +3,6 @@
 #pragma once
 
 #include "core/image/image.h"
-#include "core/recover/block_tile.h"
 #include "core/recover/recovery_input.h"
 
 namespace qray {
@@ -18,15 +17,6 @@ struct TrainingView {
 struct Flip {
   bool mirror_x = false, mirror_y = false, exchange = false;
 };
-
-// height x width blocks of a turned square view, from block (y, x) on. Blocks beyond the edge are
-// copies of it. `noise`: of each pixel's colour, standard error over mean as r / (1 + r), [0, 1].
-BlockTile tile_of(const Image& features, const Image& input, const Image& noise, int y, int x,
-                  int height, int width, Flip flip = {});
-
-// The target of those blocks: [block][pixel][3].
-std::vector<float> target_of(const TrainingView& view, int y, int x, int height, int width,
-                             Flip flip);
 
 // height x width pixels of a turned square picture, from pixel (y, x) on.
 Image turned(const Image& image, int y, int x, int height, int width, Flip flip);

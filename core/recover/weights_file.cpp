@@ -10,7 +10,6 @@ namespace {
 
 constexpr uint64_t kMagic = 0x3156435259415251;  // "QRAYRCV1"
 constexpr size_t kMaxString = 256, kMaxHeldOut = 4096, kIdHexDigits = 32;
-constexpr uint32_t kMaxHidden = 64;
 constexpr float kMaxValue = 1e4f;
 
 Error corrupt(const ByteReader& in, const std::string& what) {
@@ -44,16 +43,11 @@ Bytes encode_weights(const WeightsFile& weights) {
   body.u32(weights.steps);
   body.u32(static_cast<uint32_t>(weights.held_out.size()));
   for (float v : weights.held_out) body.f32(v);
-  body.u32(static_cast<uint32_t>(weights.network.hidden));
+  body.u32(static_cast<uint32_t>(weights.network.values.size()));
   for (float v : weights.network.values) body.f32(v);
-  const std::vector<float>& pyramid = weights.network.pyramid;
-  if (!pyramid.empty()) {
-    body.u32(static_cast<uint32_t>(pyramid.size()));
-    for (float v : pyramid) body.f32(v);
-  }
   ByteWriter out;
   out.u64(kMagic);
-  out.u32(pyramid.empty() ? 1 : kWeightsFormatVersion);
+  out.u32(kWeightsFormatVersion);
   out.u32(kFeatureLayout);
   out.u32(crc32c(body.data()));
   out.bytes(body.data());
@@ -70,7 +64,7 @@ Result<WeightsFile> decode_weights(std::span<const uint8_t> bytes) {
   if (in.u64() != kMagic)
     return corrupt(in, "not qray's weights: the first 8 bytes are not QRAYRCV1");
   const uint32_t version = in.u32();
-  if (version != 1 && version != kWeightsFormatVersion)
+  if (version != kWeightsFormatVersion)
     return unsupported("weights format version", version, kWeightsFormatVersion, 8);
   if (const uint32_t layout = in.u32(); layout != kFeatureLayout)
     return unsupported("feature layout", layout, kFeatureLayout, 12);
@@ -91,24 +85,12 @@ Result<WeightsFile> decode_weights(std::span<const uint8_t> bytes) {
     weights.held_out.push_back(in.f32());
     all_good = all_good && good(weights.held_out.back()) && weights.held_out.back() >= 0;
   }
-  const uint32_t hidden = in.u32();
-  if (!in.ok() || hidden % 16 != 0 || hidden > kMaxHidden)
-    return corrupt(in, "expected 0, 16, 32, 48 or 64 hidden units");
-  weights.network.hidden = static_cast<int>(hidden);
-  const size_t size = hidden > 0 ? weights.network.parts().size : 0;
-  const size_t pyramid = version > 1 ? pyramid_size() : 0;
-  if (in.remaining() != 4 * size + (pyramid > 0 ? 4 + 4 * pyramid : 0))
-    return corrupt(in, "wrong size for " + std::to_string(size) + " values and a pyramid of " +
-                           std::to_string(pyramid));
-  for (size_t i = 0; i < size; ++i) {
+  const uint32_t size = in.u32();
+  if (!in.ok() || size != pyramid_size() || in.remaining() != 4 * size_t{size})
+    return corrupt(in, "expected " + std::to_string(pyramid_size()) + " values");
+  for (uint32_t i = 0; i < size; ++i) {
     weights.network.values.push_back(in.f32());
     all_good = all_good && good(weights.network.values.back());
-  }
-  if (pyramid > 0 && in.u32() != pyramid)
-    return corrupt(in, "expected a pyramid of " + std::to_string(pyramid) + " values");
-  for (size_t i = 0; i < pyramid; ++i) {
-    weights.network.pyramid.push_back(in.f32());
-    all_good = all_good && good(weights.network.pyramid.back());
   }
   if (!all_good) return corrupt(in, "a value is not finite, or out of range");
   if (weights.id != weights_id(weights)) return corrupt(in, "its id is not that of its values");

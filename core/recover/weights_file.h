@@ -12,8 +12,7 @@
 
 namespace qray {
 
-// Of files with a pyramid; the others are of version 1.
-constexpr uint32_t kWeightsFormatVersion = 3;
+constexpr uint32_t kWeightsFormatVersion = 4;
 // Counts up when what a feature or an input means, or the network's shape, changes.
 constexpr uint32_t kFeatureLayout = 2;
 
@@ -26,7 +25,7 @@ struct WeightsFile {
   Digest geometry, materials, lights;  // of that scene; zeros where there were several
   uint32_t steps = 0;                  // of training
   std::vector<float> held_out;         // relMSE of each view that was kept apart
-  Network network;                     // no hidden units: none is needed (bilinear)
+  Network network;
 };
 
 Bytes encode_weights(const WeightsFile& weights);

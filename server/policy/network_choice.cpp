@@ -12,7 +12,7 @@ Result<Network> load_network(WeightsStore& weights, const std::string& name) {
   if (Result<Network> included = included_network(name); included.ok()) return included;
   Result<WeightsFile> trained = weights.load(name);
   if (!trained.ok()) return trained.error();
-  return with_pyramid(std::move(trained.value().network));
+  return std::move(trained.value().network);
 }
 
 }  // namespace qray::server

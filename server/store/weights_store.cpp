@@ -28,7 +28,6 @@ proto::WeightsInfo info_of(const WeightsFile& w, uint64_t bytes, int64_t created
   info.program = w.program;
   info.created_ms = created_ms;
   info.bytes = bytes;
-  info.hidden = w.network.hidden;
   info.steps = w.steps;
   info.views = w.held_out.size();
   if (!w.held_out.empty())

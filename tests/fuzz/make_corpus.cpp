@@ -6,6 +6,7 @@
 #include "core/base/file.h"
 #include "core/guide/open_table.h"
 #include "core/math/warp.h"
+#include "core/recover/pyramid.h"
 #include "core/recover/weights_file.h"
 #include "tests/support/random.h"
 
@@ -155,15 +156,12 @@ Bytes table(std::string_view method) {
   return encode_table(file);
 }
 
-Bytes weights(int hidden) {
+Bytes weights() {
   WeightsFile file;
   file.program = "fuzz";
   file.scene = "a room";
   file.held_out = {0.5f, 0.25f};
-  if (hidden > 0)
-    file.network = untrained_network(hidden, 1);
-  else
-    file.network.hidden = 0;
+  file.network = untrained_network(1);
   file.id = weights_id(file);
   return encode_weights(file);
 }
@@ -181,8 +179,7 @@ bool write_all(const std::filesystem::path& folder) {
   ok = ok && write("serialized/two_shapes.serialized", serialized_file());
   for (const char* method : {"huang", "dahm-keller", "ppg", "adaptive"})
     ok = ok && write(std::string("table/") + method + ".qrt", table(method));
-  ok = ok && write("weights/bilinear.qrw", weights(0));
-  return ok && write("weights/16.qrw", weights(16));
+  return ok && write("weights/untrained.qrw", weights());
 }
 
 }  // namespace

@@ -39,7 +39,8 @@ float pixel_width(float distance) {
 History ramp(int width, int height) {
   History history(static_cast<size_t>(width * height));
   for (size_t i = 0; i < history.size(); ++i)
-    history[i] = {Rgb{static_cast<float>(i % static_cast<size_t>(width))}, 1, 3};
+    history[i] = {Rgb{static_cast<float>(i % static_cast<size_t>(width))}, 1, 3,
+                  Rgb{static_cast<float>(i / static_cast<size_t>(width))}, 2};
   return history;
 }
 
@@ -84,9 +85,13 @@ TEST(History, IsFoundWhereTheSurfaceWasSeenBefore) {
       const PixelHistory& h = moved[now.index(x, y)];
       ASSERT_NEAR(h.light.r, static_cast<float>(x) + 5.25f, 1e-2) << x << ", " << y;
       ASSERT_NEAR(h.samples, 3, 0.05);
+      ASSERT_NEAR(h.guess.r, y, 0.05);
+      ASSERT_NEAR(h.guesses, 2, 1e-3);
     }
-  for (int x = kSide - 4; x < kSide; ++x)  // was not in sight
+  for (int x = kSide - 4; x < kSide; ++x) {  // was not in sight
     EXPECT_EQ(moved[now.index(x, 9)].samples, 0) << x;
+    EXPECT_EQ(moved[now.index(x, 9)].guesses, 0) << x;
+  }
 }
 
 TEST(History, IsFoundInAnotherResolution) {

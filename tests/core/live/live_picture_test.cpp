@@ -54,25 +54,46 @@ TEST(BlockGrid, WithManySamplesBlocksTellTheirNoiseThemselves) {
   EXPECT_NEAR(ramp.at(5, 5).variance, 1, 0.01);
 }
 
-// A view of one surface of which all pixels have `samples`; the picture that recovery makes of it.
-Image recovered(float samples, const std::function<float(int, int)>& light_of) {
+// A view of one surface of which all pixels have `samples`.
+struct OneSurface {
   ViewBuffer view;
-  view.width = view.height = 32;
-  view.features = Image(32, 32, kFeatureChannels);
-  view.surfaces.assign(32 * 32, 1);
-  History history(32 * 32);
-  for (int y = 0; y < 32; ++y)
-    for (int x = 0; x < 32; ++x) {
-      const size_t i = view.index(x, y);
-      for (int c = 0; c < 3; ++c) view.features.at(x, y, c) = 0.5f;
-      view.features.at(x, y, 5) = 1;  // the normal
-      const float light = light_of(x, y);
-      history[i] = {Rgb{light}, samples * light * light, samples};  // of one sample among them
-    }
-  TaskPool pool(2);
-  const Network network = included_network("untrained").value();
-  FastRecovery recovery(network, 32, 32);
-  return recovered_picture(view, history, BlockGrid(view, history, pool), recovery, pool);
+  History history{32 * 32};
+
+  OneSurface(float samples, const std::function<float(int, int)>& light_of) {
+    view.width = view.height = 32;
+    view.features = Image(32, 32, kFeatureChannels);
+    view.surfaces.assign(32 * 32, 1);
+    for (int y = 0; y < 32; ++y)
+      for (int x = 0; x < 32; ++x) {
+        const size_t i = view.index(x, y);
+        for (int c = 0; c < 3; ++c) view.features.at(x, y, c) = 0.5f;
+        view.features.at(x, y, 5) = 1;  // the normal
+        const float light = light_of(x, y);
+        history[i] = {Rgb{light}, samples * light * light, samples};  // of one sample among them
+      }
+  }
+  // That recovery makes of it.
+  Image picture() {
+    TaskPool pool(2);
+    Guess recovery(included_network("untrained").value());
+    const History known = history;
+    return recovered_picture(view, known, BlockGrid(view, known, pool), false, recovery, history,
+                             pool);
+  }
+};
+
+Image recovered(float samples, const std::function<float(int, int)>& light_of) {
+  return OneSurface(samples, light_of).picture();
+}
+
+TEST(RecoveredPicture, ItsGuessIsAMeanOverTheLastFrames) {
+  OneSurface black(0, [](int, int) { return 0.0f; });
+  for (PixelHistory& h : black.history) h.guess = Rgb{1}, h.guesses = 10;
+  const Image picture = black.picture();
+  const float mean = kMostGuesses / (kMostGuesses + 1);
+  EXPECT_NEAR(picture.at(9, 20, 1), mean * (0.5f + kAlbedoFloor), 1e-5);
+  EXPECT_NEAR(black.history[5].guess.g, mean, 1e-5);
+  EXPECT_EQ(black.history[5].guesses, kMostGuesses + 1);
 }
 
 // Of eight samples a pixel one in sixteen pixels' was bright, and all in a square had none.

@@ -28,7 +28,7 @@ struct PyramidPictures {
 
 std::vector<float> shaken(uint64_t seed) {
   test::Random random(seed);
-  std::vector<float> values = untrained_pyramid(seed);
+  std::vector<float> values = untrained_network(seed).values;
   for (float& v : values) v += 0.1f * (random.next() - 0.5f);
   return values;
 }
@@ -124,7 +124,7 @@ TEST(PyramidPass, UntrainedItKeepsAnEdgeOfTheFeatures) {
         if (k < 3) p.pictures.colour.at(x, y, k) = left ? 0.5f + kAlbedoFloor : 0;
       }
   PyramidPass pass;
-  const Image result = pass.forward(untrained_pyramid(1), p.input(), nullptr, false);
+  const Image result = pass.forward(untrained_network(1).values, p.input(), nullptr, false);
   for (int y = 0; y < 32; ++y)
     for (int x = 0; x < 48; ++x)
       ASSERT_NEAR(result.at(x, y, 0), x < edge ? 1 : 0, 0.05f) << x << ", " << y;

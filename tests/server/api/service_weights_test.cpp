@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "core/base/file.h"
+#include "core/recover/pyramid.h"
 #include "core/recover/weights_file.h"
 #include "tests/server/pictures.h"
 
@@ -17,7 +18,7 @@ std::string weights_body(uint64_t seed) {
   w.scene = "box";
   w.steps = 7;
   w.held_out = {0.5f, 0.25f};
-  w.network = untrained_network(16, seed);
+  w.network = untrained_network(seed);
   w.id = weights_id(w);
   const Bytes bytes = encode_weights(w);
   return {bytes.begin(), bytes.end()};
@@ -50,7 +51,6 @@ TEST_F(ServiceWeights, WhatIsUploadedIsListedServedAndDeleted) {
   EXPECT_EQ(upload(body), id) << "the same again";
   const Json info = s_.get("/v1/weights/" + id);
   EXPECT_EQ(info["scene"], "box");
-  EXPECT_EQ(info["hidden"], 16);
   EXPECT_EQ(info["views"], 2);
   EXPECT_EQ(info["held_out"], 0.375);
   EXPECT_EQ(info["bytes"], body.size());

@@ -1,5 +1,0 @@
-#include "core/recover/infer_loops.h"
-
-namespace qray {
-const InferLoops& common_loops() { return kLoops; }
-}  // namespace qray
