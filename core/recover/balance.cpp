@@ -24,23 +24,23 @@ constexpr double kDoubt = 2;          // times the variance, which few samples h
 constexpr int kBalanceRounds = 4;     // what the range cuts off goes to pixels that have room
 constexpr float kTouch = 1e-4f;       // relative: less is rounding
 
-struct CellGrid {
+struct EnergyGrid {
   int width = 0, height = 0;
   std::vector<Energy> cells;
   Energy& at(int x, int y) {
     return cells[static_cast<size_t>(y) * static_cast<size_t>(width) + static_cast<size_t>(x)];
   }
-  const Energy& at(int x, int y) const { return const_cast<CellGrid*>(this)->at(x, y); }
+  const Energy& at(int x, int y) const { return const_cast<EnergyGrid*>(this)->at(x, y); }
 };
 
-CellGrid empty_grid(int width, int height) {
+EnergyGrid empty_grid(int width, int height) {
   return {width, height,
           std::vector<Energy>(static_cast<size_t>(width) * static_cast<size_t>(height))};
 }
 
-CellGrid finest_grid(const Image& guess, const Image& samples, int step, TaskPool& pool) {
-  CellGrid grid = empty_grid((guess.width() + kFinestPx - 1) / kFinestPx,
-                             (guess.height() + kFinestPx - 1) / kFinestPx);
+EnergyGrid finest_grid(const Image& guess, const Image& samples, int step, TaskPool& pool) {
+  EnergyGrid grid = empty_grid((guess.width() + kFinestPx - 1) / kFinestPx,
+                               (guess.height() + kFinestPx - 1) / kFinestPx);
   pool.run(static_cast<size_t>(grid.height), [&](size_t row, int) {
     const int cy = static_cast<int>(row);
     for (int y = cy * kFinestPx; y < std::min(guess.height(), (cy + 1) * kFinestPx); y += step)
@@ -51,8 +51,8 @@ CellGrid finest_grid(const Image& guess, const Image& samples, int step, TaskPoo
   return grid;
 }
 
-CellGrid halved(const CellGrid& fine) {
-  CellGrid grid = empty_grid((fine.width + 1) / 2, (fine.height + 1) / 2);
+EnergyGrid halved(const EnergyGrid& fine) {
+  EnergyGrid grid = empty_grid((fine.width + 1) / 2, (fine.height + 1) / 2);
   for (int y = 0; y < fine.height; ++y)
     for (int x = 0; x < fine.width; ++x) grid.at(x / 2, y / 2) += fine.at(x, y);
   return grid;
@@ -85,14 +85,14 @@ void share_out(const Energy& parent, std::span<Energy*> children) {
 }
 
 // The finest grid with its factors.
-CellGrid factors_of(const Image& guess, const Image& samples, int step, TaskPool& pool) {
-  std::vector<CellGrid> levels{finest_grid(guess, samples, step, pool)};
+EnergyGrid factors_of(const Image& guess, const Image& samples, int step, TaskPool& pool) {
+  std::vector<EnergyGrid> levels{finest_grid(guess, samples, step, pool)};
   while (levels.back().cells.size() > 1) levels.push_back(halved(levels.back()));
   Energy& whole = levels.back().cells[0];
   whole.set_factor(whole.wanted(whole.guess, whole.square), Rgb{1});
   for (size_t level = levels.size() - 1; level-- > 0;) {
-    const CellGrid& parents = levels[level + 1];
-    CellGrid& cells = levels[level];
+    const EnergyGrid& parents = levels[level + 1];
+    EnergyGrid& cells = levels[level];
     for (int y = 0; y < parents.height; ++y)
       for (int x = 0; x < parents.width; ++x) {
         std::array<Energy*, 4> children;
@@ -107,7 +107,7 @@ CellGrid factors_of(const Image& guess, const Image& samples, int step, TaskPool
 }
 
 // Between the cells' centres: the row of pixels times their factors.
-void multiply_row(const CellGrid& grid, int y, Image& picture) {
+void multiply_row(const EnergyGrid& grid, int y, Image& picture) {
   const auto place = [](int pixel, int count, int& first) {
     const float at = (static_cast<float>(pixel) + 0.5f) / kFinestPx - 0.5f;
     first = std::clamp(static_cast<int>(std::floor(at)), 0, std::max(0, count - 2));
@@ -221,7 +221,7 @@ Recovered balanced(Image guess, const Image& samples, int step, TaskPool& pool) 
   balance_by_brightness(guess, samples, step, pool);
   hold(guess, range, pool);
   for (int round = 0; round < kBalanceRounds; ++round) {
-    const CellGrid factors = factors_of(guess, samples, step, pool);
+    const EnergyGrid factors = factors_of(guess, samples, step, pool);
     if (std::ranges::all_of(factors.cells, &Energy::is_as_it_should_be)) break;
     pool.run(static_cast<size_t>(guess.height()),
              [&](size_t row, int) { multiply_row(factors, static_cast<int>(row), guess); });
