@@ -192,10 +192,10 @@ Image sampled_picture(const ViewBuffer& view, const History& history, const Bloc
 }
 
 Image recovered_picture(const ViewBuffer& view, const History& history, const BlockGrid& blocks,
-                        bool rests, Guess& recovery, History& guesses, TaskPool& pool) {
-  const RecoveryInput known = known_pixels(view, history, blocks, rests ? 1 : 2, pool);
+                        bool knows_pixels, Guess& recovery, History& guesses, TaskPool& pool) {
+  const RecoveryInput known = known_pixels(view, history, blocks, knows_pixels ? 1 : 2, pool);
   Image guess =
-      rests ? recovery.of_all(known, pool) : recovery.of_quarter(known, view.features, pool);
+      knows_pixels ? recovery.of_all(known, pool) : recovery.of_quarter(known, view.features, pool);
   keep_steady(guess, view, guesses, pool);
   Image own(view.width, view.height, 1);
   Image samples(view.width, view.height, 3);

@@ -42,10 +42,10 @@ Image sampled_picture(const ViewBuffer& view, const History& history, const Bloc
                       TaskPool& pool);
 
 // The network's guess, a mean over the last frames' where `guesses` has them, and the samples by as
-// much as they are surer. The mean is kept in `guesses`. `rests`: the guess is made of all pixels,
-// which takes longer, instead of the blocks'.
+// much as they are surer. The mean is kept in `guesses`. `knows_pixels`: the guess is made of all
+// pixels, which takes longer, instead of the blocks'.
 Image recovered_picture(const ViewBuffer& view, const History& history, const BlockGrid& blocks,
-                        bool rests, Guess& recovery, History& guesses, TaskPool& pool);
+                        bool knows_pixels, Guess& recovery, History& guesses, TaskPool& pool);
 
 // Between the picture's pixels.
 Image enlarged(const Image& picture, int width, int height, TaskPool& pool);

@@ -144,6 +144,12 @@ bool LiveView::is_still() const {
   return resting_ && resting_->renderer().samples_per_pixel() >= kSamplesWithoutMoved;
 }
 
+// Blocks' samples stand for those of their pixels until each has some.
+bool LiveView::knows_pixels() const {
+  constexpr int kFewSamples = 4;
+  return resting_ && resting_->renderer().samples_per_pixel() >= kFewSamples;
+}
+
 void LiveView::show_samples(LiveFrame& frame) {
   frame.picture = resting_->picture();
   frame.noise = resting_->renderer().progress().noise;
@@ -156,7 +162,7 @@ void LiveView::show_known(LiveFrame& frame) {
   frame.noise = blocks_->noise();
   if (recovers()) {
     frame.picture =
-        recovered_picture(view_, known, *blocks_, resting_.has_value(), recovery_, history_, pool_);
+        recovered_picture(view_, known, *blocks_, knows_pixels(), recovery_, history_, pool_);
   } else {
     frame.picture = sampled_picture(view_, known, *blocks_, pool_);
   }

@@ -44,6 +44,7 @@ class LiveView {
   void sample_moving(LiveFrame& frame, double elapsed, const std::stop_token& stop);
   void sample_resting(LiveFrame& frame, double elapsed, const std::stop_token& stop);
   bool is_still() const;
+  bool knows_pixels() const;
   void show_samples(LiveFrame& frame);
   void show_known(LiveFrame& frame);
   bool recovers() const { return switches_.recovery && recovery_.has_network(); }
