@@ -8,21 +8,16 @@
 #include <vector>
 
 #include "core/base/check.h"
-#include "core/recover/box_mean.h"
 #include "core/recover/brightness.h"
 #include "core/recover/energy.h"
+#include "core/recover/sample_range.h"
 
 namespace qray {
 namespace {
 
-constexpr int kRangePx = 3;
-constexpr int kReachPx = 15;          // where light may be that none of the nearest samples met
-constexpr float kDoubtfulMean = 3;    // standard errors, of so many lit pixels
-constexpr float kSureChance = 0.01f;  // less: that none of them met light is no accident
-constexpr int kFinestPx = 64;         // smaller squares follow noise
-constexpr double kDoubt = 2;          // times the variance, which few samples hide
-constexpr int kBalanceRounds = 4;     // what the range cuts off goes to pixels that have room
-constexpr float kTouch = 1e-4f;       // relative: less is rounding
+constexpr int kFinestPx = 64;   // smaller squares follow noise
+constexpr double kDoubt = 2;    // times the variance, which few samples hide
+constexpr int kMostRounds = 4;  // what the range cuts off goes to pixels that have room
 
 struct EnergyGrid {
   int width = 0, height = 0;
@@ -36,19 +31,6 @@ struct EnergyGrid {
 EnergyGrid empty_grid(int width, int height) {
   return {width, height,
           std::vector<Energy>(static_cast<size_t>(width) * static_cast<size_t>(height))};
-}
-
-EnergyGrid finest_grid(const Image& guess, const Image& samples, int step, TaskPool& pool) {
-  EnergyGrid grid = empty_grid((guess.width() + kFinestPx - 1) / kFinestPx,
-                               (guess.height() + kFinestPx - 1) / kFinestPx);
-  pool.run(static_cast<size_t>(grid.height), [&](size_t row, int) {
-    const int cy = static_cast<int>(row);
-    for (int y = cy * kFinestPx; y < std::min(guess.height(), (cy + 1) * kFinestPx); y += step)
-      for (int x = 0; x < guess.width(); x += step) {
-        grid.at(x / kFinestPx, cy).add(samples.rgb(x, y), guess.rgb(x, y));
-      }
-  });
-  return grid;
 }
 
 EnergyGrid halved(const EnergyGrid& fine) {
@@ -85,8 +67,8 @@ void share_out(const Energy& parent, std::span<Energy*> children) {
 }
 
 // The finest grid with its factors.
-EnergyGrid factors_of(const Image& guess, const Image& samples, int step, TaskPool& pool) {
-  std::vector<EnergyGrid> levels{finest_grid(guess, samples, step, pool)};
+EnergyGrid with_factors(EnergyGrid finest) {
+  std::vector<EnergyGrid> levels{std::move(finest)};
   while (levels.back().cells.size() > 1) levels.push_back(halved(levels.back()));
   Energy& whole = levels.back().cells[0];
   whole.set_factor(whole.wanted(whole.guess, whole.square), Rgb{1});
@@ -106,128 +88,126 @@ EnergyGrid factors_of(const Image& guess, const Image& samples, int step, TaskPo
   return std::move(levels.front());
 }
 
-// Between the cells' centres: the row of pixels times their factors.
-void multiply_row(const EnergyGrid& grid, int y, Image& picture) {
-  const auto place = [](int pixel, int count, int& first) {
-    const float at = (static_cast<float>(pixel) + 0.5f) / kFinestPx - 0.5f;
-    first = std::clamp(static_cast<int>(std::floor(at)), 0, std::max(0, count - 2));
-    return std::clamp(at - static_cast<float>(first), 0.0f, 1.0f);
-  };
-  int y0;
-  const float fy = place(y, grid.height, y0);
-  const int y1 = std::min(y0 + 1, grid.height - 1);
-  std::vector<Rgb> factors;
-  for (int x = 0; x < grid.width; ++x)
-    factors.push_back(lerp(fy, grid.at(x, y0).factor, grid.at(x, y1).factor));
-  for (int x = 0; x < picture.width(); ++x) {
-    int x0;
-    const float fx = place(x, grid.width, x0);
-    const auto left = static_cast<size_t>(x0),
-               right = static_cast<size_t>(std::min(x0 + 1, grid.width - 1));
-    picture.set_rgb(x, y, picture.rgb(x, y) * lerp(fx, factors[left], factors[right]));
+// A grid's factors between the centres of its cells.
+class SmoothFactors {
+ public:
+  SmoothFactors(const EnergyGrid& grid, int width) : height_(grid.height), width_(width) {
+    for (int cy = 0; cy < grid.height; ++cy)
+      for (int x = 0; x < width; ++x) {
+        const Place at = place(x, grid.width);
+        const Rgb factor = lerp(at.between, grid.at(at.first, cy).factor,
+                                grid.at(std::min(at.first + 1, grid.width - 1), cy).factor);
+        rows_.insert(rows_.end(), {factor.r, factor.g, factor.b});
+      }
   }
-}
+  void multiply_row(float* picture, int y) const {
+    const Place at = place(y, height_);
+    const size_t count = 3 * static_cast<size_t>(width_);
+    const float* above = &rows_[count * static_cast<size_t>(at.first)];
+    const float* below = height_ > 1 ? above + count : above;
+    for (size_t i = 0; i < count; ++i) picture[i] *= lerp(at.between, above[i], below[i]);
+  }
 
-// What the known pixels around allow, each channel by itself.
-struct Range {
-  Image least, largest;
+ private:
+  struct Place {
+    int first;
+    float between;
+  };
+  static Place place(int pixel, int cells) {
+    const float at = (static_cast<float>(pixel) + 0.5f) / kFinestPx - 0.5f;
+    const int first = std::clamp(static_cast<int>(std::floor(at)), 0, std::max(0, cells - 2));
+    return {first, std::clamp(at - static_cast<float>(first), 0.0f, 1.0f)};
+  }
+  int height_, width_;
+  std::vector<float> rows_;  // [cell's row][pixel][3]
 };
 
-template <class Better>
-Image extreme(const Image& samples, int step, TaskPool& pool, Better better) {
-  const int width = samples.width(), height = samples.height();
-  Image rows = Image::unset(width, height, 3), out = Image::unset(width, height, 3);
-  const auto first_known = [step](int i) { return (std::max(0, i) + step - 1) / step * step; };
-  const auto over = [&](int at, int end, auto&& value) {
-    Rgb best = value(first_known(at - kRangePx));
-    for (int i = first_known(at - kRangePx) + step; i < std::min(end, at + kRangePx + 1); i += step)
-      for (int c = 0; c < 3; ++c) best[c] = better(best[c], value(i)[c]);
-    return best;
-  };
-  pool.run(static_cast<size_t>(height), [&](size_t row, int) {
-    const int y = static_cast<int>(row);
-    if (y % step != 0) return;
-    for (int x = 0; x < width; ++x)
-      rows.set_rgb(x, y, over(x, width, [&](int i) { return samples.rgb(i, y); }));
-  });
-  pool.run(static_cast<size_t>(height), [&](size_t row, int) {
-    const int y = static_cast<int>(row);
-    for (int x = 0; x < width; ++x)
-      out.set_rgb(x, y, over(y, height, [&](int j) { return rows.rgb(x, j); }));
-  });
-  return out;
-}
-
-Rgb known_mean(const Image& samples, int step) {
-  Sum3 sum{};
-  double count = 0;
-  for (int y = 0; y < samples.height(); y += step)
-    for (int x = 0; x < samples.width(); x += step, ++count)
-      for (int c = 0; c < 3; ++c)
-        sum[static_cast<size_t>(c)] += static_cast<double>(samples.at(x, y, c));
-  return {static_cast<float>(sum[0] / count), static_cast<float>(sum[1] / count),
-          static_cast<float>(sum[2] / count)};
-}
-
-Range range_of(const Image& samples, int step, TaskPool& pool) {
-  Range range{extreme(samples, step, pool, [](float a, float b) { return std::min(a, b); }),
-              extreme(samples, step, pool, [](float a, float b) { return std::max(a, b); })};
-  if (std::ranges::find(range.largest.data(), 0.0f) == range.largest.data().end()) return range;
-  Image lit(samples.width(), samples.height(), 3);
-  std::ranges::transform(samples.data(), lit.data().begin(),
-                         [](float light) { return light > 0 ? 1.0f : 0.0f; });
-  const Image mean = box_mean(samples, kReachPx, step, pool),
-              lit_share = box_mean(lit, kReachPx, step, pool);
-  const auto pixels = [step](int radius) {
-    return sqr(static_cast<float>(2 * radius + 1) / static_cast<float>(step));
-  };
-  const float near = pixels(kRangePx), far = pixels(kReachPx);
-  const Rgb whole = known_mean(samples, step);
-  for (size_t i = 0; i < mean.data().size(); ++i) {
-    if (range.largest.data()[i] > 0) continue;
-    const float lit_near = near * lit_share.data()[i], lit_far = far * lit_share.data()[i];
-    const float most = lit_far > 0 ? mean.data()[i] * (1 + kDoubtfulMean / std::sqrt(lit_far))
-                                   : whole[static_cast<int>(i % 3)];
-    range.largest.data()[i] = most * std::min(1.0f, std::exp(-lit_near) / kSureChance);
+// A picture and its samples, a row of cells after another.
+class Bands {
+ public:
+  Bands(Image& picture, const Image& samples, TaskPool& pool)
+      : picture_(picture),
+        samples_(samples),
+        step_(picture.width() / samples.width()),
+        pool_(pool) {
+    QRAY_CHECK(picture.width() == step_ * samples.width() &&
+               picture.height() == step_ * samples.height());
   }
-  return range;
-}
+  int step() const { return step_; }
+  int count() const { return (picture_.height() + kFinestPx - 1) / kFinestPx; }
 
-// Within the range; how many were not.
-uint64_t hold(Image& picture, const Range& range, TaskPool& pool) {
-  std::vector<uint64_t> held(static_cast<size_t>(picture.height()));
-  pool.run(held.size(), [&](size_t row, int) {
-    const int y = static_cast<int>(row);
-    for (int x = 0; x < picture.width(); ++x) {
-      bool out = false;
-      for (int c = 0; c < 3; ++c) {
-        const float was = picture.at(x, y, c);
-        const float now = std::clamp(was, range.least.at(x, y, c), range.largest.at(x, y, c));
-        out |= std::abs(now - was) > kTouch * std::max(now, was);
-        picture.at(x, y, c) = now;
+  // change(row of the picture, y); then add(band, samples, guess) rows of pixels with samples.
+  template <class Change, class Add>
+  void run(Change&& change, Add&& add) {
+    pool_.run(static_cast<size_t>(count()), [&](size_t band, int) {
+      const int top = static_cast<int>(band) * kFinestPx;
+      std::vector<float> gathered;
+      for (int y = top; y < std::min(top + kFinestPx, picture_.height()); ++y) {
+        float* row = &picture_.at(0, y, 0);
+        change(band, row, y);
+        if (y % step_ == 0)
+          add(band, &samples_.data()[row_of_samples(y)], with_samples(row, gathered));
       }
-      held[row] += out;
-    }
-  });
-  return std::accumulate(held.begin(), held.end(), uint64_t{0});
-}
+    });
+  }
+
+ private:
+  size_t row_of_samples(int y) const {
+    return 3 * static_cast<size_t>(samples_.width()) * static_cast<size_t>(y / step_);
+  }
+  const float* with_samples(const float* row, std::vector<float>& gathered) const {
+    if (step_ == 1) return row;
+    gathered.clear();
+    for (int x = 0; x < picture_.width(); x += step_)
+      gathered.insert(gathered.end(), row + 3 * x, row + 3 * x + 3);
+    return gathered.data();
+  }
+  Image& picture_;
+  const Image& samples_;
+  int step_;
+  TaskPool& pool_;
+};
 
 }  // namespace
 
-Recovered balanced(Image guess, const Image& samples, int step, TaskPool& pool) {
-  QRAY_CHECK(step >= 1 && guess.width() % step == 0 && guess.height() % step == 0);
-  const Range range = range_of(samples, step, pool);
-  const uint64_t held = hold(guess, range, pool);
-  balance_by_brightness(guess, samples, step, pool);
-  hold(guess, range, pool);
-  for (int round = 0; round < kBalanceRounds; ++round) {
-    const EnergyGrid factors = factors_of(guess, samples, step, pool);
-    if (std::ranges::all_of(factors.cells, &Energy::is_as_it_should_be)) break;
-    pool.run(static_cast<size_t>(guess.height()),
-             [&](size_t row, int) { multiply_row(factors, static_cast<int>(row), guess); });
-    hold(guess, range, pool);
+Recovered balanced(Image guess, const Image& samples, const Image& own_error, TaskPool& pool) {
+  Bands bands(guess, samples, pool);
+  const int width = guess.width(), step = bands.step(), cell = kFinestPx / step;
+  const SampleRange range(samples, own_error, step, pool);
+  const auto hold = [&](int y) { return range.hold_row(guess, y); };
+
+  BrightnessClasses classes(guess, step);
+  std::vector<BrightnessClasses::Sums> sums(static_cast<size_t>(bands.count()));
+  std::vector<uint64_t> held(sums.size());
+  bands.run([&](size_t band, float*, int y) { held[band] += hold(y); },
+            [&](size_t band, const float* s, const float* g) {
+              classes.add_row(s, g, samples.width(), sums[band]);
+            });
+  const bool differs = classes.set_factors(sums);
+
+  const auto in_cells = [&](auto&& multiply_row) {
+    EnergyGrid grid = empty_grid((width + kFinestPx - 1) / kFinestPx, bands.count());
+    bands.run(
+        [&](size_t, float* row, int y) {
+          multiply_row(row, y);
+          hold(y);
+        },
+        [&](size_t band, const float* s, const float* g) {
+          for (int x = 0; x < samples.width(); x += cell)
+            grid.at(x / cell, static_cast<int>(band))
+                .add_row(s + 3 * x, g + 3 * x, std::min(cell, samples.width() - x));
+        });
+    return with_factors(std::move(grid));
+  };
+  EnergyGrid grid = in_cells([&](float* row, int) {
+    if (differs) classes.multiply_row(row, width);
+  });
+  for (int round = 0; round < kMostRounds; ++round) {
+    if (std::ranges::all_of(grid.cells, &Energy::is_as_it_should_be)) break;
+    const SmoothFactors factors(grid, width);
+    grid = in_cells([&](float* row, int y) { factors.multiply_row(row, y); });
   }
-  return {std::move(guess), held};
+  return {std::move(guess), std::accumulate(held.begin(), held.end(), uint64_t{0})};
 }
 
 }  // namespace qray

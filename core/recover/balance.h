@@ -16,18 +16,16 @@ struct Recovered {
   uint64_t held = 0;
 };
 
-// `guess` made to agree with the samples, of which every `step`th pixel of every `step`th row is
-// known:
+// `guess` made to agree with `samples`, which are as large, or half as wide and high: of the first
+// pixel of each block of 2 x 2. `own_error`: standard error of their luminance, one channel;
+// infinite: not known.
 //
-//   range   each channel lies between the least and the largest of the samples in 7 x 7 pixels;
-//           where all of these are black light is rare, and it may be as bright as the mean of
-//           31 x 31 and three of its errors or, where these are black too, as the picture's mean;
-//           less where so many of the 31 x 31 met light that the 7 x 7 are not black by chance
+//   range   each pixel is as bright as the samples around it and chance allow (sample_range.h)
 //   energy  that of pixels about as bright (brightness.h), the picture's, and that of each square
 //           of it, from halves down to 64 pixels, is the samples' as far as these are sure of it
 //           (energy.h)
 //
 // The factors are smooth over the picture, so that squares do not show.
-Recovered balanced(Image guess, const Image& samples, int step, TaskPool& pool);
+Recovered balanced(Image guess, const Image& samples, const Image& own_error, TaskPool& pool);
 
 }  // namespace qray

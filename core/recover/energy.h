@@ -23,6 +23,11 @@ struct Energy {
     }
     square += sqr(static_cast<double>(luminance(s) - luminance(g)));
   }
+  // `count` pixels of each, [pixel][3].
+  void add_row(const float* s, const float* g, int count) {
+    for (int i = 0; i < 3 * count; i += 3)
+      add({s[i], s[i + 1], s[i + 2]}, {g[i], g[i + 1], g[i + 2]});
+  }
   void operator+=(const Energy& e) {
     for (size_t c = 0; c < 3; ++c) samples[c] += e.samples[c], guess[c] += e.guess[c];
     square += e.square;

@@ -40,13 +40,14 @@ Recovered with_lights(Recovered recovered, const RecoveryInput& input) {
 
 Recovered recover_quarter(const Network& net, const RecoveryInput& input, TaskPool& pool) {
   if (net.empty()) return with_lights({bilinear_recovery(input.colour)}, input);
-  Image picture = upsampled(clean(net, first_pixels(input, pool), pool), input.features, pool);
-  return with_lights(balanced(std::move(picture), input.colour, 2, pool), input);
+  const RecoveryInput known = first_pixels(input, pool);
+  Image picture = upsampled(clean(net, known, pool), input.features, pool);
+  return with_lights(balanced(std::move(picture), known.colour, known.own_error, pool), input);
 }
 
 Recovered recover_all(const Network& net, const RecoveryInput& input, TaskPool& pool) {
   if (net.empty()) return with_lights({input.colour}, input);
-  return with_lights(balanced(clean(net, input, pool), input.colour, 1, pool), input);
+  return with_lights(balanced(clean(net, input, pool), input.colour, input.own_error, pool), input);
 }
 
 }  // namespace qray

@@ -2,47 +2,45 @@
 
 #include <algorithm>
 #include <cmath>
+#include <vector>
 
-#include "core/recover/box_mean.h"
+#include "core/recover/surroundings.h"
 
 namespace qray {
 namespace {
 
 constexpr int kRadiusPx = 3;
-constexpr int kFartherPx = 15;        // where light is met that these few pixels may have missed
-constexpr float kAccident = 0.01f;    // less: that they missed it is no accident
+constexpr int kBandRows = 16;
+constexpr float kAccident = 0.01f;    // less: that a window missed light is no accident
 constexpr float kLeastGuess = 1e-3f;  // luminance: differences are relative to the guess
 
-// Squares over the guess': summed over a column of the window, or the whole.
-struct Squares {
-  float distance = 0, noise = 0;
-  float missing = 0;  // luminance of the guess that the samples have not
-  float largest = 0;  // of one pixel, of its distance over its noise
-  void operator+=(Squares s) {
-    distance += s.distance;
-    noise += s.noise;
-    missing += s.missing;
-    largest = std::max(largest, s.largest);
-  }
+// Of each pixel of some rows, one after the other: squares over the guess'.
+struct PixelRows {
+  std::vector<float> distance, noise, missing;  // the last: luminance that the samples have not
+
+  explicit PixelRows(size_t count) : distance(count), noise(count), missing(count) {}
 };
 
-// Variance over mean of the samples around: how bright what makes their noise is.
-std::vector<float> noisy_brightness(const Image& samples, const Image& own_error, TaskPool& pool) {
-  Image sums = Image::unset(samples.width(), samples.height(), 3);
-  pool.run(static_cast<size_t>(sums.height()), [&](size_t row, int) {
-    const int y = static_cast<int>(row);
-    for (int x = 0; x < sums.width(); ++x) {
-      const float own = own_error.at(x, y, 0);
-      sums.set_rgb(x, y, {luminance(samples.rgb(x, y)), std::isfinite(own) ? sqr(own) : 0.0f, 0});
+// Of the pixels around each of a row: sums, and the largest of one pixel's distance over its noise.
+struct WindowRow {
+  std::vector<float> distance, noise, missing, largest;
+
+  explicit WindowRow(size_t count)
+      : distance(count), noise(count), missing(count), largest(count) {}
+};
+
+// Joins values of 2 x radius + 1 pixels beside each other, fewer at the row's ends.
+template <class Join>
+void join_beside(std::vector<float>& row, std::vector<float>& joined, Join join) {
+  const size_t radius = kRadiusPx, width = row.size();
+  joined = row;
+  for (size_t shift = 1; shift <= std::min(radius, width - 1); ++shift)
+    for (size_t x = 0; x + shift < width; ++x) {
+      joined[x] = join(joined[x], row[x + shift]);
     }
-  });
-  const Image means = box_mean(sums, kFartherPx, 1, pool);
-  std::vector<float> out(means.data().size() / 3);
-  for (size_t i = 0; i < out.size(); ++i) {
-    const float* mean = &means.data()[3 * i];
-    out[i] = mean[0] > 0 ? mean[1] / mean[0] : 0.0f;
-  }
-  return out;
+  for (size_t shift = 1; shift <= std::min(radius, width - 1); ++shift)
+    for (size_t x = shift; x < width; ++x) joined[x] = join(joined[x], row[x - shift]);
+  std::swap(row, joined);
 }
 
 }  // namespace
@@ -50,49 +48,62 @@ std::vector<float> noisy_brightness(const Image& samples, const Image& own_error
 Image shrink_towards(const Image& guess, const Image& samples, const Image& own_error,
                      TaskPool& pool) {
   const int width = guess.width(), height = guess.height();
-  std::vector<Squares> squares(static_cast<size_t>(width) * static_cast<size_t>(height));
-  const auto at = [&](int x, int y) -> Squares& {
-    return squares[static_cast<size_t>(y) * static_cast<size_t>(width) + static_cast<size_t>(x)];
-  };
-  pool.run(static_cast<size_t>(height), [&](size_t row, int) {
-    const int y = static_cast<int>(row);
-    for (int x = 0; x < width; ++x) {
-      const float g = luminance(guess.rgb(x, y));
-      const float scale = 1 / (sqr(g) + sqr(kLeastGuess));
-      const float distance = sqr(luminance(samples.rgb(x, y)) - g) * scale,
-                  noise = sqr(own_error.at(x, y, 0)) * scale;
-      at(x, y) = {distance, noise, g - luminance(samples.rgb(x, y)), distance - noise};
-    }
-  });
-  const std::vector<float> brightness = noisy_brightness(samples, own_error, pool);
+  const Surroundings around(samples, own_error, pool);
   Image out = Image::unset(width, height, 3);
-  pool.run(static_cast<size_t>(height), [&](size_t row, int) {
-    const int y = static_cast<int>(row);
-    const int top = std::max(0, y - kRadiusPx), bottom = std::min(height, y + kRadiusPx + 1);
-    std::vector<Squares> columns(static_cast<size_t>(width));
-    for (int j = top; j < bottom; ++j)
-      for (int x = 0; x < width; ++x) columns[static_cast<size_t>(x)] += at(x, j);
-    for (int x = 0; x < width; ++x) {
-      const int left = std::max(0, x - kRadiusPx), right = std::min(width, x + kRadiusPx + 1);
-      Squares sum;
-      for (int i = left; i < right; ++i) sum += columns[static_cast<size_t>(i)];
-      const float over = 1 / static_cast<float>((bottom - top) * (right - left));
-      // Light that the guess has and these pixels have not met may only be rare: their noise is
-      // that of the wider surroundings, as far as it is no small chance that all of them missed it.
-      const float missing = std::max(0.0f, sum.missing * over);
-      const float bright =
-          brightness[static_cast<size_t>(y) * static_cast<size_t>(width) + static_cast<size_t>(x)];
-      const float chance = bright > 0 ? std::exp(-missing / (bright * over)) : 0.0f;
-      const float unseen = std::min(1.0f, chance / kAccident) * missing * bright /
-                           (sqr(luminance(guess.rgb(x, y))) + sqr(kLeastGuess));
-      const float noise = std::max(sum.noise * over, unseen);
-      // One pixel alone is no evidence: bright samples may be in both of its halves.
-      const float largest = std::max(sum.largest, 0.0f);
-      const float others = sum.distance - noise / over - largest;
-      const float prior = others > 0 ? (others + std::min(largest, others)) * over : 0.0f;
-      // A pixel with more noise than its neighbours, such as a firefly, counts its own.
-      const float share = prior > 0 ? prior / (prior + std::max(noise, at(x, y).noise)) : 0.0f;
-      out.set_rgb(x, y, lerp(share, guess.rgb(x, y), samples.rgb(x, y)));
+  pool.run(static_cast<size_t>((height + kBandRows - 1) / kBandRows), [&](size_t band, int) {
+    const int top = static_cast<int>(band) * kBandRows, end = std::min(height, top + kBandRows);
+    const int first = std::max(0, top - kRadiusPx), last = std::min(height, end + kRadiusPx);
+    const auto row = [&](int y) {
+      return static_cast<size_t>(y - first) * static_cast<size_t>(width);
+    };
+    PixelRows pixels(row(last));
+    for (int y = first; y < last; ++y)
+      for (int x = 0; x < width; ++x) {
+        const size_t i = row(y) + static_cast<size_t>(x);
+        const float g = luminance(guess.rgb(x, y)), missing = g - luminance(samples.rgb(x, y));
+        const float scale = 1 / (sqr(g) + sqr(kLeastGuess));
+        pixels.distance[i] = sqr(missing) * scale;
+        pixels.noise[i] = sqr(own_error.at(x, y, 0)) * scale;
+        pixels.missing[i] = missing;
+      }
+    std::vector<float> joined;
+    for (int y = top; y < end; ++y) {
+      const int above = std::max(first, y - kRadiusPx), below = std::min(last, y + kRadiusPx + 1);
+      WindowRow windows(static_cast<size_t>(width));
+      for (int j = above; j < below; ++j)
+        for (size_t x = 0, i = row(j); x < static_cast<size_t>(width); ++x, ++i) {
+          windows.distance[x] += pixels.distance[i];
+          windows.noise[x] += pixels.noise[i];
+          windows.missing[x] += pixels.missing[i];
+          windows.largest[x] = std::max(windows.largest[x], pixels.distance[i] - pixels.noise[i]);
+        }
+      const auto sum = [](float a, float b) { return a + b; };
+      for (std::vector<float>* sums : {&windows.distance, &windows.noise, &windows.missing})
+        join_beside(*sums, joined, sum);
+      join_beside(windows.largest, joined, [](float a, float b) { return std::max(a, b); });
+      for (int x = 0; x < width; ++x) {
+        const size_t i = static_cast<size_t>(x);
+        const int beside = std::min(width, x + kRadiusPx + 1) - std::max(0, x - kRadiusPx);
+        const float count = static_cast<float>((below - above) * beside), over = 1 / count;
+        float noise = windows.noise[i] * over;
+        // Light that the guess has and these pixels have not met may only be rare: their noise is
+        // that of the hits that they missed, as far as it is no small chance that all missed them.
+        const float missing = windows.missing[i] * over;
+        const float hit = missing > 0 ? luminance(around.light_of_a_hit(x, y)) : 0.0f;
+        if (hit > 0) {
+          const float chance = std::exp(-missing * count / hit);
+          noise = std::max(noise, std::min(1.0f, chance / kAccident) * missing * hit /
+                                      (sqr(luminance(guess.rgb(x, y))) + sqr(kLeastGuess)));
+        }
+        // One pixel alone is no evidence: bright samples may be in both of its halves.
+        const float largest = windows.largest[i];
+        const float others = windows.distance[i] - noise * count - largest;
+        const float prior = others > 0 ? (others + std::min(largest, others)) * over : 0.0f;
+        // A pixel with more noise than its neighbours, such as a firefly, counts its own.
+        const float own = pixels.noise[row(y) + i];
+        const float share = prior > 0 ? prior / (prior + std::max(noise, own)) : 0.0f;
+        out.set_rgb(x, y, lerp(share, guess.rgb(x, y), samples.rgb(x, y)));
+      }
     }
   });
   return out;
