@@ -12,6 +12,7 @@ namespace {
 constexpr int kRadiusPx = 3;
 constexpr int kBandRows = 16;
 constexpr float kAccident = 0.01f;    // less: that a window missed light is no accident
+constexpr float kDoubt = 2;           // times the variance of what pixels around tell
 constexpr float kLeastGuess = 1e-3f;  // luminance: differences are relative to the guess
 
 // Of each pixel of some rows, one after the other: squares over the guess'.
@@ -21,26 +22,22 @@ struct PixelRows {
   explicit PixelRows(size_t count) : distance(count), noise(count), missing(count) {}
 };
 
-// Of the pixels around each of a row: sums, and the largest of one pixel's distance over its noise.
+// Sums over the pixels around each of a row; the last of (distance - noise)^2.
 struct WindowRow {
-  std::vector<float> distance, noise, missing, largest;
+  std::vector<float> distance, noise, missing, square;
 
-  explicit WindowRow(size_t count)
-      : distance(count), noise(count), missing(count), largest(count) {}
+  explicit WindowRow(size_t count) : distance(count), noise(count), missing(count), square(count) {}
 };
 
-// Joins values of 2 x radius + 1 pixels beside each other, fewer at the row's ends.
-template <class Join>
-void join_beside(std::vector<float>& row, std::vector<float>& joined, Join join) {
+// Sums of 2 x radius + 1 values beside each other, fewer at the row's ends.
+void sum_beside(std::vector<float>& row, std::vector<float>& sums) {
   const size_t radius = kRadiusPx, width = row.size();
-  joined = row;
-  for (size_t shift = 1; shift <= std::min(radius, width - 1); ++shift)
-    for (size_t x = 0; x + shift < width; ++x) {
-      joined[x] = join(joined[x], row[x + shift]);
-    }
-  for (size_t shift = 1; shift <= std::min(radius, width - 1); ++shift)
-    for (size_t x = shift; x < width; ++x) joined[x] = join(joined[x], row[x - shift]);
-  std::swap(row, joined);
+  sums = row;
+  for (size_t shift = 1; shift <= std::min(radius, width - 1); ++shift) {
+    for (size_t x = 0; x + shift < width; ++x) sums[x] += row[x + shift];
+    for (size_t x = shift; x < width; ++x) sums[x] += row[x - shift];
+  }
+  std::swap(row, sums);
 }
 
 }  // namespace
@@ -66,7 +63,7 @@ Image shrink_towards(const Image& guess, const Image& samples, const Image& own_
         pixels.noise[i] = sqr(own_error.at(x, y, 0)) * scale;
         pixels.missing[i] = missing;
       }
-    std::vector<float> joined;
+    std::vector<float> buffer;
     for (int y = top; y < end; ++y) {
       const int above = std::max(first, y - kRadiusPx), below = std::min(last, y + kRadiusPx + 1);
       WindowRow windows(static_cast<size_t>(width));
@@ -75,19 +72,19 @@ Image shrink_towards(const Image& guess, const Image& samples, const Image& own_
           windows.distance[x] += pixels.distance[i];
           windows.noise[x] += pixels.noise[i];
           windows.missing[x] += pixels.missing[i];
-          windows.largest[x] = std::max(windows.largest[x], pixels.distance[i] - pixels.noise[i]);
+          windows.square[x] += sqr(pixels.distance[i] - pixels.noise[i]);
         }
-      const auto sum = [](float a, float b) { return a + b; };
-      for (std::vector<float>* sums : {&windows.distance, &windows.noise, &windows.missing})
-        join_beside(*sums, joined, sum);
-      join_beside(windows.largest, joined, [](float a, float b) { return std::max(a, b); });
+      for (std::vector<float>* sums :
+           {&windows.distance, &windows.noise, &windows.missing, &windows.square})
+        sum_beside(*sums, buffer);
       for (int x = 0; x < width; ++x) {
         const size_t i = static_cast<size_t>(x);
         const int beside = std::min(width, x + kRadiusPx + 1) - std::max(0, x - kRadiusPx);
         const float count = static_cast<float>((below - above) * beside), over = 1 / count;
         float noise = windows.noise[i] * over;
         // Light that the guess has and these pixels have not met may only be rare: their noise is
-        // that of the hits that they missed, as far as it is no small chance that all missed them.
+        // that of the hits that they missed, as far as it is no small chance that all missed
+        // them.
         const float missing = windows.missing[i] * over;
         const float hit = missing > 0 ? luminance(around.light_of_a_hit(x, y)) : 0.0f;
         if (hit > 0) {
@@ -95,10 +92,10 @@ Image shrink_towards(const Image& guess, const Image& samples, const Image& own_
           noise = std::max(noise, std::min(1.0f, chance / kAccident) * missing * hit /
                                       (sqr(luminance(guess.rgb(x, y))) + sqr(kLeastGuess)));
         }
-        // One pixel alone is no evidence: bright samples may be in both of its halves.
-        const float largest = windows.largest[i];
-        const float others = windows.distance[i] - noise * count - largest;
-        const float prior = others > 0 ? (others + std::min(largest, others)) * over : 0.0f;
+        // Few pixels are no evidence: bright samples may be in both of their halves.
+        const float over_noise = windows.distance[i] - noise * count;
+        const float sure = 1 - kDoubt * windows.square[i] / sqr(over_noise);
+        const float prior = over_noise > 0 && sure > 0 ? over_noise * sure * over : 0.0f;
         // A pixel with more noise than its neighbours, such as a firefly, counts its own.
         const float own = pixels.noise[row(y) + i];
         const float share = prior > 0 ? prior / (prior + std::max(noise, own)) : 0.0f;
