@@ -12,7 +12,7 @@ namespace {
 constexpr int kRadiusPx = 3;
 constexpr int kBandRows = 16;
 constexpr float kAccident = 0.01f;    // less: that a window missed light is no accident
-constexpr float kDoubt = 2;           // times the variance of what pixels around tell
+constexpr float kDoubt = 3;           // times the variance of what pixels around tell
 constexpr float kLeastGuess = 1e-3f;  // luminance: differences are relative to the guess
 
 // Of each pixel of some rows, one after the other: squares over the guess'.
