@@ -17,6 +17,7 @@ constexpr float kLeastLight = 1e-3f;
 constexpr float kUnknown = std::numeric_limits<float>::infinity();
 
 using Four = float __attribute__((vector_size(16)));
+using FourInts = int32_t __attribute__((vector_size(16)));
 
 // A row of planes goes on beyond its edges.
 void extend(const CellPlanes& planes, int y) {
@@ -139,8 +140,9 @@ void PyramidPass::pack_inputs(const Run& run, int row, float* out) const {
   for (int x = 0; x < levels_[0].width; x += 2)
     for (int s = 0; s < kBlock; ++s, out += kPixelInputs) {
       const Pixel pixel(pictures, x + s % 2, 2 * row + s / 2);
-      const Four inner = 1 + kLogScale * pixel.light * run.input.exposure;
-      for (int c = 0; c < kColour; ++c) out[c] = kLogShare * std::log(inner[c]);
+      const Four logarithm =
+          log_of<Four, FourInts>(1 + kLogScale * pixel.light * run.input.exposure);
+      for (int c = 0; c < kColour; ++c) out[c] = kLogShare * logarithm[c];
       out[kPixelNoise] = pictures.noise.at(pixel.x, pixel.y, 0);
       const float own = knows_own ? pictures.own_error.at(pixel.x, pixel.y, 0) : kUnknown;
       const float light = luminance(pictures.colour.rgb(pixel.x, pixel.y)) + kLeastLight;
