@@ -1,5 +1,9 @@
 #include "core/recover/pyramid_memory.h"
 
+#include <sys/mman.h>
+
+#include <new>
+
 #include "core/recover/lanes.h"
 
 namespace qray {
@@ -18,7 +22,13 @@ size_t size_of(const CellPlanes& planes) {
 
 float* PyramidMemory::room_for(size_t size) {
   if (size > capacity_) {
-    memory_ = std::make_unique_for_overwrite<float[]>(size);
+    constexpr size_t kLargePage = size_t{2} << 20;
+    const size_t bytes = size * sizeof(float), unit = bytes < kLargePage ? 64 : kLargePage;
+    const size_t rounded = (bytes + unit - 1) / unit * unit;
+    memory_.reset();
+    memory_.reset(static_cast<float*>(std::aligned_alloc(unit, rounded)));
+    if (!memory_) throw std::bad_alloc();
+    if (unit == kLargePage) madvise(memory_.get(), rounded, MADV_HUGEPAGE);
     capacity_ = size;
   }
   return memory_.get();

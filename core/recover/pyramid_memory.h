@@ -3,6 +3,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cstdlib>
 #include <memory>
 #include <vector>
 
@@ -11,13 +12,17 @@
 
 namespace qray {
 
-// Numbers, unset; fewer asked for later are in the same memory.
+// Numbers, unset, and fewer asked for later are in the same memory. Its first touch takes longer
+// than what follows, so it has large pages where the system gives them.
 class PyramidMemory {
  public:
   float* room_for(size_t size);
 
  private:
-  std::unique_ptr<float[]> memory_;
+  struct Free {
+    void operator()(float* p) const { std::free(p); }
+  };
+  std::unique_ptr<float[], Free> memory_;
   size_t capacity_ = 0;
 };
 
