@@ -41,6 +41,24 @@ template <typename V, typename I>
   return (V)((I)p + (n << 23));
 }
 
+// log x for normal x > 0; within 2e-7 of it, relatively where x >= 1. V and I as above.
+template <typename V, typename I>
+[[maybe_unused, gnu::always_inline]] inline V log_of(const V& x) {
+  // x = 2^n (1 + r), 1 + r in [sqrt(1/2), sqrt(2)).
+  const I n = ((I)x - 0x3f3504f3) >> 23;
+  const V r = (V)((I)x - (n << 23)) - 1.0f;
+  V p = 7.0376836e-2f * r - 1.1514610e-1f;  // Cephes, logf
+  p = p * r + 1.1676998e-1f;
+  p = p * r - 1.2420141e-1f;
+  p = p * r + 1.4249323e-1f;
+  p = p * r - 1.6668058e-1f;
+  p = p * r + 2.0000714e-1f;
+  p = p * r - 2.4999994e-1f;
+  p = p * r + 3.3333331e-1f;
+  const V square = r * r;
+  return (r - 0.5f * square + p * r * square) + __builtin_convertvector(n, V) * 0.69314718f;
+}
+
 [[maybe_unused, gnu::always_inline]] inline Lanes exp_lanes(const Lanes& x) {
   return exp_of<Lanes, IntLanes>(x);
 }

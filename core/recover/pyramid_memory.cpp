@@ -1,49 +1,92 @@
 #include "core/recover/pyramid_memory.h"
 
-#include <algorithm>
-#include <span>
+#include <sys/mman.h>
+
+#include <new>
 
 #include "core/recover/lanes.h"
 
 namespace qray {
 namespace {
 
-// The first touch of memory takes longer than what follows, so all threads share it.
-void fill_with_zeros(std::span<float> memory, TaskPool* pool) {
-  constexpr size_t kPart = 1 << 14;
-  for_rows(pool, static_cast<int>((memory.size() + kPart - 1) / kPart), [&](int part) {
-    const size_t first = static_cast<size_t>(part) * kPart;
-    std::ranges::fill(memory.subspan(first, std::min(kPart, memory.size() - first)), 0.0f);
-  });
+size_t size_of(const CellGrid& grid) {
+  return static_cast<size_t>(grid.row) * static_cast<size_t>(grid.height + 2);
+}
+
+size_t size_of(const CellPlanes& planes) {
+  return static_cast<size_t>(planes.pitch) * static_cast<size_t>(planes.height * planes.count) +
+         2 * kLanes;
 }
 
 }  // namespace
 
-std::ptrdiff_t row_pitch(int width) { return (width + kLanes - 1) / kLanes * kLanes + 2 * kLanes; }
+float* PyramidMemory::room_for(size_t size) {
+  if (size > capacity_) {
+    constexpr size_t kLargePage = size_t{2} << 20;
+    const size_t bytes = size * sizeof(float), unit = bytes < kLargePage ? 64 : kLargePage;
+    const size_t rounded = (bytes + unit - 1) / unit * unit;
+    memory_.reset();
+    memory_.reset(static_cast<float*>(std::aligned_alloc(unit, rounded)));
+    if (!memory_) throw std::bad_alloc();
+    if (unit == kLargePage) madvise(memory_.get(), rounded, MADV_HUGEPAGE);
+    capacity_ = size;
+  }
+  return memory_.get();
+}
 
-void PyramidCells::resize(int h, int w, int c, TaskPool* pool) {
+void PyramidCells::resize(int h, int w, int c) {
   if (h == height && w == width && c == channels) return;
+  resize_unset(h, w, c);
+  std::fill_n(memory.room_for(size_of(*this)), size_of(*this), 0.0f);
+}
+
+void PyramidCells::resize_unset(int h, int w, int c) {
   height = h, width = w, channels = c;
   row = static_cast<std::ptrdiff_t>(w + 2) * c;
-  const size_t size = static_cast<size_t>(row) * static_cast<size_t>(h + 2);
-  memory = std::make_unique_for_overwrite<float[]>(size);
-  fill_with_zeros({memory.get(), size}, pool);
-  first = memory.get() + row + c;
+  first = memory.room_for(size_of(*this)) + row + c;
 }
 
-void PyramidPlanes::resize(int h, int w, int n, TaskPool* pool) {
-  if (h == height && w == width && n == count) return;
+void PyramidPlanes::resize_unset(int h, int w, int n) {
   height = h, width = w, count = n;
   pitch = row_pitch(w);
-  memory = std::make_unique_for_overwrite<float[]>(size());
-  clear(pool);
-  first = memory.get() + kLanes;
+  first = memory.room_for(size_of(*this)) + kLanes;
 }
 
-void PyramidPlanes::clear(TaskPool* pool) { fill_with_zeros({memory.get(), size()}, pool); }
+void PyramidPlanes::clear() { std::fill_n(memory.room_for(size_of(*this)), size_of(*this), 0.0f); }
 
-size_t PyramidPlanes::size() const {
-  return static_cast<size_t>(pitch) * static_cast<size_t>(height * count) + 2 * kLanes;
+std::ptrdiff_t row_pitch(int width) { return (width + kLanes - 1) / kLanes * kLanes + 2 * kLanes; }
+
+void extend_row(float* row, int width) {
+  row[-1] = row[0];
+  std::fill(row + width, row + row_pitch(width) - 2 * kLanes + 1, row[width - 1]);
+}
+
+void ExpandedRows::resize(int width, int planes) {
+  pitch = row_pitch(width);
+  for (int i = 0; i < 2; ++i) {
+    memory[i].resize(static_cast<size_t>(pitch * planes) + 2 * kLanes);
+    row[i] = memory[i].data() + kLanes;
+    held[i] = -1;
+  }
+}
+
+void ExpandedRows::expand(const CellPlanes& from, int y, int slot, int plane) {
+  for (int k = 0; k < from.count; ++k) {
+    const float* in = from.at(k, y);
+    float* out = row[slot] + (plane + k) * pitch;
+    for (int x = 0; x < from.width; ++x) out[2 * x] = out[2 * x + 1] = in[x];
+    extend_row(out, 2 * from.width);
+  }
+}
+
+void ExpandedRows::add_back(const CellPlanes& to, int y, int slot) const {
+  for (int k = 0; k < to.count; ++k) {
+    const float* in = row[slot] + k * pitch;
+    float* out = to.at(k, y);
+    for (int x = 0; x < to.width; ++x) out[x] += in[2 * x] + in[2 * x + 1];
+    out[0] += in[-1];
+    out[to.width - 1] += in[2 * to.width];
+  }
 }
 
 }  // namespace qray

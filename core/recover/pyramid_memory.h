@@ -3,41 +3,80 @@
 #pragma once
 
 #include <algorithm>
+#include <cstdlib>
 #include <memory>
+#include <vector>
 
 #include "core/base/task_pool.h"
 #include "core/recover/pyramid_rows.h"
 
 namespace qray {
 
-// Made anew for another size, and zero at first.
+// Numbers, unset, and fewer asked for later are in the same memory. Its first touch takes longer
+// than what follows, so it has large pages where the system gives them.
+class PyramidMemory {
+ public:
+  float* room_for(size_t size);
+
+ private:
+  struct Free {
+    void operator()(float* p) const { std::free(p); }
+  };
+  std::unique_ptr<float[], Free> memory_;
+  size_t capacity_ = 0;
+};
+
 struct PyramidCells : CellGrid {
-  std::unique_ptr<float[]> memory;
-  void resize(int h, int w, int c, TaskPool* pool = nullptr);
+  PyramidMemory memory;
+  void resize(int h, int w, int c);        // zero wherever the size is another than it was
+  void resize_unset(int h, int w, int c);  // whatever the memory has
 };
 
 struct PyramidPlanes : CellPlanes {
-  std::unique_ptr<float[]> memory;
-  void resize(int h, int w, int n, TaskPool* pool = nullptr);
-  void clear(TaskPool* pool = nullptr);
-
- private:
-  size_t size() const;
+  PyramidMemory memory;
+  void resize_unset(int h, int w, int n);
+  void clear();
 };
 
 std::ptrdiff_t row_pitch(int width);  // floats from plane to plane of rows of so many cells
 
+// A row goes on beyond its edges, as far as vectors of it are read.
+void extend_row(float* row, int width);
+
+// Two rows of a coarser level, each cell twice.
+struct ExpandedRows {
+  std::ptrdiff_t pitch = 0;
+  std::vector<float> memory[2];
+  float* row[2] = {};
+  int held[2] = {-1, -1};  // which rows these are
+
+  void resize(int width, int planes);
+  void expand(const CellPlanes& from, int y, int slot, int plane);
+  // Gradients of the first planes, back to the cells.
+  void add_back(const CellPlanes& to, int y, int slot) const;
+  // The two nearest rows of the coarser level, of `height`.
+  static int nearest(int y, int i, int height) {
+    return std::clamp((y + 2 * i - 1) >> 1, 0, height - 1);
+  }
+};
+
+// Calls body(begin, end, worker) for bands of so many rows of [0, height).
+template <typename Body>
+void for_bands(TaskPool* pool, int height, int rows, Body&& body) {
+  const size_t count = static_cast<size_t>((height + rows - 1) / rows);
+  const auto band = [&](size_t i, int worker) {
+    const int begin = static_cast<int>(i) * rows;
+    body(begin, std::min(begin + rows, height), worker);
+  };
+  if (pool) return pool->run(count, band);
+  for (size_t i = 0; i < count; ++i) band(i, 0);
+}
+
 // Calls body(y) for rows [0, height), some after another by the same thread.
 template <typename Body>
 void for_rows(TaskPool* pool, int height, Body&& body) {
-  constexpr int kRowsAtOnce = 4;
-  if (!pool) {
-    for (int y = 0; y < height; ++y) body(y);
-    return;
-  }
-  pool->run(static_cast<size_t>((height + kRowsAtOnce - 1) / kRowsAtOnce), [&](size_t i, int) {
-    const int begin = static_cast<int>(i) * kRowsAtOnce;
-    for (int y = begin; y < std::min(begin + kRowsAtOnce, height); ++y) body(y);
+  for_bands(pool, height, 4, [&](int begin, int end, int) {
+    for (int y = begin; y < end; ++y) body(y);
   });
 }
 

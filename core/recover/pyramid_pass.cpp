@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "core/base/check.h"
 #include "core/recover/lanes.h"
@@ -10,74 +11,66 @@
 namespace qray {
 namespace {
 
-constexpr int kLast = kPyramidLevels - 1;
-constexpr PyramidPart kDownParts[] = {kFirstLayer, kDown1, kDown2, kDown3, kDown4, kDown5};
-constexpr PyramidPart kUpParts[] = {kFirstLayer, kUp1, kUp2, kUp3, kUp4};
-constexpr PyramidPart kHeadParts[] = {kHead0, kHead1, kHead2, kHead3, kHead4, kHead5};
 // Of colours as the network sees them: nearly linear up to a tenth of the mean.
 constexpr float kLogScale = 10, kLogShare = 0.3f;
 constexpr float kLeastLight = 1e-3f;
 constexpr float kUnknown = std::numeric_limits<float>::infinity();
 
+using Four = float __attribute__((vector_size(16)));
+using FourInts = int32_t __attribute__((vector_size(16)));
+
 // A row of planes goes on beyond its edges.
 void extend(const CellPlanes& planes, int y) {
-  for (int k = 0; k < planes.count; ++k) {
-    float* row = planes.at(k, y);
-    row[-1] = row[0];
-    row[planes.width] = row[planes.width - 1];
-  }
+  for (int k = 0; k < planes.count; ++k) extend_row(planes.at(k, y), planes.width);
 }
 
-// Gradients of what went on beyond the edges, back to these.
-void fold(const CellPlanes& planes) {
-  for (int y = 0; y < planes.height; ++y)
-    for (int k = 0; k < planes.count; ++k) {
-      float* row = planes.at(k, y);
-      row[0] += row[-1];
-      row[planes.width - 1] += row[planes.width];
-      row[-1] = row[planes.width] = 0;
-    }
-}
-
-// in: 4 cells' means.
-void pool_row(const CellGrid& in, const CellGrid& out, int y) {
-  for (int x = 0; x < out.width; ++x) {
+// Of 4 cells each their means.
+void pool_row(const CellGrid& in, int y, float* out) {
+  for (int x = 0; x < in.width / 2; ++x, out += kPyramidChannels) {
     const float *a = in.at(2 * y, 2 * x), *b = in.at(2 * y, 2 * x + 1),
                 *c = in.at(2 * y + 1, 2 * x), *d = in.at(2 * y + 1, 2 * x + 1);
-    float* o = out.at(y, x);
-    for (int k = 0; k < kPyramidChannels; ++k) o[k] = 0.25f * ((a[k] + b[k]) + (c[k] + d[k]));
+    for (int k = 0; k < kPyramidChannels; ++k) out[k] = 0.25f * ((a[k] + b[k]) + (c[k] + d[k]));
   }
 }
 
-void sum_row(const CellGrid& fine, const CellGrid& coarse, const CellGrid& out, int y) {
-  for (int x = 0; x < out.width; ++x) {
+void sum_row(const CellGrid& fine, const CellGrid& coarse, int y, float* out) {
+  for (int x = 0; x < fine.width; ++x, out += kPyramidChannels) {
     const float *a = fine.at(y, x), *b = coarse.at(y / 2, x / 2);
-    float* o = out.at(y, x);
-    for (int k = 0; k < kPyramidChannels; ++k) o[k] = a[k] + b[k];
+    for (int k = 0; k < kPyramidChannels; ++k) out[k] = a[k] + b[k];
   }
 }
 
-// Weights [tap][input][output] -> those that take a gradient back to the input: [tap reversed]
-// [output][input].
-std::vector<float> transposed(const float* weights, int taps, int inputs, int outputs) {
-  std::vector<float> back(static_cast<size_t>(taps) * static_cast<size_t>(inputs) *
-                          static_cast<size_t>(outputs));
-  for (int t = 0; t < taps; ++t)
-    for (int i = 0; i < inputs; ++i)
-      for (int o = 0; o < outputs; ++o)
-        back[static_cast<size_t>(((taps - 1 - t) * outputs + o) * inputs + i)] =
-            weights[static_cast<size_t>((t * inputs + i) * outputs + o)];
-  return back;
-}
+// A pixel of a picture that goes on beyond its edges.
+struct Pixel {
+  int x, y;
+  const float* features;
+  Four light;  // colour over albedo; the last number is no colour
 
-// Where the unit was below 0, the gradient is kSlope of what it is.
-void back_leaky(const CellGrid& d, const CellGrid& unit) {
-  for (int y = 0; y < d.height; ++y) {
-    float* to = d.at(y, 0);
-    const float* from = unit.at(y, 0);
-    for (int i = 0; i < d.width * d.channels; ++i) to[i] = from[i] < 0 ? kSlope * to[i] : to[i];
+  Pixel(const RecoveryInput& from, int at_x, int at_y)
+      : x(std::min(at_x, from.colour.width() - 1)), y(std::min(at_y, from.colour.height() - 1)) {
+    const size_t i =
+        static_cast<size_t>(y) * static_cast<size_t>(from.colour.width()) + static_cast<size_t>(x);
+    features = &from.features.data()[i * kFeatures];
+    const float* colour = &from.colour.data()[i * kColour];
+    light = Four{colour[0], colour[1], colour[2], 0} /
+            (Four{features[0], features[1], features[2], 0} + kAlbedoFloor);
   }
-}
+};
+
+// So many of the logits that a head makes, from one on: a layer of its own.
+struct SomeLogits {
+  PyramidLayer layer;
+  std::vector<float> values;
+
+  SomeLogits(std::span<const float> all, PyramidPart part, int first, int outputs)
+      : layer{1, kPyramidChannels, outputs, 0, static_cast<size_t>(kPyramidChannels * outputs)} {
+    const PyramidLayer head = pyramid_layer(part);
+    for (int row = 0; row <= kPyramidChannels; ++row) {  // the last one's are the biases
+      const float* from = &all[head.weights + static_cast<size_t>(row * head.outputs + first)];
+      values.insert(values.end(), from, from + outputs);
+    }
+  }
+};
 
 }  // namespace
 
@@ -94,91 +87,31 @@ PyramidPass::PyramidPass(Target target)
     : loops_(target == Target::kBest && has_avx512() ? &avx512_pyramid_loops()
                                                      : &common_pyramid_loops()) {}
 
-// Two rows of a coarser level, each cell twice; made again only where they are others.
-struct PyramidPass::Expanded {
-  std::ptrdiff_t pitch;
-  std::vector<float> memory[2];
-  float* row[2] = {};
-
-  Expanded(int width, int planes) : pitch(row_pitch(width)) {
-    for (int i = 0; i < 2; ++i) {
-      memory[i].assign(static_cast<size_t>(pitch * planes) + 2 * kLanes, 0);
-      row[i] = memory[i].data() + kLanes;
-    }
-  }
-  void expand(const CellPlanes& from, int y, int slot, int plane) {
-    for (int k = 0; k < from.count; ++k) {
-      const float* in = from.at(k, y);
-      float* out = row[slot] + (plane + k) * pitch;
-      for (int x = 0; x < from.width; ++x) out[2 * x] = out[2 * x + 1] = in[x];
-      out[-1] = in[0];
-      out[2 * from.width] = in[from.width - 1];
-    }
-  }
-  // Gradients of the first planes, back to the cells.
-  void add_back(const CellPlanes& to, int y, int slot) const {
-    for (int k = 0; k < to.count; ++k) {
-      const float* in = row[slot] + k * pitch;
-      float* out = to.at(k, y);
-      for (int x = 0; x < to.width; ++x) out[x] += in[2 * x] + in[2 * x + 1];
-      out[0] += in[-1];
-      out[to.width - 1] += in[2 * to.width];
-    }
-  }
-  // The two nearest rows of the coarser level, of `height`.
-  static int nearest(int y, int slot, int height) {
-    return std::clamp((y + 2 * slot - 1) >> 1, 0, height - 1);
-  }
-};
-
-void PyramidPass::pack(const PyramidInput& input, TaskPool* pool) {
-  const RecoveryInput& pictures = input.pictures;
+void PyramidPass::pack(const Run& run) {
+  const RecoveryInput& pictures = run.input.pictures;
   const int width = pictures.colour.width(), height = pictures.colour.height();
   width_ = width, height_ = height;
-  const bool shows = !pictures.shown.empty(), knows_own = !pictures.own_error.empty();
   const auto whole = [](int n) { return (n + kPyramidSide - 1) / kPyramidSide * kPyramidSide; };
   for (int l = 0; l < kPyramidLevels; ++l) {
     Level& level = levels_[l];
     level.height = whole(height) >> l, level.width = whole(width) >> l;
-    level.colour.resize(level.height, level.width, kColour, pool);
-    level.features.resize(level.height, level.width, kFeatures, pool);
-    level.result.resize(level.height, level.width, kColour, pool);
-    if (l < kLast) level.counts.resize(level.height, level.width, 1, pool);
+    level.counts.resize_unset(level.height, level.width, 1);
+    if (l == 0 && !run.learns) continue;
+    level.colour.resize_unset(level.height, level.width, kColour);
+    level.features.resize_unset(level.height, level.width, kFeatures);
+    level.result.resize_unset(level.height, level.width, kColour);
   }
-  const Level& fine = levels_[0];
-  input_.resize(fine.height / 2, fine.width / 2, kPyramidInputs, pool);
-  for_rows(pool, fine.height, [&](int y) {
-    const int py = std::min(y, height - 1);
-    for (int x = 0; x < fine.width; ++x) {
-      const int px = std::min(x, width - 1);
-      const float* f =
-          &pictures.features.data()[(static_cast<size_t>(py) * static_cast<size_t>(width) +
-                                     static_cast<size_t>(px)) *
-                                    kFeatures];
-      float* in = input_.at(y / 2, x / 2) + (2 * (y % 2) + x % 2) * kPixelInputs;
-      for (int c = 0; c < kColour; ++c) {
-        const float light = pictures.colour.at(px, py, c) / (f[c] + kAlbedoFloor);
-        fine.colour.at(c, y)[x] = light;
-        in[c] = kLogShare * std::log(1 + kLogScale * light * input.exposure);
-      }
-      in[kPixelNoise] = pictures.noise.at(px, py, 0);
-      const float own = knows_own ? pictures.own_error.at(px, py, 0) : kUnknown;
-      const float light = luminance(pictures.colour.rgb(px, py)) + kLeastLight;
-      in[kPixelOwnNoise] = std::isfinite(own) ? own / (own + light) : 1;
-      const float shown = shows ? luminance(pictures.shown.rgb(px, py)) : 0;
-      in[kPixelShown] = shown / (1 + shown);
-      for (int k = 0; k < kFeatures; ++k) {
-        in[kPixelFeatures + k] = f[k];
-        fine.features.at(k, y)[x] = f[k];
-      }
-    }
-    extend(fine.colour, y);
-    extend(fine.features, y);
-  });
   for (int l = 1; l < kPyramidLevels; ++l)
-    for_rows(pool, levels_[l].height, [&](int y) {
+    for_rows(run.pool, levels_[l].height, [&](int y) {
       const CellPlanes &from = levels_[l - 1].features, &to = levels_[l].features;
-      for (int k = 0; k < kFeatures; ++k) {
+      for (int x = 0; l == 1 && x < to.width; ++x) {
+        const float* f[kBlock];
+        for (int s = 0; s < kBlock; ++s)
+          f[s] = Pixel(pictures, 2 * x + s % 2, 2 * y + s / 2).features;
+        for (int k = 0; k < kFeatures; ++k)
+          to.at(k, y)[x] = 0.25f * ((f[0][k] + f[1][k]) + (f[2][k] + f[3][k]));
+      }
+      for (int k = 0; l > 1 && k < kFeatures; ++k) {
         const float *a = from.at(k, 2 * y), *b = from.at(k, 2 * y + 1);
         float* out = to.at(k, y);
         for (int x = 0; x < to.width; ++x)
@@ -188,60 +121,129 @@ void PyramidPass::pack(const PyramidInput& input, TaskPool* pool) {
     });
 }
 
-void PyramidPass::run_layer(std::span<const float> values, PyramidPart part, const Cells& in,
-                            Cells& out, TaskPool* pool) const {
+// A row of the picture becomes that of planes.
+void PyramidPass::unpack(const RecoveryInput& pictures, int y, const CellPlanes& colour,
+                         const CellPlanes& features, int to) const {
+  for (int x = 0; x < colour.width; ++x) {
+    const Pixel pixel(pictures, x, y);
+    for (int c = 0; c < kColour; ++c) colour.at(c, to)[x] = pixel.light[c];
+    for (int k = 0; k < kFeatures; ++k) features.at(k, to)[x] = pixel.features[k];
+  }
+  extend(colour, to);
+  extend(features, to);
+}
+
+// What the network sees of a row of blocks.
+void PyramidPass::pack_inputs(const Run& run, int row, float* out) const {
+  const RecoveryInput& pictures = run.input.pictures;
+  const bool shows = !pictures.shown.empty(), knows_own = !pictures.own_error.empty();
+  for (int x = 0; x < levels_[0].width; x += 2)
+    for (int s = 0; s < kBlock; ++s, out += kPixelInputs) {
+      const Pixel pixel(pictures, x + s % 2, 2 * row + s / 2);
+      const Four logarithm =
+          log_of<Four, FourInts>(1 + kLogScale * pixel.light * run.input.exposure);
+      for (int c = 0; c < kColour; ++c) out[c] = kLogShare * logarithm[c];
+      out[kPixelNoise] = pictures.noise.at(pixel.x, pixel.y, 0);
+      const float own = knows_own ? pictures.own_error.at(pixel.x, pixel.y, 0) : kUnknown;
+      const float light = luminance(pictures.colour.rgb(pixel.x, pixel.y)) + kLeastLight;
+      out[kPixelOwnNoise] = std::isfinite(own) ? own / (own + light) : 1;
+      const float shown = shows ? luminance(pictures.shown.rgb(pixel.x, pixel.y)) : 0;
+      out[kPixelShown] = shown / (1 + shown);
+      std::copy_n(pixel.features, kFeatures, out + kPixelFeatures);
+    }
+}
+
+// A row of a layer that looks at no neighbours.
+void PyramidPass::run_row(std::span<const float> values, const PyramidLayer& layer, float slope,
+                          float* in, int width, float* out) const {
+  const CellGrid from{in, 0, 1, width, layer.inputs}, to{out, 0, 1, width, layer.outputs};
+  loops_->convolve_row(from, layer, &values[layer.weights], &values[layer.bias], slope, to, 0);
+}
+
+// out: of what make(y, row, worker) writes row by row. All of that is kept where it learns. Else
+// each worker has a band of it, with a row on each side, in memory that stays near the processor.
+template <typename MakeRow>
+void PyramidPass::run_layer(const Run& run, PyramidPart part, int l, Cells& kept, Cells& out,
+                            const MakeRow& make) {
   const PyramidLayer layer = pyramid_layer(part);
-  out.resize(in.height, in.width, layer.outputs, pool);
-  const float slope = part >= kHead5 ? 1.0f : kSlope;
-  for_rows(pool, in.height, [&](int y) {
-    loops_->convolve_row(in, layer, &values[layer.weights], &values[layer.bias], slope, out, y);
+  const int height = levels_[l].height, width = levels_[l].width;
+  out.resize_unset(height, width, layer.outputs);
+  const int band = run.learns ? height : std::max(4, 32 >> l);
+  for_bands(run.pool, height, band, [&](int begin, int end, int w) {
+    const int rows = end - begin;
+    Cells& in = run.learns ? kept : scratch_[static_cast<size_t>(w)].band;
+    in.resize_unset(rows, width, layer.inputs);
+    for (int y = -1; y <= rows; ++y) {
+      std::fill(in.at(y, -1), in.at(y, 0), 0.0f);
+      if (begin + y >= 0 && begin + y < height)
+        make(begin + y, in.at(y, 0), w);
+      else
+        std::fill(in.at(y, 0), in.at(y, width), 0.0f);
+      std::fill(in.at(y, width), in.at(y, width + 1), 0.0f);
+    }
+    const CellGrid to{out.at(begin, 0), out.row, rows, width, layer.outputs};
+    for (int y = 0; y < rows; ++y) {
+      loops_->convolve_row(in, layer, &run.values[layer.weights], &run.values[layer.bias], kSlope,
+                           to, y);
+      if (part > kDown5) keep_coarsen_logits(run, l, begin + y, w);
+    }
   });
 }
 
-void PyramidPass::run_network(std::span<const float> values, TaskPool* pool) {
-  run_layer(values, kFirstLayer, input_, first_, pool);
-  run_layer(values, kDown1, first_, down_[1], pool);
-  for (int l = 2; l <= kLast; ++l) {
-    pooled_[l].resize(levels_[l].height, levels_[l].width, kPyramidChannels, pool);
-    for_rows(pool, levels_[l].height, [&](int y) { pool_row(down_[l - 1], pooled_[l], y); });
-    run_layer(values, kDownParts[l], pooled_[l], down_[l], pool);
+void PyramidPass::run_network(const Run& run) {
+  const int width = levels_[1].width;
+  if (run.learns) input_.resize_unset(levels_[1].height, width, kPyramidInputs);
+  run_layer(run, kDown1, 1, first_, down_[1], [&](int y, float* out, int worker) {
+    std::vector<float>& row = scratch_[static_cast<size_t>(worker)].inputs;
+    row.resize(static_cast<size_t>(width * kPyramidInputs));
+    float* in = run.learns ? input_.at(y, 0) : row.data();
+    pack_inputs(run, y, in);
+    run_row(run.values, pyramid_layer(kFirstLayer), kSlope, in, width, out);
+  });
+  for (int l = 2; l <= kLast; ++l)
+    run_layer(run, kDownParts[l], l, pooled_[l], down_[l],
+              [&](int y, float* out, int) { pool_row(down_[l - 1], y, out); });
+  for (int l = kLast - 1; l >= 1; --l)
+    run_layer(run, kUpParts[l], l, sum_[l], up_[l],
+              [&](int y, float* out, int) { sum_row(down_[l], unit_of(l + 1), y, out); });
+}
+
+const PyramidCells& PyramidPass::unit_of(int level) const {
+  return level < kLast ? up_[level] : down_[kLast];
+}
+
+// By which the row's cells will count in the coarser level, and those of level 1 their pixels.
+void PyramidPass::keep_coarsen_logits(const Run& run, int l, int y, int worker) {
+  const PyramidLayer head = pyramid_layer(kHeadParts[l]);
+  std::vector<float>& logits = scratch_[static_cast<size_t>(worker)].logits;
+  logits.resize(static_cast<size_t>(levels_[l].width * head.outputs));
+  run_row(run.values, head, 1, up_[l].at(y, 0), levels_[l].width, logits.data());
+  const float* from = logits.data();
+  for (int x = 0; x < levels_[l].width; ++x, from += head.outputs) {
+    levels_[l].counts.at(0, y)[x] = from[kCoarsenLogit];
+    for (int s = 0; l == 1 && s < kBlock; ++s)
+      levels_[0].counts.at(0, 2 * y + s / 2)[2 * x + s % 2] = from[kPixelCoarsenLogits + s];
   }
-  run_layer(values, kHeadParts[kLast], down_[kLast], head_[kLast], pool);
-  for (int l = kLast - 1; l >= 1; --l) {
-    const Cells& coarse = l + 1 == kLast ? down_[kLast] : up_[l + 1];
-    sum_[l].resize(levels_[l].height, levels_[l].width, kPyramidChannels, pool);
-    for_rows(pool, levels_[l].height, [&](int y) { sum_row(down_[l], coarse, sum_[l], y); });
-    run_layer(values, kUpParts[l], sum_[l], up_[l], pool);
-    run_layer(values, kHeadParts[l], up_[l], head_[l], pool);
-  }
 }
 
-const float* PyramidPass::coarsen_logit(int level, int y, int x) const {
-  if (level > 0) return head_[level].at(y, x) + kCoarsenLogit;
-  return head_[1].at(y / 2, x / 2) + kPixelCoarsenLogits + 2 * (y % 2) + x % 2;
-}
-
-float* PyramidPass::d_coarsen_logit(int level, int y, int x) {
-  if (level > 0) return d_head_[level].at(y, x) + kCoarsenLogit;
-  return d_head_[1].at(y / 2, x / 2) + kPixelCoarsenLogits + 2 * (y % 2) + x % 2;
-}
-
-// The colours of the level from those of the finer one.
-void PyramidPass::coarsen(int l, TaskPool* pool) {
+// The colours of the level from those of the finer one, whose logits become counts.
+void PyramidPass::coarsen(const Run& run, int l) {
   const Level &fine = levels_[l - 1], &level = levels_[l];
-  for_rows(pool, level.height, [&](int y) {
+  for_rows(run.pool, level.height, [&](int y) {
     for (int x = 0; x < level.width; ++x) {
       float e[kLanes] = {};
-      for (int s = 0; s < kBlock; ++s) e[s] = *coarsen_logit(l - 1, 2 * y + s / 2, 2 * x + s % 2);
+      for (int s = 0; s < kBlock; ++s) e[s] = fine.counts.at(0, 2 * y + s / 2)[2 * x + s % 2];
       const float most = std::max(std::max(e[0], e[1]), std::max(e[2], e[3]));
       for (int s = 0; s < kBlock; ++s) e[s] -= most;
       store(e, exp_lanes(load(e)));
       const float over = 1 / ((e[0] + e[1]) + (e[2] + e[3]));
-      float light[kColour] = {};
+      Four light{};
       for (int s = 0; s < kBlock; ++s) {
         const int fy = 2 * y + s / 2, fx = 2 * x + s % 2;
         const float count = fine.counts.at(0, fy)[fx] = e[s] * over;
-        for (int c = 0; c < kColour; ++c) light[c] += count * fine.colour.at(c, fy)[fx];
+        light += count * (l > 1 ? Four{fine.colour.at(0, fy)[fx], fine.colour.at(1, fy)[fx],
+                                       fine.colour.at(2, fy)[fx]}
+                                : Pixel(run.input.pictures, fx, fy).light);
       }
       for (int c = 0; c < kColour; ++c) level.colour.at(c, y)[x] = light[c];
     }
@@ -249,234 +251,101 @@ void PyramidPass::coarsen(int l, TaskPool* pool) {
   });
 }
 
-void PyramidPass::filter(std::span<const float> values, int l, bool learns, TaskPool* pool) {
+// What a row of cells to be filtered has of its level and of the coarser one.
+FilterRow PyramidPass::filter_row(int l, int y, ExpandedRows& coarse) const {
+  FilterRow row;
+  row.y = y;
+  row.colour = levels_[l].colour, row.features = levels_[l].features;
+  row.pitch = coarse.pitch;
+  for (int i = 0; l < kLast && i < 2; ++i) {
+    const Level& next = levels_[l + 1];
+    const int from = ExpandedRows::nearest(y, i, next.height), slot = from % 2;
+    if (std::exchange(coarse.held[slot], from) != from) {
+      coarse.expand(next.result, from, slot, 0);
+      coarse.expand(next.features, from, slot, kColour);
+    }
+    row.coarse_colour[i] = coarse.row[slot];
+    row.coarse_features[i] = coarse.row[slot] + kColour * coarse.pitch;
+  }
+  return row;
+}
+
+// Of level 0 the results go to the picture, and what they are made of are planes of a band only.
+void PyramidPass::filter(const Run& run, int l, Image& picture) {
   Level& level = levels_[l];
-  if (learns) level.kernels.resize(level.height, level.width, kPyramidTaps);
+  if (run.learns) level.kernels.resize_unset(level.height, level.width, kPyramidTaps);
   float scales[2 * kDistances];
   for (size_t k = 0; k < std::size(scales); ++k)
-    scales[k] = std::exp(values[pyramid_scales() + static_cast<size_t>(l) * std::size(scales) + k]);
-  // Two rows of cells, which share a row of the level above, by the same thread.
-  for_rows(pool, (level.height + 1) / 2, [&](int pair) {
-    Expanded coarse(level.width, kColour + kFeatures);
-    std::vector<float> logits(static_cast<size_t>(coarse.pitch * kPyramidTaps));
-    std::vector<float> head0(l == 0 ? static_cast<size_t>(level.width) * 2 * kCellLogits : 0);
-    for (int y = 2 * pair; y < std::min(2 * pair + 2, level.height); ++y) {
-      FilterRow row;
-      row.y = y;
-      row.colour = level.colour, row.features = level.features;
-      row.pitch = coarse.pitch;
-      if (l < kLast)
-        for (int slot : {0, 1}) {
-          const Level& next = levels_[l + 1];
-          const int from = Expanded::nearest(y, slot, next.height);
-          coarse.expand(next.result, from, slot, 0);
-          coarse.expand(next.features, from, slot, kColour);
-          row.coarse_colour[slot] = coarse.row[slot];
-          row.coarse_features[slot] = coarse.row[slot] + kColour * coarse.pitch;
-        }
-      if (l == 0 && y % 2 == 0) {
-        const PyramidLayer layer = pyramid_layer(kHead0);
-        const CellGrid in{up_[1].at(pair, 0), up_[1].row, 1, up_[1].width, up_[1].channels};
-        const CellGrid out{head0.data(), 0, 1, level.width / 2, layer.outputs};
-        loops_->convolve_row(in, layer, &values[layer.weights], &values[layer.bias], 1, out, 0);
-      }
-      for (int x = 0; x < level.width; ++x) {
-        const int pixel = x / 2 * kBlock + 2 * (y % 2) + x % 2;
-        const float* from =
-            l == 0 ? &head0[static_cast<size_t>(pixel * kCellLogits)] : head_[l].at(y, x);
+    scales[k] =
+        std::exp(run.values[pyramid_scales() + static_cast<size_t>(l) * std::size(scales) + k]);
+  const Cells& in = unit_of(std::max(l, 1));
+  // The logits of a row of cells, or of one of both rows of pixels.
+  const int outputs = l > 0 ? kCellLogits : 2 * kCellLogits;
+  const SomeLogits heads[2] = {{run.values, kHeadParts[l], 0, outputs},
+                               {run.values, kHeadParts[l], l > 0 ? 0 : outputs, outputs}};
+  const int band = run.learns ? level.height : std::max(2, 16 >> l);
+  for_bands(run.pool, level.height, band, [&](int begin, int end, int worker) {
+    Scratch& scratch = scratch_[static_cast<size_t>(worker)];
+    scratch.coarse.resize(level.width, kColour + kFeatures);
+    const std::ptrdiff_t pitch = scratch.coarse.pitch;
+    scratch.planes.resize(static_cast<size_t>(pitch * kPyramidTaps));
+    scratch.logits.resize(static_cast<size_t>(level.width * kCellLogits));
+    scratch.result.resize(static_cast<size_t>(pitch * kColour));
+    Plane& colour = l > 0 || run.learns ? level.colour : scratch.colour;
+    Plane& features = l > 0 || run.learns ? level.features : scratch.features;
+    const int top = l > 0 ? 0 : std::max(begin - 1, 0);
+    if (l == 0) {
+      const int bottom = std::min(end + 1, level.height);
+      colour.resize_unset(bottom - top, level.width, kColour);
+      features.resize_unset(bottom - top, level.width, kFeatures);
+      for (int y = top; y < bottom; ++y) unpack(run.input.pictures, y, colour, features, y - top);
+    }
+    for (int y = begin; y < end; ++y) {
+      FilterRow row = filter_row(l, y, scratch.coarse);
+      row.y = y - top, row.colour = colour, row.features = features;
+      const SomeLogits& head = heads[y % 2];
+      run_row(head.values, head.layer, 1, in.at(l > 0 ? y : y / 2, 0), in.width,
+              scratch.logits.data());
+      for (int x = 0; x < level.width; ++x)
         for (int t = 0; t < kPyramidTaps; ++t)
-          logits[static_cast<size_t>(t * coarse.pitch + x)] = from[t];
-      }
-      row.logits = logits.data();
+          scratch.planes[t * pitch + x] = scratch.logits[x * kCellLogits + t];
+      row.logits = scratch.planes.data();
       row.scales = scales;
-      row.out = level.result.at(0, y);
-      row.kernels = learns ? level.kernels.at(0, y) : nullptr;
+      row.out = l > 0 ? level.result.at(0, y) : scratch.result.data();
+      row.kernels = run.learns ? level.kernels.at(0, y) : nullptr;
       loops_->filter_row(row);
-      extend(level.result, y);
+      if (l > 0)
+        extend(level.result, y);
+      else if (y < height_)
+        for (int x = 0; x < width_; ++x)
+          for (int c = 0; c < kColour; ++c)
+            picture.at(x, y, c) =
+                row.out[c * pitch + x] *
+                (run.times_albedo ? run.input.pictures.features.at(x, y, c) + kAlbedoFloor : 1);
     }
   });
+}
+
+Image PyramidPass::run(const Run& run) {
+  QRAY_CHECK(run.values.size() == pyramid_size() &&
+             run.input.pictures.features.channels() == kFeatures);
+  scratch_.resize(static_cast<size_t>(run.pool ? run.pool->threads() : 1));
+  pack(run);
+  run_network(run);
+  for (int l = 1; l < kPyramidLevels; ++l) coarsen(run, l);
+  Image picture = Image::unset(width_, height_, kColour);
+  for (int l = kLast; l >= 0; --l) filter(run, l, picture);
+  return picture;
 }
 
 Image PyramidPass::forward(std::span<const float> values, const PyramidInput& input, TaskPool* pool,
                            bool learns) {
-  QRAY_CHECK(values.size() == pyramid_size() && input.pictures.features.channels() == kFeatures);
-  pack(input, pool);
-  run_network(values, pool);
-  for (int l = 1; l < kPyramidLevels; ++l) coarsen(l, pool);
-  for (int l = kLast; l >= 0; --l) filter(values, l, learns, pool);
-  Image out = Image::unset(width_, height_, kColour);
-  for_rows(pool, height_, [&](int y) {
-    for (int x = 0; x < width_; ++x)
-      for (int c = 0; c < kColour; ++c) out.at(x, y, c) = levels_[0].result.at(c, y)[x];
-  });
-  return out;
+  return run({values, input, pool, learns, false});
 }
 
 Image PyramidPass::recover(std::span<const float> values, const PyramidInput& input,
                            TaskPool* pool) {
-  Image picture = forward(values, input, pool, false);
-  for_rows(pool, height_, [&](int y) {
-    for (int x = 0; x < width_; ++x)
-      for (int c = 0; c < kColour; ++c)
-        picture.at(x, y, c) *= input.pictures.features.at(x, y, c) + kAlbedoFloor;
-  });
-  return picture;
-}
-
-// By d_result of the level: d_colour of it, d_result of the coarser one, and d_head.
-void PyramidPass::back_filter(int l, std::span<const float> scales, std::span<double> d_scales) {
-  Level& level = levels_[l];
-  Expanded coarse(level.width, kColour + kFeatures), d_coarse(level.width, kColour);
-  std::vector<float> d_logits(static_cast<size_t>(coarse.pitch * kPyramidTaps));
-  for (int y = 0; y < level.height; ++y) {
-    BackFilterRow back;
-    FilterRow& row = back.forward;
-    row.y = y;
-    row.colour = level.colour, row.features = level.features;
-    row.pitch = coarse.pitch;
-    if (l < kLast)
-      for (int slot : {0, 1}) {
-        const Level& next = levels_[l + 1];
-        const int from = Expanded::nearest(y, slot, next.height);
-        coarse.expand(next.result, from, slot, 0);
-        coarse.expand(next.features, from, slot, kColour);
-        row.coarse_colour[slot] = coarse.row[slot];
-        row.coarse_features[slot] = coarse.row[slot] + kColour * coarse.pitch;
-        std::fill(d_coarse.memory[slot].begin(), d_coarse.memory[slot].end(), 0.0f);
-        back.d_coarse_colour[slot] = d_coarse.row[slot];
-      }
-    row.scales = scales.data();
-    row.kernels = level.kernels.at(0, y);
-    back.d_out = level.d_result.at(0, y);
-    back.d_colour = level.d_colour;
-    back.d_logits = d_logits.data();
-    back.d_scales = d_scales.data();
-    loops_->back_filter_row(back);
-    if (l < kLast)
-      for (int slot : {0, 1})
-        d_coarse.add_back(levels_[l + 1].d_result,
-                          Expanded::nearest(y, slot, levels_[l + 1].height), slot);
-    const int taps = l < kLast ? kPyramidTaps : kTaps;
-    for (int x = 0; x < level.width; ++x) {
-      float* to = l > 0 ? d_head_[l].at(y, x)
-                        : d_head_[0].at(y / 2, x / 2) + (2 * (y % 2) + x % 2) * kCellLogits;
-      for (int t = 0; t < taps; ++t) to[t] = d_logits[static_cast<size_t>(t * coarse.pitch + x)];
-    }
-  }
-  fold(level.d_colour);
-}
-
-// By d_colour of the level: that of the finer one, and the logits by which its cells count.
-void PyramidPass::back_coarsen(int l) {
-  Level &fine = levels_[l - 1], &level = levels_[l];
-  for (int y = 0; y < level.height; ++y)
-    for (int x = 0; x < level.width; ++x) {
-      float d_count[kBlock], mean = 0;
-      for (int s = 0; s < kBlock; ++s) {
-        const int fy = 2 * y + s / 2, fx = 2 * x + s % 2;
-        const float count = fine.counts.at(0, fy)[fx];
-        d_count[s] = 0;
-        for (int c = 0; c < kColour; ++c) {
-          const float d = level.d_colour.at(c, y)[x];
-          d_count[s] += d * fine.colour.at(c, fy)[fx];
-          fine.d_colour.at(c, fy)[fx] += d * count;
-        }
-        mean += count * d_count[s];
-      }
-      for (int s = 0; s < kBlock; ++s) {
-        const int fy = 2 * y + s / 2, fx = 2 * x + s % 2;
-        *d_coarsen_logit(l - 1, fy, fx) = fine.counts.at(0, fy)[fx] * (d_count[s] - mean);
-      }
-    }
-}
-
-// d_out: by the layer's result; becomes that before its leaky unit. d_in is written, if wanted.
-void PyramidPass::back_layer(std::span<const float> values, PyramidPart part, const Cells& in,
-                             const Cells& out, Cells& d_out, Cells* d_in,
-                             std::span<float> gradient) {
-  const PyramidLayer layer = pyramid_layer(part);
-  if (part < kHead5) back_leaky(d_out, out);
-  loops_->add_weight_gradient(in, layer, d_out, &gradient[layer.weights], &gradient[layer.bias]);
-  if (!d_in) return;
-  const std::vector<float> back =
-      transposed(&values[layer.weights], layer.side * layer.side, layer.inputs, layer.outputs);
-  const PyramidLayer turned{layer.side, layer.outputs, layer.inputs, 0, 0};
-  d_in->resize(in.height, in.width, layer.inputs);
-  for (int y = 0; y < in.height; ++y)
-    loops_->convolve_row(d_out, turned, back.data(), nullptr, 1, *d_in, y);
-}
-
-void PyramidPass::backward(std::span<const float> values, std::span<const float> d_result,
-                           std::span<float> gradient) {
-  QRAY_CHECK(d_result.size() == static_cast<size_t>(width_ * height_ * kColour));
-  for (int l = 0; l < kPyramidLevels; ++l) {
-    Level& level = levels_[l];
-    for (Plane* d : {&level.d_colour, &level.d_result}) {
-      d->resize(level.height, level.width, kColour);
-      d->clear();
-    }
-    const PyramidLayer head = pyramid_layer(kHeadParts[l]);
-    d_head_[l].resize(levels_[std::max(l, 1)].height, levels_[std::max(l, 1)].width, head.outputs);
-  }
-  for (int y = 0; y < height_; ++y)
-    for (int x = 0; x < width_; ++x)
-      for (int c = 0; c < kColour; ++c)
-        levels_[0].d_result.at(c, y)[x] =
-            d_result[static_cast<size_t>((y * width_ + x) * kColour + c)];
-
-  // The filters.
-  constexpr size_t kScales = 2 * kDistances;
-  for (size_t l = 0; l < kPyramidLevels; ++l) {
-    float scales[kScales];
-    double d_scales[kScales] = {};
-    const size_t first = pyramid_scales() + l * kScales;
-    for (size_t k = 0; k < kScales; ++k) scales[k] = std::exp(values[first + k]);
-    back_filter(static_cast<int>(l), scales, d_scales);
-    for (size_t k = 0; k < kScales; ++k)
-      gradient[first + k] += static_cast<float>(d_scales[k]) * scales[k];
-  }
-  for (int l = kLast; l >= 1; --l) back_coarsen(l);
-
-  // The layers, from level 1 down: d_up_ of a level is known when that of the finer one was made.
-  const auto add = [](const Cells& to, const Cells& from) {
-    for (int y = 0; y < to.height; ++y)
-      for (int i = 0; i < to.width * to.channels; ++i) to.at(y, 0)[i] += from.at(y, 0)[i];
-  };
-  Cells& d_head_in = d_pooled_[0];
-  for (int l = 1; l <= kLast; ++l) {
-    const Cells& unit = l < kLast ? up_[l] : down_[l];
-    Cells& d_unit = l < kLast ? d_up_[l] : d_down_[l];
-    d_unit.resize(unit.height, unit.width, unit.channels);
-    for (int y = 0; y < unit.height; ++y)
-      for (int x = 0; x < unit.width; ++x)
-        for (int k = 0; k < kPyramidChannels; ++k) {
-          float sum = 0;  // of the four cells that the coarser one was added to
-          if (l > 1)
-            for (int s = 0; s < kBlock; ++s)
-              sum += d_sum_[l - 1].at(2 * y + s / 2, 2 * x + s % 2)[k];
-          d_unit.at(y, x)[k] = sum;
-        }
-    if (l == 1) {
-      back_layer(values, kHead0, unit, head_[0], d_head_[0], &d_head_in, gradient);
-      add(d_unit, d_head_in);
-    }
-    back_layer(values, kHeadParts[l], unit, head_[l], d_head_[l], &d_head_in, gradient);
-    add(d_unit, d_head_in);
-    if (l < kLast) back_layer(values, kUpParts[l], sum_[l], up_[l], d_up_[l], &d_sum_[l], gradient);
-  }
-  for (int l = kLast; l >= 1; --l) {
-    if (l < kLast) {  // by the sum, and by what was made of its mean
-      d_down_[l].resize(down_[l].height, down_[l].width, kPyramidChannels);
-      for (int y = 0; y < down_[l].height; ++y)
-        for (int x = 0; x < down_[l].width; ++x)
-          for (int k = 0; k < kPyramidChannels; ++k)
-            d_down_[l].at(y, x)[k] =
-                d_sum_[l].at(y, x)[k] + 0.25f * d_pooled_[l + 1].at(y / 2, x / 2)[k];
-    }
-    back_layer(values, kDownParts[l], l == 1 ? first_ : pooled_[l], down_[l], d_down_[l],
-               l == 1 ? &d_first_ : &d_pooled_[l], gradient);
-  }
-  back_layer(values, kFirstLayer, input_, first_, d_first_, nullptr, gradient);
+  return run({values, input, pool, false, true});
 }
 
 }  // namespace qray

@@ -48,36 +48,62 @@ class PyramidPass {
  private:
   using Cells = PyramidCells;
   using Plane = PyramidPlanes;
+  static constexpr int kLast = kPyramidLevels - 1;
+  static constexpr PyramidPart kDownParts[] = {kFirstLayer, kDown1, kDown2, kDown3, kDown4, kDown5};
+  static constexpr PyramidPart kUpParts[] = {kFirstLayer, kUp1, kUp2, kUp3, kUp4};
+  static constexpr PyramidPart kHeadParts[] = {kHead0, kHead1, kHead2, kHead3, kHead4, kHead5};
   struct Level {
     int height = 0, width = 0;
-    Plane colour, features, result;
-    Plane counts;   // 1: what a cell counts for in the coarser one, of the four's sum 1
-    Plane kernels;  // kPyramidTaps, where it learns
+    Plane colour, features;  // of level 0 only where it learns
+    Plane result;            // not of level 0, where it goes to the picture
+    Plane counts;            // 1: at first a logit, then what a cell counts for in the coarser one
+    Plane kernels;           // kPyramidTaps, where it learns
     Plane d_colour, d_result;
   };
-  struct Expanded;  // rows of a coarser level, each cell twice
+  struct Run {
+    std::span<const float> values;
+    const PyramidInput& input;
+    TaskPool* pool;
+    bool learns, times_albedo;
+  };
+  struct Scratch {           // of a worker
+    Cells band;              // what a layer is run on
+    Plane colour, features;  // of a band of the picture
+    ExpandedRows coarse;
+    std::vector<float> inputs, logits, planes, result;  // rows
+  };
 
-  void pack(const PyramidInput& input, TaskPool* pool);
-  void run_layer(std::span<const float> values, PyramidPart part, const Cells& in, Cells& out,
-                 TaskPool* pool) const;
-  void run_network(std::span<const float> values, TaskPool* pool);
-  void coarsen(int level, TaskPool* pool);
-  void filter(std::span<const float> values, int level, bool learns, TaskPool* pool);
-  const float* coarsen_logit(int level, int y, int x) const;
+  Image run(const Run& run);
+  void pack(const Run& run);
+  void unpack(const RecoveryInput& pictures, int y, const CellPlanes& colour,
+              const CellPlanes& features, int to) const;
+  void pack_inputs(const Run& run, int row, float* out) const;
+  void run_row(std::span<const float> values, const PyramidLayer& layer, float slope, float* in,
+               int width, float* out) const;
+  template <typename MakeRow>
+  void run_layer(const Run& run, PyramidPart part, int level, Cells& kept, Cells& out,
+                 const MakeRow& make);
+  void run_network(const Run& run);
+  void keep_coarsen_logits(const Run& run, int level, int y, int worker);
+  void coarsen(const Run& run, int level);
+  FilterRow filter_row(int level, int y, ExpandedRows& coarse) const;
+  void filter(const Run& run, int level, Image& picture);
+  const Cells& unit_of(int level) const;
   float* d_coarsen_logit(int level, int y, int x);
 
   void back_filter(int level, std::span<const float> scales, std::span<double> d_scales);
   void back_coarsen(int level);
   void back_layer(std::span<const float> values, PyramidPart part, const Cells& in,
-                  const Cells& out, Cells& d_out, Cells* d_in, std::span<float> gradient);
+                  const Cells* out, Cells& d_out, Cells* d_in, std::span<float> gradient);
 
   const PyramidLoops* loops_;
   int width_ = 0, height_ = 0;  // of the picture, pixels
   Level levels_[kPyramidLevels];
-  Cells input_, first_;
-  // By level: what goes down, that of four cells in one, what comes up, the sum that it is made of.
-  Cells down_[kPyramidLevels], pooled_[kPyramidLevels], up_[kPyramidLevels], sum_[kPyramidLevels];
-  Cells head_[kPyramidLevels];
+  std::vector<Scratch> scratch_;
+  // By level: what goes down, and what comes up.
+  Cells down_[kPyramidLevels], up_[kPyramidLevels];
+  // What these layers were run on, where it learns: of four cells in one, and sums.
+  Cells input_, first_, pooled_[kPyramidLevels], sum_[kPyramidLevels];
   Cells d_head_[kPyramidLevels], d_up_[kPyramidLevels], d_down_[kPyramidLevels],
       d_sum_[kPyramidLevels], d_pooled_[kPyramidLevels], d_first_;
 };

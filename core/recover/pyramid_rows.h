@@ -7,7 +7,8 @@
 
 namespace qray {
 
-// Numbers of cells, interleaved, with a border of one cell of zeros around.
+// Numbers of cells, interleaved, with room for a border of one cell around: of zeros, where a layer
+// looks at neighbours.
 struct CellGrid {
   float* first = nullptr;  // of cell (0, 0)
   std::ptrdiff_t row = 0;  // floats
@@ -19,7 +20,7 @@ struct CellGrid {
 };
 
 // Numbers of cells, each row's planes one after the other, with room for a cell on the left and 17
-// on the right; the nearest of these are copies of the edge.
+// on the right; those that vectors of the row reach are copies of the edge.
 struct CellPlanes {
   float* first = nullptr;
   std::ptrdiff_t pitch = 0;  // floats from plane to plane of a row
