@@ -34,34 +34,15 @@ struct EdgeRay {
 };
 constexpr EdgeRay kEdgeRays[] = {
     {0.125f, 0.625f}, {0.375f, 0.125f}, {0.625f, 0.875f}, {0.875f, 0.375f}};
+constexpr int kBandRows = 32;  // seen by one thread, so that little memory is read twice
 constexpr float kLeastCosine = 0.9f, kMostDepthStep = 0.1f;  // of one surface from pixel to pixel
 
-// Whether two pixels beside each other show something else.
-bool differ(const float* f, uint32_t f_surface, const float* g, uint32_t g_surface) {
-  return f_surface != g_surface ||
+bool differ(const Seen& a, const Seen& b) {
+  const auto& f = a.features;
+  const auto& g = b.features;
+  return a.surface != b.surface ||
          f[3] * g[3] + f[4] * g[4] + f[5] * g[5] < kLeastCosine * (f[7] < kNoSurface) ||
          std::abs(f[6] - g[6]) > kMostDepthStep * std::min(f[6], g[6]);
-}
-
-// Pixels that differ from one beside them, 1 each, of row y.
-std::vector<uint8_t> edges_of(const Image& features, const std::vector<uint32_t>& surfaces, int y) {
-  const int width = features.width();
-  const auto pixel = [width](int x, int y_) {
-    return static_cast<size_t>(y_) * static_cast<size_t>(width) + static_cast<size_t>(x);
-  };
-  const auto tell_apart = [&](size_t a, size_t b) {
-    return differ(&features.data()[a * kFeatureChannels], surfaces[a],
-                  &features.data()[b * kFeatureChannels], surfaces[b]);
-  };
-  std::vector<uint8_t> edges(static_cast<size_t>(width));
-  for (int x = 0; x < width; ++x) {
-    const auto i = static_cast<size_t>(x);
-    if (x + 1 < width && tell_apart(pixel(x, y), pixel(x + 1, y))) edges[i] = edges[i + 1] = 1;
-    for (const int beside : {y - 1, y + 1})
-      if (beside >= 0 && beside < features.height() && tell_apart(pixel(x, y), pixel(x, beside)))
-        edges[i] = 1;
-  }
-  return edges;
 }
 
 }  // namespace
@@ -122,42 +103,46 @@ Result<FeaturePictures> render_features(const PreparedScene& scene, const Render
   const auto look = [&](float x, float y, Vec2 lens) {
     return see(scene, camera.ray({x, y}, lens), diagonal, camera.cone());
   };
+  const auto mean_of_edge_rays = [&](int x, int y) {
+    Seen mean;
+    for (const EdgeRay& r : kEdgeRays) {
+      const Seen part = look(static_cast<float>(x) + r.x, static_cast<float>(y) + r.y, {r.y, r.x});
+      constexpr float kShare = 1.0f / std::size(kEdgeRays);
+      for (size_t k = 0; k < kFeatureChannels; ++k) mean.features[k] += kShare * part.features[k];
+      mean.emitted += part.emitted * kShare;
+    }
+    return mean;
+  };
   FeaturePictures pictures{Image::unset(width, height, kFeatureChannels),
                            Image::unset(width, height, 3)};
-  std::vector<uint32_t> surfaces(static_cast<size_t>(width) * static_cast<size_t>(height));
-  const auto show = [&](int x, int y, const Seen& seen) {
-    std::ranges::copy(seen.features, &pictures.features.at(x, y, 0));
-    pictures.emitted.set_rgb(x, y, seen.emitted);
-  };
-  pool.run(static_cast<size_t>(height), [&](size_t row, int) {
+  const auto bands = static_cast<size_t>((height + kBandRows - 1) / kBandRows);
+  pool.run(bands, [&](size_t band, int) {
     if (stop.stop_requested()) return;
-    const int y = static_cast<int>(row);
-    for (int x = 0; x < width; ++x) {
-      const Seen seen =
-          look(static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f, {0.5f, 0.5f});
-      show(x, y, seen);
-      surfaces[row * static_cast<size_t>(width) + static_cast<size_t>(x)] = seen.surface;
-    }
-  });
-  std::vector<std::vector<uint8_t>> edges(static_cast<size_t>(height));
-  pool.run(edges.size(), [&](size_t row, int) {
-    edges[row] = edges_of(pictures.features, surfaces, static_cast<int>(row));
-  });
-  pool.run(edges.size(), [&](size_t row, int) {
-    if (stop.stop_requested()) return;
-    const int y = static_cast<int>(row);
-    for (int x = 0; x < width; ++x) {
-      if (!edges[row][static_cast<size_t>(x)] && !camera.has_lens()) continue;
-      Seen mean;
-      for (const EdgeRay& r : kEdgeRays) {
-        const Seen part =
-            look(static_cast<float>(x) + r.x, static_cast<float>(y) + r.y, {r.y, r.x});
-        constexpr float kShare = 1.0f / std::size(kEdgeRays);
-        for (size_t k = 0; k < kFeatureChannels; ++k) mean.features[k] += kShare * part.features[k];
-        mean.emitted += part.emitted * kShare;
+    const int top = static_cast<int>(band) * kBandRows, end = std::min(height, top + kBandRows);
+    // With the rows beside the band, which tell whether its own pixels lie at an edge.
+    const int first = std::max(0, top - 1), last = std::min(height, end + 1);
+    std::vector<Seen> centres;
+    centres.reserve(static_cast<size_t>(last - first) * static_cast<size_t>(width));
+    for (int y = first; y < last; ++y)
+      for (int x = 0; x < width; ++x)
+        centres.push_back(
+            look(static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f, {0.5f, 0.5f}));
+    const auto centre = [&](int x, int y) -> const Seen& {
+      return centres[static_cast<size_t>(y - first) * static_cast<size_t>(width) +
+                     static_cast<size_t>(x)];
+    };
+    for (int y = top; y < end; ++y)
+      for (int x = 0; x < width; ++x) {
+        const Seen& seen = centre(x, y);
+        const bool edge = (x > 0 && differ(seen, centre(x - 1, y))) ||
+                          (y > 0 && differ(seen, centre(x, y - 1))) ||
+                          (x + 1 < width && differ(seen, centre(x + 1, y))) ||
+                          (y + 1 < height && differ(seen, centre(x, y + 1)));
+        const Seen shown = edge || camera.has_lens() ? mean_of_edge_rays(x, y) : seen;
+        for (int k = 0; k < kFeatureChannels; ++k)
+          pictures.features.at(x, y, k) = shown.features[static_cast<size_t>(k)];
+        pictures.emitted.set_rgb(x, y, shown.emitted);
       }
-      show(x, y, mean);
-    }
   });
   if (stop.stop_requested()) return Error{ErrorCode::kCanceled, "canceled", ""};
   return pictures;
