@@ -1,9 +1,5 @@
 #include "core/recover/pyramid_memory.h"
 
-#include <sys/mman.h>
-
-#include <new>
-
 #include "core/recover/lanes.h"
 
 namespace qray {
@@ -22,13 +18,8 @@ size_t size_of(const CellPlanes& planes) {
 
 float* PyramidMemory::room_for(size_t size) {
   if (size > capacity_) {
-    constexpr size_t kLargePage = size_t{2} << 20;
-    const size_t bytes = size * sizeof(float), unit = bytes < kLargePage ? 64 : kLargePage;
-    const size_t rounded = (bytes + unit - 1) / unit * unit;
     memory_.reset();
-    memory_.reset(static_cast<float*>(std::aligned_alloc(unit, rounded)));
-    if (!memory_) throw std::bad_alloc();
-    if (unit == kLargePage) madvise(memory_.get(), rounded, MADV_HUGEPAGE);
+    memory_ = std::make_unique_for_overwrite<float[]>(size);
     capacity_ = size;
   }
   return memory_.get();

@@ -3,7 +3,6 @@
 #pragma once
 
 #include <algorithm>
-#include <cstdlib>
 #include <memory>
 #include <vector>
 
@@ -12,17 +11,14 @@
 
 namespace qray {
 
-// Numbers, unset, and fewer asked for later are in the same memory. Its first touch takes longer
-// than what follows, so it has large pages where the system gives them.
+// Numbers, unset, and fewer asked for later are in the same memory: its first touch takes longer
+// than what follows.
 class PyramidMemory {
  public:
   float* room_for(size_t size);
 
  private:
-  struct Free {
-    void operator()(float* p) const { std::free(p); }
-  };
-  std::unique_ptr<float[], Free> memory_;
+  std::unique_ptr<float[]> memory_;
   size_t capacity_ = 0;
 };
 
