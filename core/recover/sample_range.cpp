@@ -7,8 +7,8 @@
 namespace qray {
 namespace {
 
-constexpr int kRadiusPx = 3;
-constexpr int kBandRows = 16;
+constexpr int kRangePx = 3;
+constexpr int kRangeBandRows = 16;
 constexpr float kMostMissed = 4.6f;  // hits: of so many none is seen by a chance of 1 %
 constexpr float kTouch = 1e-4f;      // relative: less is rounding
 
@@ -45,35 +45,37 @@ Rgb largest_of(Rgb a, Rgb b) {
 
 SampleRange::SampleRange(const Image& samples, const Image& own_error, int step, TaskPool& pool)
     : step_(step),
-      radius_(kRadiusPx / step),
+      radius_(kRangePx / step),
       least_(Image::unset(samples.width(), samples.height(), 3)),
       largest_(Image::unset(samples.width(), samples.height(), 3)),
       around_(samples, own_error, pool) {
   const int height = samples.height();
   const size_t count = 3 * static_cast<size_t>(samples.width());
-  pool.run(static_cast<size_t>((height + kBandRows - 1) / kBandRows), [&](size_t band, int) {
-    const int top = static_cast<int>(band) * kBandRows, end = std::min(height, top + kBandRows);
-    const int first = std::max(0, top - radius_), last = std::min(height, end + radius_);
-    std::vector<float> padded, least(count * static_cast<size_t>(last - first)),
-        largest(least.size());
-    const auto at = [&](int y) { return count * static_cast<size_t>(y - first); };
-    for (int y = first; y < last; ++y)
-      row_extremes(&samples.data()[count * static_cast<size_t>(y)], count, radius_, padded,
-                   &least[at(y)], &largest[at(y)]);
-    for (int y = top; y < end; ++y) {
-      float *low = &least_.data()[count * static_cast<size_t>(y)],
-            *high = &largest_.data()[count * static_cast<size_t>(y)];
-      std::copy_n(&least[at(y)], count, low);
-      std::copy_n(&largest[at(y)], count, high);
-      for (int j = std::max(0, y - radius_); j < std::min(height, y + radius_ + 1); ++j) {
-        const float *l = &least[at(j)], *h = &largest[at(j)];
-        for (size_t i = 0; i < count; ++i) {
-          low[i] = std::min(low[i], l[i]);
-          high[i] = std::max(high[i], h[i]);
-        }
-      }
-    }
-  });
+  pool.run(static_cast<size_t>((height + kRangeBandRows - 1) / kRangeBandRows),
+           [&](size_t band, int) {
+             const int top = static_cast<int>(band) * kRangeBandRows,
+                       end = std::min(height, top + kRangeBandRows);
+             const int first = std::max(0, top - radius_), last = std::min(height, end + radius_);
+             std::vector<float> padded, least(count * static_cast<size_t>(last - first)),
+                 largest(least.size());
+             const auto at = [&](int y) { return count * static_cast<size_t>(y - first); };
+             for (int y = first; y < last; ++y)
+               row_extremes(&samples.data()[count * static_cast<size_t>(y)], count, radius_, padded,
+                            &least[at(y)], &largest[at(y)]);
+             for (int y = top; y < end; ++y) {
+               float *low = &least_.data()[count * static_cast<size_t>(y)],
+                     *high = &largest_.data()[count * static_cast<size_t>(y)];
+               std::copy_n(&least[at(y)], count, low);
+               std::copy_n(&largest[at(y)], count, high);
+               for (int j = std::max(0, y - radius_); j < std::min(height, y + radius_ + 1); ++j) {
+                 const float *l = &least[at(j)], *h = &largest[at(j)];
+                 for (size_t i = 0; i < count; ++i) {
+                   low[i] = std::min(low[i], l[i]);
+                   high[i] = std::max(high[i], h[i]);
+                 }
+               }
+             }
+           });
 }
 
 Rgb SampleRange::may_be_missed(int x, int y) const {

@@ -9,10 +9,10 @@
 namespace qray {
 namespace {
 
-constexpr int kRadiusPx = 3;
-constexpr int kBandRows = 16;
+constexpr int kWindowPx = 3;
+constexpr int kWindowBandRows = 16;
 constexpr float kAccident = 0.01f;    // less: that a window missed light is no accident
-constexpr float kDoubt = 3;           // times the variance of what pixels around tell
+constexpr float kFewPixelsDoubt = 3;  // times the variance of what pixels around tell
 constexpr float kLeastGuess = 1e-3f;  // luminance: differences are relative to the guess
 
 // Of each pixel of some rows, one after the other: squares over the guess'.
@@ -31,7 +31,7 @@ struct WindowRow {
 
 // Sums of 2 x radius + 1 values beside each other, fewer at the row's ends.
 void sum_beside(std::vector<float>& row, std::vector<float>& sums) {
-  const size_t radius = kRadiusPx, width = row.size();
+  const size_t radius = kWindowPx, width = row.size();
   sums = row;
   for (size_t shift = 1; shift <= std::min(radius, width - 1); ++shift) {
     for (size_t x = 0; x + shift < width; ++x) sums[x] += row[x + shift];
@@ -47,9 +47,11 @@ Image shrink_towards(const Image& guess, const Image& samples, const Image& own_
   const int width = guess.width(), height = guess.height();
   const Surroundings around(samples, own_error, pool);
   Image out = Image::unset(width, height, 3);
-  pool.run(static_cast<size_t>((height + kBandRows - 1) / kBandRows), [&](size_t band, int) {
-    const int top = static_cast<int>(band) * kBandRows, end = std::min(height, top + kBandRows);
-    const int first = std::max(0, top - kRadiusPx), last = std::min(height, end + kRadiusPx);
+  pool.run(static_cast<size_t>((height + kWindowBandRows - 1) / kWindowBandRows), [&](size_t band,
+                                                                                      int) {
+    const int top = static_cast<int>(band) * kWindowBandRows,
+              end = std::min(height, top + kWindowBandRows);
+    const int first = std::max(0, top - kWindowPx), last = std::min(height, end + kWindowPx);
     const auto row = [&](int y) {
       return static_cast<size_t>(y - first) * static_cast<size_t>(width);
     };
@@ -65,7 +67,7 @@ Image shrink_towards(const Image& guess, const Image& samples, const Image& own_
       }
     std::vector<float> buffer;
     for (int y = top; y < end; ++y) {
-      const int above = std::max(first, y - kRadiusPx), below = std::min(last, y + kRadiusPx + 1);
+      const int above = std::max(first, y - kWindowPx), below = std::min(last, y + kWindowPx + 1);
       WindowRow windows(static_cast<size_t>(width));
       for (int j = above; j < below; ++j)
         for (size_t x = 0, i = row(j); x < static_cast<size_t>(width); ++x, ++i) {
@@ -79,7 +81,7 @@ Image shrink_towards(const Image& guess, const Image& samples, const Image& own_
         sum_beside(*sums, buffer);
       for (int x = 0; x < width; ++x) {
         const size_t i = static_cast<size_t>(x);
-        const int beside = std::min(width, x + kRadiusPx + 1) - std::max(0, x - kRadiusPx);
+        const int beside = std::min(width, x + kWindowPx + 1) - std::max(0, x - kWindowPx);
         const float count = static_cast<float>((below - above) * beside), over = 1 / count;
         float noise = windows.noise[i] * over;
         // Light that the guess has and these pixels have not met may only be rare: their noise is
@@ -94,7 +96,7 @@ Image shrink_towards(const Image& guess, const Image& samples, const Image& own_
         }
         // Few pixels are no evidence: bright samples may be in both of their halves.
         const float over_noise = windows.distance[i] - noise * count;
-        const float sure = 1 - kDoubt * windows.square[i] / sqr(over_noise);
+        const float sure = 1 - kFewPixelsDoubt * windows.square[i] / sqr(over_noise);
         const float prior = over_noise > 0 && sure > 0 ? over_noise * sure * over : 0.0f;
         // A pixel with more noise than its neighbours, such as a firefly, counts its own.
         const float own = pixels.noise[row(y) + i];

@@ -9,7 +9,7 @@ namespace {
 
 constexpr int kCellPx = 8;
 
-constexpr float kAccident = 0.01f;  // less: that no sample was lit is no accident
+constexpr float kNoAccident = 0.01f;  // less: that no sample was lit is no accident
 
 struct CellLight {
   Rgb light;
@@ -65,7 +65,7 @@ Surroundings::Surroundings(const Image& samples, const Image& own_error, TaskPoo
         const Rgb elsewhere = whole.of_a_hit();
         const float expected =
             sum.samples / whole.samples * luminance(whole.light) / luminance(elsewhere);
-        hit = elsewhere * std::min(1.0f, std::exp(-expected) / kAccident);
+        hit = elsewhere * std::min(1.0f, std::exp(-expected) / kNoAccident);
       }
     }
 }
