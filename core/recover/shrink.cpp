@@ -13,6 +13,7 @@ constexpr int kWindowPx = 3;
 constexpr int kWindowBandRows = 16;
 constexpr float kAccident = 0.01f;    // less: that a window missed light is no accident
 constexpr float kFewPixelsDoubt = 3;  // times the variance of what pixels around tell
+constexpr float kModest = 0.5f;       // what few pixels may tell each
 constexpr float kLeastGuess = 1e-3f;  // luminance: differences are relative to the guess
 
 // Of each pixel of some rows, one after the other: squares over the guess'.
@@ -22,11 +23,13 @@ struct PixelRows {
   explicit PixelRows(size_t count) : distance(count), noise(count), missing(count) {}
 };
 
-// Sums over the pixels around each of a row; the last of (distance - noise)^2.
+// Sums over the pixels around each of a row. Of distance less noise, what is left: each pixel's up
+// to kModest, and its square.
 struct WindowRow {
-  std::vector<float> distance, noise, missing, square;
+  std::vector<float> distance, noise, missing, modest, square;
 
-  explicit WindowRow(size_t count) : distance(count), noise(count), missing(count), square(count) {}
+  explicit WindowRow(size_t count)
+      : distance(count), noise(count), missing(count), modest(count), square(count) {}
 };
 
 // Sums of 2 x radius + 1 values beside each other, fewer at the row's ends.
@@ -74,16 +77,19 @@ Image shrink_towards(const Image& guess, const Image& samples, const Image& own_
           windows.distance[x] += pixels.distance[i];
           windows.noise[x] += pixels.noise[i];
           windows.missing[x] += pixels.missing[i];
-          windows.square[x] += sqr(pixels.distance[i] - pixels.noise[i]);
+          const float left = pixels.distance[i] - pixels.noise[i];
+          windows.modest[x] += std::min(left, kModest);
+          windows.square[x] += sqr(left);
         }
       for (std::vector<float>* sums :
-           {&windows.distance, &windows.noise, &windows.missing, &windows.square})
+           {&windows.distance, &windows.noise, &windows.missing, &windows.modest, &windows.square})
         sum_beside(*sums, buffer);
       for (int x = 0; x < width; ++x) {
         const size_t i = static_cast<size_t>(x);
         const int beside = std::min(width, x + kWindowPx + 1) - std::max(0, x - kWindowPx);
         const float count = static_cast<float>((below - above) * beside), over = 1 / count;
-        float noise = windows.noise[i] * over;
+        const float seen_noise = windows.noise[i] * over;
+        float noise = seen_noise;
         // Light that the guess has and these pixels have not met may only be rare: their noise is
         // that of the hits that they missed, as far as it is no small chance that all missed
         // them.
@@ -94,10 +100,12 @@ Image shrink_towards(const Image& guess, const Image& samples, const Image& own_
           noise = std::max(noise, std::min(1.0f, chance / kAccident) * missing * hit /
                                       (sqr(luminance(guess.rgb(x, y))) + sqr(kLeastGuess)));
         }
-        // Few pixels are no evidence: bright samples may be in both of their halves.
-        const float over_noise = windows.distance[i] - noise * count;
-        const float sure = 1 - kFewPixelsDoubt * windows.square[i] / sqr(over_noise);
-        const float prior = over_noise > 0 && sure > 0 ? over_noise * sure * over : 0.0f;
+        // That few pixels tell much is no evidence: bright samples may be in both of their halves.
+        const float left = windows.distance[i] - noise * count;
+        const float modest = windows.modest[i] - (noise - seen_noise) * count;
+        const float sure = std::max(0.0f, 1 - kFewPixelsDoubt * windows.square[i] / sqr(left));
+        const float prior =
+            left > 0 ? lerp(sure, std::clamp(modest, 0.0f, left), left) * over : 0.0f;
         // A pixel with more noise than its neighbours, such as a firefly, counts its own.
         const float own = pixels.noise[row(y) + i];
         const float share = prior > 0 ? prior / (prior + std::max(noise, own)) : 0.0f;
