@@ -27,6 +27,7 @@ struct AdaptiveParams {
   // A place whose directions have a lower GuideInspector::gain() draws from the BSDF alone.
   float min_gain = 1.15f;
   bool lights = true;  // whether it is learned which lights send how much where
+  bool caustics = true;  // whether paths aim at where mirrors and glass send light from
   bool operator==(const AdaptiveParams&) const = default;
 };
 

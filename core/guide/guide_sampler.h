@@ -28,6 +28,9 @@ class GuideSampler {
   // Which lights send how much where; null: the method does not learn it.
   virtual const LightImportance* light_importance() const { return nullptr; }
 
+  // Whether its paths may also aim at where mirrors and glass send light from.
+  virtual bool aims_at_caustics() const { return false; }
+
   // Whether the method has expectations at all, and what it expects.
   virtual bool expects() const { return false; }
   virtual GuideExpectation expectation(const GuidePoint&) const { return {}; }

@@ -91,7 +91,7 @@ void LiveView::sample_moving(LiveFrame& frame, double elapsed, const std::stop_t
   const double start = clock_.seconds();
   frame.guided = guide_.guides();
   const bool learns = guide_.learns(/*whatever_time=*/fixed());
-  RenderWorkers workers(*scene_, settings_.render, guide_.active(), pool_.threads());
+  RenderWorkers workers(*scene_, settings_.render, guide_.active(), pool_);
   workers.set_guiding(frame.guided, learns);
   if (!view_.emitted.empty()) workers.hide_lights_seen_directly();
   const double blocks = view_.width * view_.height / 4.0;

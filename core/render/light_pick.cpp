@@ -357,6 +357,37 @@ float LightPick::pdf_w_of_hit(const LightReceiver& at, const Hit& hit, float cos
                   : probability / (2 * kPi * cap_height(s.shape.radius, dot(to_center, to_center)));
 }
 
+std::optional<Ray> LightPick::emit(float u_light, float u_side, Vec2 u_point, Vec2 u_direction,
+                                   const Bounds3& bounds) const {
+  const uint32_t light = picker_.sample(u_light).index;
+  const size_t first_punctual = triangles_.size() + spheres_.size();
+  Vec3 p, n;
+  bool two_sided = false;
+  if (light < triangles_.size()) {
+    const EmittingTriangle& t = triangles_[light];
+    const Vec2 b = square_to_triangle(u_point);
+    p = t.p0 + t.e1 * b.x + t.e2 * b.y, n = t.n;
+    two_sided = t.two_sided;
+  } else if (light < first_punctual) {
+    const EmittingSphere& s = spheres_[light - triangles_.size()];
+    const Vec3 outward = square_to_uniform_sphere(u_point);
+    p = s.shape.center + outward * s.shape.radius, n = s.shape.inward ? -outward : outward;
+    two_sided = s.two_sided;
+  } else if (light == first_punctual + punctual_.size()) {
+    const EnvironmentLight::Sample from = environment_->sample(u_point);
+    if (!(from.pdf_w > 0)) return {};
+    const Vec2 disk = square_to_disk(u_direction);
+    const Vec3 at = Vec3{disk.x, disk.y, 1} * bounds.radius();
+    return Ray{bounds.center() + Frame(from.wi).to_world(at), -from.wi};
+  } else {
+    return {};
+  }
+  if (two_sided && u_side < 0.5f) n = -n;
+  const float largest = std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z)});
+  return Ray{p + n * (largest * kRayOffset),
+             Frame(n).to_world(square_to_cosine_hemisphere(u_direction))};
+}
+
 // Groups: the members, if it matters which; the tree's clusters; the environment's cells, to which
 // a random number must be left over.
 void LightPick::set_clusters(const Bounds3& bounds, std::span<const float> powers) {

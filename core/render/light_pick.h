@@ -7,6 +7,7 @@
 
 #include <array>
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -69,6 +70,10 @@ class LightPick {
     if (tree_) return sample_by_tree(at, u_light, u, out);
     return sample_of(picker_.sample(u_light), at.p, u, out);
   }
+  // A ray that a light sends, lights by their power. None: the light picked has no extent, so that
+  // no path meets it. `bounds`: of the scene, into which the environment sends.
+  std::optional<Ray> emit(float u_light, float u_side, Vec2 u_point, Vec2 u_direction,
+                          const Bounds3& bounds) const;
   // Density with which sample() makes the direction that hits an emitting triangle or sphere.
   // `cos_light`: of that direction's opposite with the front's normal.
   float pdf_w_of_hit(const LightReceiver& at, const Hit& hit, float cos_light,

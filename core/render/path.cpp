@@ -29,7 +29,8 @@ float power_heuristic(float pdf, float other_pdf) {
 }  // namespace
 
 PathTracer::PathTracer(const PreparedScene& scene, const LightPick& lights,
-                       const RenderSettings& settings, const Guide* guide, const LightSplit* split)
+                       const RenderSettings& settings, const Guide* guide, const LightSplit* split,
+                       const CausticMap* caustics)
     : scene_(scene),
       lights_(lights),
       settings_(settings),
@@ -42,7 +43,8 @@ PathTracer::PathTracer(const PreparedScene& scene, const LightPick& lights,
       guide_expects_(guide && guide->expects()),
       learner_(guide),
       light_learner_(guide, lights),
-      split_(split) {}
+      split_(split),
+      caustics_(caustics) {}
 
 void PathTracer::sample(const Ray& ray, Sampler& sampler, GuideDelta* learn, float pixel_deviation,
                         PixelTarget pixel) {
@@ -150,9 +152,10 @@ inline bool PathTracer::intersect(const Ray& ray, Hit& hit) {
 
 inline float PathTracer::mixture_pdf_w(const PathVertex& v, Vec3 wi, float bsdf_pdf_w,
                                        float base_pdf_w) {
-  if (v.mixture.guide == 0) return bsdf_pdf_w;
+  if (v.mixture.guide == 0) return v.with_caustics(wi, bsdf_pdf_w);
   const CycleScope guiding(timed_, counters_.timed_guiding);
-  return v.mixture.pdf_w(guide_->pdf_w(v.at, wi), base_pdf_w, bsdf_pdf_w - base_pdf_w);
+  return v.with_caustics(
+      wi, v.mixture.pdf_w(guide_->pdf_w(v.at, wi), base_pdf_w, bsdf_pdf_w - base_pdf_w));
 }
 
 // More than the rounding noise of o + t d and of the largest triangle's coordinates.
@@ -248,7 +251,9 @@ inline PathVertex PathTracer::vertex_at(const PathState& path, const MaterialSha
 }
 
 inline void PathTracer::ask_guide(const PathState& path, PathVertex& v, bool from_front) {
-  if (!guide_ || guiding_ == Guiding::kOff || v.kind == BsdfKind::kDelta) return;
+  if (v.kind == BsdfKind::kDelta) return;
+  if (caustics_) v.caustics = caustics_->find(v.surface.p);
+  if (!guide_ || guiding_ == Guiding::kOff) return;
   ++counters_.lookups;
   const CycleScope guiding(timed_, counters_.timed_guiding);
   v.at = guide_->find(v.surface.p, from_front ? v.surface.ng : -v.surface.ng);
@@ -317,7 +322,8 @@ inline PathTracer::Connection PathTracer::connect(const PathVertex& v, float u_l
   const float mis_over_pdf = 1 / (light.pdf_w * (1 + sqr(ratio)));  // the power heuristic
   float unguided_weight = 1;
   if (learner_.on() && !light.punctual)
-    unguided_weight = (1 + sqr(ratio)) / (1 + sqr(eval.pdf_w / light.pdf_w));
+    unguided_weight =
+        (1 + sqr(ratio)) / (1 + sqr(v.with_caustics(light.wi, eval.pdf_w) / light.pdf_w));
   // The ray starts off the surface, and must end before the light. It is aimed from there: with the
   // direction from the surface, a light seen at a grazing angle would be in its own way.
   Ray ray{v.ray_origin(light.wi), light.wi};
@@ -429,65 +435,6 @@ inline bool PathTracer::go_on(PathState& path, const PathVertex& v, float u_lobe
   if (!next->delta && next->bsdf_pdf_w > 0) path.guidance *= next->pdf_w / next->bsdf_pdf_w;
   ++path.depth;
   return true;
-}
-
-// Draws from the mixture of guide and BSDF. None: the BSDF absorbs the path, whatever direction it
-// might have taken.
-std::optional<ScatterSample> PathTracer::scatter(const PathVertex& v, float u_lobe,
-                                                 Vec2 u_direction) {
-  const GuideMixture& mixture = v.mixture;
-  if (u_lobe < mixture.guide) return scatter_by_guide(v, u_direction);
-  if (mixture.guide > 0) {
-    u_lobe = (u_lobe - mixture.guide) / (1 - mixture.guide);
-    if (mixture.base == 0) u_lobe *= 1 - v.parts.base_chance;  // lobes alone
-  }
-  const std::optional<BsdfSample> s = v.sample(u_lobe, u_direction);
-  if (!s) return {};
-  ScatterSample next{.wi = v.frame.to_world(s->wi),
-                     .weight = s->weight,
-                     .pdf_w = s->pdf_w,
-                     .bsdf_pdf_w = s->pdf_w,
-                     .base_pdf_w = s->base_pdf_w,
-                     .lobes_weight = s->weight - s->base_weight,
-                     .delta = s->delta};
-  if (!next.delta &&
-      (mixture.guide > 0 || (learner_.on() && learner_.wants_bsdf() && v.parts.base_chance < 1))) {
-    const CycleScope guiding(timed_, counters_.timed_guiding);
-    next.guide_pdf_w = guide_->pdf_w(v.at, next.wi);
-  }
-  if (mixture.guide > 0) {
-    float rescaled = 1 / mixture.lobes;
-    if (!next.delta) {
-      next.pdf_w = mixture.pdf_w(next.guide_pdf_w, s->base_pdf_w, s->pdf_w - s->base_pdf_w);
-      rescaled = s->pdf_w / next.pdf_w;
-    }
-    next.weight *= rescaled;
-    next.lobes_weight *= rescaled;
-  }
-  if (!v.sides_agree(next.wi, s->wi)) next.weight = next.lobes_weight = {};
-  return next;
-}
-
-inline ScatterSample PathTracer::scatter_by_guide(const PathVertex& v, Vec2 u_direction) {
-  GuideSample s;
-  {
-    const CycleScope guiding(timed_, counters_.timed_guiding);
-    s = guide_->sample(v.at, u_direction);
-  }
-  const Vec3 wi_local = v.frame.to_local(s.wi);
-  const BsdfEval eval = v.eval(wi_local);
-  ScatterSample next{
-      .wi = s.wi,
-      .weight = {},
-      .pdf_w = v.mixture.pdf_w(s.pdf_w, eval.base_pdf_w, eval.pdf_w - eval.base_pdf_w),
-      .bsdf_pdf_w = eval.pdf_w,
-      .base_pdf_w = eval.base_pdf_w,
-      .guide_pdf_w = s.pdf_w};
-  if (!eval.f_cos.is_black() && v.sides_agree(s.wi, wi_local)) {
-    next.weight = eval.f_cos / next.pdf_w;
-    next.lobes_weight = (eval.f_cos - eval.base_f_cos) / next.pdf_w;
-  }
-  return next;
 }
 
 }  // namespace qray

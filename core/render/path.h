@@ -22,9 +22,11 @@ constexpr int kRouletteFromDepth = 5;  // surfaces on the path
 class PathTracer {
  public:
   // All outlive this. `lights` are the scene's, however they are picked; `guide` may be null.
-  // `split`: into which layers light goes; null: targets have none.
+  // `split`: into which layers light goes; null: targets have none. `caustics`: at which paths aim;
+  // null: at none.
   PathTracer(const PreparedScene& scene, const LightPick& lights, const RenderSettings& settings,
-             const Guide* guide, const LightSplit* split = nullptr);
+             const Guide* guide, const LightSplit* split = nullptr,
+             const CausticMap* caustics = nullptr);
 
   // Adds the radiance arriving at the ray's origin along it to `pixel`, some of it only at flush():
   // rays to lights are traced many at once. A sample that is not finite adds nothing and is
@@ -82,6 +84,9 @@ class PathTracer {
   Survival survival(PathState& path, const PathVertex& v);
   float unguided_chance(int depth, Rgb throughput) const;  // of roulette
   std::optional<ScatterSample> scatter(const PathVertex& v, float u_lobe, Vec2 u_direction);
+  std::optional<ScatterSample> scatter_by_bsdf_or_guide(const PathVertex& v, float u_lobe,
+                                                        Vec2 u_direction);
+  ScatterSample scatter_to_caustics(const PathVertex& v, Vec2 u_direction);
   ScatterSample scatter_by_guide(const PathVertex& v, Vec2 u_direction);
   float mixture_pdf_w(const PathVertex& v, Vec3 wi, float bsdf_pdf_w, float base_pdf_w);
   float ray_offset(Vec3 p, float t) const;
@@ -111,6 +116,7 @@ class PathTracer {
   LightLearner light_learner_;
   ShadowRays shadow_rays_;
   const LightSplit* split_;
+  const CausticMap* caustics_;
   struct Paid {
     int layer;
     Rgb light;

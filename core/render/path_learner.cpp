@@ -58,7 +58,7 @@ void PathLearner::scattered(const ScatterSample& next) {
   if (!has_vertex()) return;
   Note& note = notes_.back();
   note.savings.to_pixel = note.savings.throughput * next.weight * note.survivors;
-  if (next.bsdf_pdf_w > 0) note.savings.density_ratio = next.pdf_w / next.bsdf_pdf_w;
+  if (next.unguided_pdf_w > 0) note.savings.density_ratio = next.pdf_w / next.unguided_pdf_w;
   GuideVertex& v = vertices_.back();
   v.wi = next.wi;
   v.pdf_w = next.pdf_w;

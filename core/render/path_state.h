@@ -67,14 +67,15 @@ struct PixelTarget {
 
 // A direction that a path takes on.
 struct ScatterSample {
-  Vec3 wi;                // world, unit
-  Rgb weight;             // f |cos| / pdf_w; black: the surface absorbs the path
-  float pdf_w = 0;        // of the whole mixture, per steradian
-  float bsdf_pdf_w = 0;   // of the BSDF alone
-  float base_pdf_w = 0;   // its base's part of that
-  float guide_pdf_w = 0;  // of the guide; 0 where it was not asked
-  Rgb lobes_weight{};     // what of the weight is not of the BSDF's base
-  bool delta = false;     // by a mirror or clear glass: the densities mean nothing
+  Vec3 wi;                   // world, unit
+  Rgb weight;                // f |cos| / pdf_w; black: the surface absorbs the path
+  float pdf_w = 0;           // of the whole mixture, per steradian
+  float bsdf_pdf_w = 0;      // of the BSDF alone
+  float unguided_pdf_w = 0;  // without a guide; differs from the BSDF's where paths aim at caustics
+  float base_pdf_w = 0;      // its base's part of that
+  float guide_pdf_w = 0;     // of the guide; 0 where it was not asked
+  Rgb lobes_weight{};        // what of the weight is not of the BSDF's base
+  bool delta = false;        // by a mirror or clear glass: the densities mean nothing
 };
 
 }  // namespace qray

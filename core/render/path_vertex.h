@@ -8,6 +8,7 @@
 #include "core/bsdf/diffuse.h"
 #include "core/guide/guide.h"
 #include "core/math/frame.h"
+#include "core/render/caustic_map.h"
 #include "core/render/light_learner.h"
 #include "core/render/material_shading.h"
 #include "core/scene/surface.h"
@@ -26,6 +27,7 @@ struct PathVertex {
   GuidePoint at{};
   BsdfParts parts{};  // found for guides that expect, and of Lambert surfaces
   GuideMixture mixture{};
+  CausticMap::Place caustics{};
   LightLearner::Place lights{};  // found where lights are connected to
 
   GuidedSurface guided_surface() const { return {parts.base_chance, kind == BsdfKind::kMixed}; }
@@ -44,6 +46,11 @@ struct PathVertex {
   }
   void find_parts() {
     parts = kind == BsdfKind::kDiffuse ? Diffuse::parts_at(bsdf_at.sp) : bsdf.parts(bsdf_at);
+  }
+  // What the density of a direction becomes with the share of those that aim at caustics.
+  float with_caustics(Vec3 wi, float pdf_w) const {
+    if (caustics.share == 0) return pdf_w;
+    return lerp(caustics.share, pdf_w, CausticMap::pdf_w(*caustics.lobes, surface.p, wi));
   }
   LightReceiver receiver() const {
     return {surface.p, material.opaque ? frame.z * std::copysign(1.0f, bsdf_at.wo.z) : Vec3{}};

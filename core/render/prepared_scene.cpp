@@ -6,6 +6,7 @@
 #include <span>
 
 #include "core/math/hash.h"
+#include "core/render/caustic_map.h"
 
 namespace qray {
 
@@ -84,6 +85,20 @@ std::shared_ptr<PreparedScene> prepare(Scene given, SceneHash hash,
 }
 
 }  // namespace
+
+PreparedScene::PreparedScene() = default;
+PreparedScene::~PreparedScene() = default;
+
+const CausticMap* PreparedScene::caustics(TaskPool& pool) const {
+  std::call_once(caustics_once_, [&] {
+    CausticPhotons photons = send_photons(*this, pool);
+    if (CausticMap(photons).empty()) return;
+    send_nearby(photons, *this, pool);
+    auto map = std::make_unique<const CausticMap>(photons);
+    if (!map->empty()) caustics_ = std::move(map);
+  });
+  return caustics_.get();
+}
 
 void PreparedScene::put_on_sphere(const MeshShading& mesh, SurfacePoint& surface) {
   const Sphere& sphere = *mesh.sphere;

@@ -4,10 +4,12 @@
 
 #include <functional>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <vector>
 
 #include "core/accel/embree_scene.h"
+#include "core/base/task_pool.h"
 #include "core/guide/guide_setup.h"
 #include "core/render/bent_normal.h"
 #include "core/render/light_pick.h"
@@ -29,7 +31,12 @@ struct MeshShading : MaterialShading {
   bool has_uv() const { return sphere || !mesh->uvs.empty(); }
 };
 
+class CausticMap;
+
 struct PreparedScene {
+  PreparedScene();
+  ~PreparedScene();
+
   Scene scene;
   SceneHash hash;
   Bounds3 bounds;
@@ -43,6 +50,10 @@ struct PreparedScene {
 
   std::vector<MaterialShading> materials;  // by MaterialId
   std::vector<MeshShading> meshes;         // by Hit::mesh
+
+  // Where mirrors and glass send light; null: no place is worth aiming there. Traced by the pool at
+  // the first call. Any thread.
+  const CausticMap* caustics(TaskPool& pool) const;
 
   // `ray_width`: metres that the ray stands for at the hit, across it.
   SurfacePoint surface_at(const Ray& ray, const Hit& hit, float ray_width = 0) const {
@@ -98,6 +109,10 @@ struct PreparedScene {
   static TriangleEdges edges_at(const MeshShading& mesh, const Hit& hit);
   // Whether a ray passes a hit on a masked mesh: drawn by its bits, the same at every call.
   bool passes(const Ray& ray, const Hit& hit) const;
+
+ private:
+  mutable std::once_flag caustics_once_;
+  mutable std::unique_ptr<const CausticMap> caustics_;
 };
 
 // Called now and then while the tree is built with how much of it is done, [0, 1], by several

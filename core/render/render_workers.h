@@ -20,11 +20,13 @@ class RenderWorkers {
  public:
   // All outlive this; `guide` may be null, and so may `split`: light is not told apart.
   RenderWorkers(const PreparedScene& scene, const RenderSettings& settings, const Guide* guide,
-                int threads, const LightSplit* split = nullptr)
+                TaskPool& pool, const LightSplit* split = nullptr)
       : uniform_lights_(settings.light_table ? LightPick() : scene.lights.uniform()),
         lights_(settings.light_table ? scene.lights : uniform_lights_) {
-    for (int i = 0; i < threads; ++i)
-      workers_.push_back({{scene, lights_, settings, guide, split}, {}});
+    const bool aims = guide && guide->aims_at_caustics();
+    const CausticMap* caustics = aims ? scene.caustics(pool) : nullptr;
+    for (int i = 0; i < pool.threads(); ++i)
+      workers_.push_back({{scene, lights_, settings, guide, split, caustics}, {}});
   }
   RenderWorkers(const RenderWorkers&) = delete;
   RenderWorkers& operator=(const RenderWorkers&) = delete;

@@ -30,13 +30,12 @@ Renderer::Renderer(const PreparedScene& scene, const RenderSettings& settings, G
       mode_(std::move(mode)),
       camera_(settings.camera.value_or(scene.scene.camera), settings.width, settings.height),
       split_(light_split(scene.scene, settings).value()),
-      workers_(scene, settings, guide, pool.threads(),
-               split_.layers.count() > 0 ? &split_ : nullptr),
+      start_(clock.seconds()),
+      workers_(scene, settings, guide, pool, split_.layers.count() > 0 ? &split_ : nullptr),
       parts_(render_parts(scene, settings, workers_.lights(), guide)),
       plan_(settings, mode_.most_pass_samples),
       pixels_(settings, mode_.in_rounds),
-      updates_(guide, clock),
-      start_(clock.seconds()) {
+      updates_(guide, clock) {
   QRAY_CHECK(film.width() == settings.width && film.height() == settings.height &&
              film.layers() == split_.layers);
   if (guide) decision_.emplace(*guide, /*open=*/!settings.gate, mode_.view_lasts);

@@ -130,6 +130,7 @@ class Renderer {
   const RenderMode mode_;
   const CameraRays camera_;
   const LightSplit split_;
+  double start_;  // before what the workers prepare
   RenderWorkers workers_;
   const std::map<std::string, std::string> parts_;
 
@@ -144,7 +145,7 @@ class Renderer {
   // A pixel, in complete passes; and at the end of the last one that the guide learned from.
   uint64_t samples_ = 0, learning_samples_ = 0;
   double noise_level_ = 0;  // NoiseEstimate::level() after the last pass
-  double start_ = 0, last_pass_seconds_ = 0, guide_pass_seconds_ = 0;
+  double last_pass_seconds_ = 0, guide_pass_seconds_ = 0;
   int pilot_samples_ = 0;         // a pixel of its own
   PathCounters counters_before_;  // of the renders that this one goes on from
   std::mutex observer_mutex_;

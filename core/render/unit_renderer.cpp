@@ -26,8 +26,7 @@ UnitRenderer::UnitRenderer(const PreparedScene& scene, const RenderSettings& set
       camera_(settings.camera.value_or(scene.scene.camera), settings.width, settings.height),
       split_(light_split(scene.scene, settings).value()),
       tiles_(settings.width, settings.height, split_.layers),
-      workers_(scene, settings, guide_.get(), pool.threads(),
-               split_.layers.count() > 0 ? &split_ : nullptr),
+      workers_(scene, settings, guide_.get(), pool, split_.layers.count() > 0 ? &split_ : nullptr),
       pixels_(settings) {}
 
 bool UnitRenderer::set_guide(SnapshotReader& in) {

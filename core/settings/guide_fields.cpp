@@ -86,6 +86,14 @@ FieldTable guide_fields() {
        .callers = kJob | kSubmit | kRender | kVariant,
        .methods = adaptive,
        .setting = setting([](RenderSettings & s) -> auto& { return s.adaptive.lights; })}));
+  out.push_back(with_default(
+      {.path = "guide/caustics",
+       .type = FieldType::kSwitch,
+       .help = "Paths aim at where mirrors and glass send light from, as photons show.",
+       .label = "Aim at caustics",
+       .callers = kJob | kSubmit | kRender | kVariant,
+       .methods = adaptive,
+       .setting = setting([](RenderSettings & s) -> auto& { return s.adaptive.caustics; })}));
   out.push_back(guide_setting(
       "glossy", adaptive,
       "The chance that the guide is drawn from in place of a rough lobe; -1: learned for each "
