@@ -12,12 +12,12 @@ namespace {
 constexpr int kCodeBits = 21;  // an axis
 constexpr int kDeepest = kCodeBits - 1;
 constexpr size_t kSplitPhotons = 2 * CausticMap::kLobes;
-constexpr float kMostShare = 0.6f, kLeastShare = 0.02f;
+constexpr float kMostAimed = 0.6f, kLeastAimed = 0.02f;
 // The noise of all other light that directions find, of what arrives where light does.
 constexpr float kOtherNoise = 0.3f;
 // By how much aiming must lower the second moment. What is expected of it is more than what comes
 // of it: docs/measurements/caustics.md.
-constexpr float kLeastGain = 8;
+constexpr float kLeastGainOfAiming = 8;
 // Of the photons, that must have arrived where it does.
 constexpr double kLeastGaining = 0.1;
 constexpr float kNarrowest = 4e-6f;  // of a lobe: its squared angle
@@ -115,8 +115,8 @@ struct CausticMap::Builder {
     const double noise = here / (usual * double{kOtherNoise});
     const double without = noise * noise * double{ratio(lobes, begin, end)} + 1;
     const double with = (noise + 1) * (noise + 1);
-    const float share = kMostShare * static_cast<float>(noise / (noise + 1));
-    return share >= kLeastShare && without > double{kLeastGain} * with ? share : 0;
+    const float share = kMostAimed * static_cast<float>(noise / (noise + 1));
+    return share >= kLeastAimed && without > double{kLeastGainOfAiming} * with ? share : 0;
   }
 
   uint32_t build(size_t begin, size_t end, int depth) {

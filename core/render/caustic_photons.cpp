@@ -12,7 +12,7 @@ namespace qray {
 namespace {
 
 constexpr uint64_t kPhotonSeed = 0x63617573;
-constexpr int kMostMirrors = 12;
+constexpr int kMostBounces = 12;
 constexpr size_t kBatch = 1024;
 // Of photons sent anywhere: if hardly any of the first goes by a mirror, no more are sent.
 constexpr size_t kTrial = 16 * kBatch, kFewestFound = 4;
@@ -35,7 +35,7 @@ Traced trace_photon(const PreparedScene& scene, const PhotonStart& start, Sample
                                               start.u_direction, scene.bounds);
   if (!sent) return {};
   Ray ray = *sent;
-  for (int mirrors = 0; mirrors <= kMostMirrors; ++mirrors) {
+  for (int mirrors = 0; mirrors <= kMostBounces; ++mirrors) {
     const VertexNumbers u = VertexNumbers::draw(sampler);
     Hit hit;
     if (!scene.accel->intersect(ray, hit)) return {};
