@@ -34,7 +34,7 @@ class AdaptiveGuide final : public Guide, private GuideShare {
   float pdf_w(const GuidePoint& point, Vec3 wi) const override;
   const LightImportance* light_importance() const override { return &lights_; }
   bool expects() const override { return true; }
-  bool aims_at_caustics() const override { return params_.caustics; }
+  bool aims_at_caustics() const override { return true; }
   GuideExpectation expectation(const GuidePoint& point) const override;
 
   float gain(const GuidePoint& point) const override;

@@ -29,6 +29,7 @@ LiveView::LiveView(std::shared_ptr<const PreparedScene> scene, LiveSettings sett
       clock_(clock),
       budget_(settings_.frame_seconds),
       moving_(settings_.render, guide_.active(), clock) {
+  settings_.render.adaptive.caustics = false;  // photons would delay each change of a light
   if (!settings_.render.camera) settings_.render.camera = scene_->scene.camera;
 }
 

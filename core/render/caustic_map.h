@@ -20,7 +20,6 @@ class CausticMap {
  public:
   explicit CausticMap(const CausticPhotons& photons);
   bool empty() const { return nodes_.empty(); }  // no place wants a share
-  size_t size_bytes() const { return nodes_.size() * sizeof(Node); }
 
   // Where photons came from: about each of these places a lobe of about this radius, in metres.
   static constexpr size_t kLobes = 16;

@@ -23,7 +23,7 @@ class RenderWorkers {
                 TaskPool& pool, const LightSplit* split = nullptr)
       : uniform_lights_(settings.light_table ? LightPick() : scene.lights.uniform()),
         lights_(settings.light_table ? scene.lights : uniform_lights_) {
-    const bool aims = guide && guide->aims_at_caustics();
+    const bool aims = guide && guide->aims_at_caustics() && settings.adaptive.caustics;
     const CausticMap* caustics = aims ? scene.caustics(pool) : nullptr;
     for (int i = 0; i < pool.threads(); ++i)
       workers_.push_back({{scene, lights_, settings, guide, split, caustics}, {}});
