@@ -1,18 +1,29 @@
 #!/usr/bin/env bash
-# Builds qray and installs it: `bash docker/build.sh PREFIX [BUILD]`. With BUILD, a build tree of
-# this source, installs from that and compiles nothing. QRAY_ARCH in the environment: -march, empty
-# for any x86-64 processor. Says which shared libraries are missing, and fails when any are.
+# Builds qray and installs it: `bash docker/build.sh PREFIX [BUILD]`. On x86-64 it builds twice: for
+# any processor, and for those with AVX2 into lib/qray/x86-64-v3, as which the programs of bin go on
+# where they can (core/base/installed.h). With BUILD, a build tree of this source, installs from that
+# and compiles nothing. Says which shared libraries are missing, and fails when any are.
 set -euo pipefail
 
 root="$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)"
 prefix="${1:?expected the folder to install into}"
 build="${2:-}"
 
+compile() { # the build tree, -march
+  cmake -S "$root" -B "$1" -G Ninja -DCMAKE_BUILD_TYPE=Release -DCMAKE_UNITY_BUILD=ON -DQRAY_TESTS=OFF \
+    -DQRAY_ARCH="$2"
+  cmake --build "$1" -j "${JOBS:-$(nproc)}" --target qray qrayd
+}
+
 if [ -z "$build" ]; then
   build="$root/build/package"
-  cmake -S "$root" -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release -DQRAY_TESTS=OFF \
-    -DQRAY_ARCH="${QRAY_ARCH-}"
-  cmake --build "$build" -j "${JOBS:-$(nproc)}" --target qray qrayd
+  compile "$build" ""
+  if [ "$(uname -m)" = x86_64 ]; then
+    compile "$build-x86-64-v3" x86-64-v3
+    newer="$prefix/lib/qray/x86-64-v3"
+    mkdir -p "$newer"
+    install -s "$build-x86-64-v3"/bin/qray{,d} "$newer"
+  fi
 fi
 cmake --install "$build" --prefix "$prefix" --strip > /dev/null
 

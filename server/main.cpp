@@ -7,6 +7,7 @@
 #include <csignal>
 #include <cstdio>
 
+#include "core/base/installed.h"
 #include "server/http/tokens.h"
 #include "server/imports/check_scene.h"
 #include "server/operation/log_format.h"
@@ -69,6 +70,7 @@ int run_worker(const server::Config& config, const sigset_t& ends) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  run_program_of_processor(argv);
   if (const auto check = server::CheckScene::parse(argc, argv)) return server::check_scene(*check);
   if (const auto code = server::token_command(argc, argv)) return *code;
   const bool is_worker = argc > 1 && std::string_view(argv[1]) == "worker";
@@ -81,7 +83,8 @@ int main(int argc, char** argv) {
 
   std::string options;
   for (const std::string& option : parsed.effective) options += " " + option;
-  spdlog::info("qrayd{} {} starts with{}", is_worker ? " worker" : "", QRAY_VERSION, options);
+  spdlog::info("qrayd{} {} starts with{}", is_worker ? " worker" : "", version_for_processor(),
+               options);
 
   // Hundreds of threads that come and go leave memory in each pool that the allocator has.
   constexpr int kPools = 4;

@@ -4,11 +4,13 @@
 #include <cstdio>
 #include <exception>
 
+#include "core/base/installed.h"
+
 namespace qray::cmd {
 
 int run_command_line(int argc, const char* const* argv) {
   CLI::App app{"qray: path tracing that learns where the light is"};
-  app.set_version_flag("--version", QRAY_VERSION);
+  app.set_version_flag("--version", version_for_processor());
   app.require_subcommand(1);
   app.footer(
       "Exit codes: 0 done; 1 wrong command line, file, scene or request; 2 the job failed;\n"

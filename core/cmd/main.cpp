@@ -1,3 +1,7 @@
+#include "core/base/installed.h"
 #include "core/cmd/commands.h"
 
-int main(int argc, char** argv) { return qray::cmd::run_command_line(argc, argv); }
+int main(int argc, char** argv) {
+  qray::run_program_of_processor(argv);
+  return qray::cmd::run_command_line(argc, argv);
+}

@@ -179,7 +179,7 @@ Config default_config() {
 ParsedConfig parse_config(int argc, const char* const* argv) {
   Config config = default_config();
   CLI::App app("qrayd: the render service of qray", "qrayd");
-  app.set_version_flag("--version", QRAY_VERSION);
+  app.set_version_flag("--version", version_for_processor());
   app.set_config("--config", "", "a file of these options, as TOML")->envname("QRAYD_CONFIG");
   app.allow_config_extras(CLI::config_extras_mode::error);
   add_options(app, config);

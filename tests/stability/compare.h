@@ -35,6 +35,11 @@ struct SeedOptions {
   // guide is known to make noise: the page of the failure mode says so.
   double open_guide_error = 1.1;
   bool guide_rules = true;  // false: nothing is learned that kOpenGuide could follow
+  // Renders the reference. Caustics need one that aims at them: `none` misses most of them.
+  std::string reference_method = "none";
+  // False where a few pictures own the error: the mean over seeds alone decides, since the median
+  // favours a method whose pictures miss the light.
+  bool median_decides = true;
   std::vector<std::string> methods = learning_methods();  // compared with `none`
 };
 
@@ -43,7 +48,8 @@ struct Sampled {
   std::string method;
   bool unbiased = true;  // claimed
   uint64_t dropped_samples = 0;
-  double allowed_error = 0;                // over that of `none`; 0: any
+  double allowed_error = 0;  // over that of `none`; 0: any
+  bool median_decides = true;
   std::vector<std::vector<double>> means;  // by seed: of the picture, then of its regions
   std::vector<double> relmse;              // by seed; empty without a reference
   size_t states = 0, table_bytes = 0;      // of the last job
@@ -55,8 +61,9 @@ struct Sampled {
 // pictures' values before they are looked at.
 Sampled sample_seeds(const PreparedScene& scene, RenderSettings settings, std::string_view variant,
                      const SeedOptions& options, const Image* reference = nullptr, float scale = 1);
-// `none` with so many times the samples, and a seed that sample_seeds() does not use.
-Image reference_of(const PreparedScene& scene, RenderSettings settings, int times);
+// A picture with so many times the samples, and a seed that sample_seeds() does not use.
+Image reference_of(const PreparedScene& scene, RenderSettings settings, int times,
+                   std::string_view method = "none");
 
 // Is the mean of every region that of `truth` (sampled with as many seeds)? The largest |z|; fails
 // the test where chance does not explain it.

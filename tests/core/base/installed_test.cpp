@@ -9,12 +9,16 @@ namespace {
 
 TEST(Installed, TheProgramsPrefixIsLookedAtFirst) {
   const test::ScratchFolder scratch;
-  const std::filesystem::path bin = scratch.path() / "bin";
+  const std::filesystem::path bin = scratch.path() / "bin/qray";
+  const std::filesystem::path newer = scratch.path() / kNewerPrograms / "qray";
   EXPECT_EQ(beside_program("share/x", "source/x", bin), "source/x");
   const std::filesystem::path installed = scratch.path() / "share/x";
   std::filesystem::create_directories(installed);
-  EXPECT_EQ(beside_program("share/x", "source/x", bin), installed);
-  EXPECT_EQ(beside_program("share/y", "source/y", bin), "source/y");
+  for (const std::filesystem::path& program : {bin, newer}) {
+    EXPECT_EQ(beside_program("share/x", "source/x", program), installed);
+    EXPECT_EQ(beside_program("share/y", "source/y", program), "source/y");
+  }
+  EXPECT_EQ(beside_program("share/x", "source/x", newer.parent_path() / "more/qray"), "source/x");
 }
 
 TEST(Installed, ABuildTreeUsesItsSources) {
