@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # Builds qray and installs it: `bash docker/build.sh PREFIX [BUILD]`. On x86-64 it builds twice: for
 # any processor, and for those with AVX2 into lib/qray/x86-64-v3, as which the programs of bin go on
-# where they can (core/base/installed.h). With BUILD, a build tree of this source, installs from that
-# and compiles nothing. Says which shared libraries are missing, and fails when any are.
+# where they can (core/base/installed.h). With BUILD, a build tree of this source, installs from
+# that and compiles nothing. Says which shared libraries are missing, and fails when any are.
 set -euo pipefail
 
 root="$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)"
@@ -10,8 +10,8 @@ prefix="${1:?expected the folder to install into}"
 build="${2:-}"
 
 compile() { # the build tree, -march
-  cmake -S "$root" -B "$1" -G Ninja -DCMAKE_BUILD_TYPE=Release -DCMAKE_UNITY_BUILD=ON -DQRAY_TESTS=OFF \
-    -DQRAY_ARCH="$2"
+  cmake -S "$root" -B "$1" -G Ninja -DCMAKE_BUILD_TYPE=Release -DCMAKE_UNITY_BUILD=ON \
+    -DQRAY_TESTS=OFF -DQRAY_ARCH="$2"
   cmake --build "$1" -j "${JOBS:-$(nproc)}" --target qray qrayd
 }
 
