@@ -278,7 +278,12 @@ test('a link of when it was a page of its own still leads to the scene', async (
 test('a camera that is kept is there again, until it is forgotten', async () => {
   await page.locator('.live-layer').press('Shift+ArrowLeft', { delay: 80 });
   await page.waitForFunction(() => /live=[^o]/.test(location.hash));
-  const kept = (await newest_camera(page)).camera.position;
+  let kept, before;
+  do {  // the server hears of a key after the page
+    before = kept;
+    await page.waitForTimeout(200);
+    kept = (await newest_camera(page)).camera.position;
+  } while (String(kept) !== String(before));
   page.once('dialog', (dialog) => dialog.accept('by the wall'));
   await page.locator('.live-keep').click();
   await page.locator('.live-home').click();
