@@ -12,7 +12,10 @@ namespace {
 constexpr int kCodeBits = 21;  // an axis
 constexpr int kDeepest = kCodeBits - 1;
 constexpr size_t kSplitPhotons = 2 * CausticMap::kLobes;
-constexpr float kMostAimed = 0.6f, kLeastAimed = 0.02f;
+constexpr float kMostAimed = 0.6f;
+// Where aiming gains less and yet something: the brightest pixels are of light that paths find by
+// chance in such places.
+constexpr float kSmallShare = 0.05f;
 // The noise of all other light that directions find, of what arrives where light does.
 constexpr float kOtherNoise = 0.3f;
 // By how much aiming must lower the second moment. What is expected of it is more than what comes
@@ -20,7 +23,7 @@ constexpr float kOtherNoise = 0.3f;
 constexpr float kLeastGainOfAiming = 8;
 // Of the photons, that must have arrived where it does.
 constexpr double kLeastGaining = 0.1;
-constexpr float kNarrowest = 4e-6f;  // of a lobe: its squared angle
+constexpr float kNarrowest = 2e-6f;  // of a lobe: half its squared angle
 
 uint64_t with_gaps(uint64_t v) {  // two zero bits after each
   v = (v | v << 32) & 0x1f00000000ffffull;
@@ -37,14 +40,15 @@ uint64_t morton_code(Vec3 unit) {
   return with_gaps(whole(unit.x)) | with_gaps(whole(unit.y)) << 1 | with_gaps(whole(unit.z)) << 2;
 }
 
-// s: half the squared angle that its radius is seen at.
+// s: half the squared angle that its radius is seen at, at most half.
 float lobe_width(float radius, float distance2) {
-  return 0.5f * std::clamp(sqr(radius) / distance2, kNarrowest, 1.0f);
+  const float r2 = sqr(radius);
+  return kNarrowest + 0.5f * r2 / (distance2 + r2);
 }
 
 float distance2_to(const CausticMap::Lobes& l, size_t lobe, Vec3 p) {
   const Vec3 to = Vec3{l.x[lobe], l.y[lobe], l.z[lobe]} - p;
-  return std::max(dot(to, to), 1e-12f);
+  return dot(to, to) + 1e-12f;
 }
 
 CausticMap::Lobes lobes_of(std::span<const CausticPhoton> photons, float side) {
@@ -109,14 +113,20 @@ struct CausticMap::Builder {
     return sum / kLobes * (2 * kPi);
   }
 
-  // The best split between two sources of noise is in proportion to them.
-  float share(const Lobes& lobes, size_t begin, size_t end, float side) const {
+  // Sets the node's share. Of what arrives there, mirrors and glass send `noise` of the noise that
+  // all other light has, and more if nothing aims: second moments, of which the other light's is 1.
+  void decide(Node& node, size_t begin, size_t end, float side) const {
     const double here = static_cast<double>(end - begin) * share_of_one / double{sqr(side)};
     const double noise = here / (usual * double{kOtherNoise});
-    const double without = noise * noise * double{ratio(lobes, begin, end)} + 1;
-    const double with = (noise + 1) * (noise + 1);
-    const float share = kMostAimed * static_cast<float>(noise / (noise + 1));
-    return share >= kLeastAimed && without > double{kLeastGainOfAiming} * with ? share : 0;
+    const double denser = double{ratio(node.lobes, begin, end)};
+    const double unaimed = noise * noise * denser;
+    // The best split between two sources of noise is in proportion to them.
+    const double aimed = (noise + 1) * (noise + 1);
+    const double aimed_little =
+        unaimed / (1 + double{kSmallShare} * denser) + 1 / (1 - double{kSmallShare});
+    node.gains = unaimed + 1 > double{kLeastGainOfAiming} * aimed;
+    if (node.gains) node.share = kMostAimed * static_cast<float>(noise / (noise + 1));
+    if (unaimed + 1 > aimed_little) node.share = std::max(node.share, kSmallShare);
   }
 
   uint32_t build(size_t begin, size_t end, int depth) {
@@ -125,7 +135,7 @@ struct CausticMap::Builder {
     {
       Node& node = map.nodes_.emplace_back();
       node.lobes = lobes_of(std::span(photons).subspan(begin, end - begin), side);
-      node.share = share(node.lobes, begin, end, side);
+      decide(node, begin, end, side);
     }
     if (end - begin >= kSplitPhotons && depth < kDeepest)
       for_each_octant(codes, begin, end, depth, [&](unsigned octant, size_t from, size_t to) {
@@ -164,20 +174,25 @@ CausticMap::CausticMap(const CausticPhotons& traced) {
   }
   builder.build(0, order.size(), 0);
   const auto gaining = std::ranges::count_if(
-      traced.photons, [&](const CausticPhoton& photon) { return find(photon.p).share > 0; });
+      traced.photons, [&](const CausticPhoton& photon) { return node_at(photon.p)->gains; });
   if (static_cast<double>(gaining) < kLeastGaining * static_cast<double>(traced.photons.size()))
     nodes_.clear();
 }
 
 CausticMap::Place CausticMap::find(Vec3 p) const {
+  const Node* node = node_at(p);
+  return node ? Place{&node->lobes, node->share} : Place{};
+}
+
+const CausticMap::Node* CausticMap::node_at(Vec3 p) const {
   Vec3 at = (p - lo_) / side_;
-  if (!(at.x >= 0 && at.y >= 0 && at.z >= 0 && at.x < 1 && at.y < 1 && at.z < 1)) return {};
+  if (!(at.x >= 0 && at.y >= 0 && at.z >= 0 && at.x < 1 && at.y < 1 && at.z < 1)) return nullptr;
   const Node* node = &nodes_[0];
   for (;;) {
     at = at * 2;
     const unsigned x = at.x >= 1 ? 1 : 0, y = at.y >= 1 ? 1 : 0, z = at.z >= 1 ? 1 : 0;
     const uint32_t child = node->child[x | y << 1 | z << 2];
-    if (child == 0) return {&node->lobes, node->share};
+    if (child == 0) return node;
     at = at - Vec3{static_cast<float>(x), static_cast<float>(y), static_cast<float>(z)};
     node = &nodes_[child];
   }
@@ -196,17 +211,20 @@ Vec3 CausticMap::sample(const Lobes& lobes, Vec3 p, Vec2 u) {
 }
 
 float CausticMap::pdf_w(const Lobes& l, Vec3 p, Vec3 wi) {
-  float sum = 0;
+  // Without branches and summed in pairs: compilers make vectors of it.
+  std::array<float, kLobes> of_lobe;
   for (size_t i = 0; i < kLobes; ++i) {
     const float x = l.x[i] - p.x, y = l.y[i] - p.y, z = l.z[i] - p.z;
-    const float d2 = std::max(x * x + y * y + z * z, 1e-12f), over_d = 1 / std::sqrt(d2);
+    const float d2 = x * x + y * y + z * z + 1e-12f, over_d = 1 / std::sqrt(d2);
     const float s = lobe_width(l.radius[i], d2);
     // 1 - cosine, without its rounding
     const float dx = x * over_d - wi.x, dy = y * over_d - wi.y, dz = z * over_d - wi.z;
     const float height = 0.5f * (dx * dx + dy * dy + dz * dz);
-    sum += (s + 2) / (s * sqr(1 + height / s));
+    of_lobe[i] = (s + 2) * s / sqr(s + height);
   }
-  return sum / (4 * kPi * kLobes);
+  for (size_t half = kLobes / 2; half > 0; half /= 2)
+    for (size_t i = 0; i < half; ++i) of_lobe[i] += of_lobe[i + half];
+  return of_lobe[0] / (4 * kPi * kLobes);
 }
 
 }  // namespace qray

@@ -2,8 +2,8 @@
 // Driven Path Tracing using the Photon Map"). A path that scatters near where they arrived may aim
 // at where they came from: a share of its directions is drawn from lobes about those, and every
 // density counts that share, so that the mean of a picture stays what it is. The share is what the
-// light is worth there, against all that arrives elsewhere. Immutable; any
-// thread.
+// light is worth there, against all that arrives elsewhere, and small where it gains little.
+// Immutable; any thread.
 #pragma once
 
 #include <array>
@@ -19,7 +19,7 @@ namespace qray {
 class CausticMap {
  public:
   explicit CausticMap(const CausticPhotons& photons);
-  bool empty() const { return nodes_.empty(); }  // no place wants a share
+  bool empty() const { return nodes_.empty(); }  // too few places gain: no place has a share
 
   // Where photons came from: about each of these places a lobe of about this radius, in metres.
   static constexpr size_t kLobes = 16;
@@ -42,9 +42,12 @@ class CausticMap {
   struct Node {
     std::array<uint32_t, 8> child{};  // 0: too few photons to tell it apart
     float share = 0;
+    bool gains = false;  // much
     Lobes lobes;
   };
   struct Builder;
+
+  const Node* node_at(Vec3 p) const;  // null: outside the root
 
   Vec3 lo_;
   float side_ = 0;           // of the root

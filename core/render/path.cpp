@@ -252,12 +252,14 @@ inline PathVertex PathTracer::vertex_at(const PathState& path, const MaterialSha
 
 inline void PathTracer::ask_guide(const PathState& path, PathVertex& v, bool from_front) {
   if (v.kind == BsdfKind::kDelta) return;
-  if (caustics_) v.caustics = caustics_->find(v.surface.p);
-  if (!guide_ || guiding_ == Guiding::kOff) return;
+  const bool asks = guide_ && guiding_ != Guiding::kOff;
+  if (caustics_ || (asks && (guide_expects_ || v.kind == BsdfKind::kDiffuse))) v.find_parts();
+  // Only what ends a photon has caustics: glass would waste what it aimed.
+  if (caustics_ && v.parts.base_chance > 0) v.caustics = caustics_->find(v.surface.p);
+  if (!asks) return;
   ++counters_.lookups;
   const CycleScope guiding(timed_, counters_.timed_guiding);
   v.at = guide_->find(v.surface.p, from_front ? v.surface.ng : -v.surface.ng);
-  if (guide_expects_ || v.kind == BsdfKind::kDiffuse) v.find_parts();
   if (guiding_ == Guiding::kOn) v.mixture = guide_->mixture(v.at, v.guided_surface());
   if (!learner_.on()) return;
   learner_.vertex(v.at, v.surface.p, path);
@@ -375,7 +377,7 @@ inline bool PathTracer::survive(PathState& path, const PathVertex& v, float u_ro
 // have no control variate: their whole second moment counts. Nor has any light that is kept by
 // groups, of which the table knows nothing.
 inline PathTracer::Survival PathTracer::survival(PathState& path, const PathVertex& v) {
-  if (guide_expects_ && v.parts.base_chance > 0) {
+  if (guide_expects_ && guiding_ != Guiding::kOff && v.parts.base_chance > 0) {
     const CycleScope guiding(timed_, counters_.timed_guiding);
     const GuideExpectation expected = guide_->expectation(v.at);
     if (expected.credible) {
