@@ -22,7 +22,7 @@ constexpr float kOtherNoise = 0.3f;
 // of it: docs/measurements/caustics.md.
 constexpr float kLeastGainOfAiming = 8;
 // Of the photons, that must have arrived where it does.
-constexpr double kLeastGaining = 0.1;
+constexpr double kLeastGaining = 0.02;
 constexpr float kNarrowest = 2e-6f;  // of a lobe: half its squared angle
 
 uint64_t with_gaps(uint64_t v) {  // two zero bits after each
