@@ -53,7 +53,7 @@ Traced trace_photon(const PreparedScene& scene, const PhotonStart& start, Sample
         scene.frame_at(*material, hit, usable ? surface.ns : surface.ng, surface.uv);
     const BsdfPoint at =
         material->bsdf->at(scene.shading_point(*material, surface), frame.to_local(wo));
-    if (material->kind == BsdfKind::kDiffuse || material->bsdf->parts(at).base_chance > 0)
+    if (catches_photons(at, material->bsdf->parts(at).base_chance))
       return {mirrors > 0 ? Fate::kCaustic : Fate::kDirect, {surface.p, ray.o}};
     const std::optional<BsdfSample> next = material->bsdf->sample(at, u.u_lobe, u.u_direction);
     if (!next || !(u.u_roulette < max_component(next->weight))) return {};

@@ -10,6 +10,13 @@
 
 namespace qray {
 
+// Whether a photon ends at a surface, and paths aim from there: where much of what scatters goes
+// everywhere. base_chance: of its parts.
+inline bool catches_photons(const BsdfPoint& at, float base_chance) {
+  constexpr float kWide = 0.5f;  // roughness, of lobes
+  return base_chance > 0 || at.sp.roughness > kWide;
+}
+
 struct CausticPhoton {
   Vec3 p;     // where it arrived, metres
   Vec3 from;  // the last mirror or glass that it came by

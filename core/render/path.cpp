@@ -254,8 +254,8 @@ inline void PathTracer::ask_guide(const PathState& path, PathVertex& v, bool fro
   if (v.kind == BsdfKind::kDelta) return;
   const bool asks = guide_ && guiding_ != Guiding::kOff;
   if (caustics_ || (asks && (guide_expects_ || v.kind == BsdfKind::kDiffuse))) v.find_parts();
-  // Only what ends a photon has caustics: glass would waste what it aimed.
-  if (caustics_ && v.parts.base_chance > 0) v.caustics = caustics_->find(v.surface.p);
+  if (caustics_ && catches_photons(v.bsdf_at, v.parts.base_chance))
+    v.caustics = caustics_->find(v.surface.p);
   if (!asks) return;
   ++counters_.lookups;
   const CycleScope guiding(timed_, counters_.timed_guiding);
