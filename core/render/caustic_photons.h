@@ -1,6 +1,6 @@
-// Photons that show where mirrors and glass send light: from the lights, by surfaces that have no
-// Lambert part, to the first that has one. They steer paths (caustic_map.h) and are never seen.
-// The same scene has the same photons for any number of threads.
+// Photons that show where mirrors and glass send light: from the lights, by surfaces that scatter
+// narrowly, to the first that does not. They steer paths (caustic_map.h) and are never seen. The
+// same scene has the same photons for any number of threads.
 #pragma once
 
 #include <vector>
@@ -10,10 +10,10 @@
 
 namespace qray {
 
-// Whether a photon ends at a surface, and paths aim from there: where much of what scatters goes
-// everywhere. base_chance: of its parts.
+// Whether a photon ends at a surface, and paths aim from there: some light scatters into all
+// directions alike, or lobes are wide. base_chance: of the surface's parts.
 inline bool catches_photons(const BsdfPoint& at, float base_chance) {
-  constexpr float kWide = 0.5f;  // roughness, of lobes
+  constexpr float kWide = 0.5f;  // a roughness
   return base_chance > 0 || at.sp.roughness > kWide;
 }
 

@@ -15,9 +15,12 @@ namespace {
 
 constexpr int kCausticRegions = 4;
 
-// A dark floor under a glass ball that focuses a small lamp on it. `mirror`: a mirror beside the
-// floor instead of the ball.
-Scene focused_light(bool mirror) {
+enum class Focus { kBall, kMirror, kBallOnMetal };
+
+// A floor under a glass ball that focuses a small lamp on it. kMirror: a mirror beside the floor
+// instead of the ball; kBallOnMetal: the floor has wide lobes and no base.
+Scene focused_light(Focus focus) {
+  const bool mirror = focus == Focus::kMirror;
   Scene scene;
   const MaterialId floor = test::add_material(scene, Rgb{0.5f});
   const MaterialId lamp = test::add_material(scene, Rgb{0.0f}, Rgb{400.0f});
@@ -37,6 +40,11 @@ Scene focused_light(bool mirror) {
     ball.sphere->radius = 0.3f;
     ball.material = glass;
     scene.meshes.push_back(ball);
+  }
+  if (focus == Focus::kBallOnMetal) {
+    Material& metal = scene.materials[floor.value];
+    metal.kind = MaterialKind::kConductor;
+    metal.roughness.value = 0.8f;
   }
   scene.camera.position = {0, 1.2f, 1.8f};
   scene.camera.target = {0, 0, 0};
@@ -65,7 +73,7 @@ TEST(CausticMap, DirectionsFollowTheirDensity) {
 }
 
 TEST(CausticMap, ThreadsChangeNothing) {
-  const auto scene = test::prepare(focused_light(false));
+  const auto scene = test::prepare(focused_light(Focus::kBall));
   TaskPool one(1), three(3);
   CausticPhotons a = send_photons(*scene, one), b = send_photons(*scene, three);
   send_nearby(a, *scene, one);
@@ -81,7 +89,7 @@ TEST(CausticMap, ThreadsChangeNothing) {
 TEST(CausticMap, OnlyWhereMirrorsOrGlassFocusLight) {
   TaskPool pool(2);
   EXPECT_EQ(test::prepare(test::room())->caustics(pool), nullptr);
-  const auto scene = test::prepare(focused_light(false));
+  const auto scene = test::prepare(focused_light(Focus::kBall));
   const CausticMap* map = scene->caustics(pool);
   ASSERT_NE(map, nullptr);
   const auto most_within = [&](float side) {
@@ -120,10 +128,10 @@ CausticSeeds render_caustics(const PreparedScene& scene, RenderSettings settings
 }
 
 TEST(CausticPaths, RegionsKeepTheirMeanAndLoseNoise) {
-  const double level = test::significance(2 * 2 * kCausticRegions * kCausticRegions);
-  for (const bool mirror : {false, true})
+  const double level = test::significance(3 * 2 * kCausticRegions * kCausticRegions);
+  for (const Focus focus : {Focus::kBall, Focus::kMirror, Focus::kBallOnMetal})
     for (const bool nee : {true, false}) {
-      const auto scene = test::prepare(focused_light(mirror));
+      const auto scene = test::prepare(focused_light(focus));
       RenderSettings settings = test::small_settings("adaptive", 32, 64);
       settings.nee = nee;
       settings.max_depth = 6;
@@ -134,12 +142,12 @@ TEST(CausticPaths, RegionsKeepTheirMeanAndLoseNoise) {
       for (size_t i = 0; i < plain.regions.size(); ++i) {
         const test::Moments &a = aimed.regions[i], &b = plain.regions[i];
         EXPECT_GT(test::z_test(a, b).p_value, level)
-            << "mirror " << mirror << ", nee " << nee << ", region " << i << ": " << a.mean()
-            << " +- " << a.standard_error() << ", without " << b.mean() << " +- "
+            << "focus " << static_cast<int>(focus) << ", nee " << nee << ", region " << i << ": "
+            << a.mean() << " +- " << a.standard_error() << ", without " << b.mean() << " +- "
             << b.standard_error();
       }
       if (nee) {
-        EXPECT_LT(aimed.noise, 0.7 * plain.noise) << "mirror " << mirror;
+        EXPECT_LT(aimed.noise, 0.7 * plain.noise) << "focus " << static_cast<int>(focus);
       }
     }
 }
