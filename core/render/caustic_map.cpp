@@ -113,8 +113,9 @@ struct CausticMap::Builder {
     return sum / kLobes * (2 * kPi);
   }
 
-  // Sets the node's share. Of what arrives there, mirrors and glass send `noise` of the noise that
-  // all other light has, and more if nothing aims: second moments, of which the other light's is 1.
+  // Sets the node's share by second moments, in units of what all other light has. If all paths
+  // aimed, the light by way of mirrors and glass would have noise^2; without aiming it has as much
+  // more as lobes are denser than a cosine.
   void decide(Node& node, size_t begin, size_t end, float side) const {
     const double here = static_cast<double>(end - begin) * share_of_one / double{sqr(side)};
     const double noise = here / (usual * double{kOtherNoise});
