@@ -58,11 +58,13 @@ class Bsdf {
  public:
   virtual ~Bsdf() = default;
   virtual BsdfKind kind() const = 0;
+  // `sp` outlives the point.
   BsdfPoint at(const ShadingPoint& sp, Vec3 wo) const {
     BsdfPoint point(sp, wo);
     prepare(point);
     return point;
   }
+  BsdfPoint at(ShadingPoint&&, Vec3) const = delete;
   // Both zero where only delta lobes scatter. Reciprocal but for refraction (radiance scaling).
   virtual BsdfEval eval(const BsdfPoint& at, Vec3 wi) const = 0;
   // nullopt: absorbed. Directions with a density follow eval().pdf_w

@@ -28,10 +28,11 @@ struct ShadingPoint {
 class BsdfPoint {
  public:
   // Keeps nothing yet. Others than Bsdf::at() may do so for Lambert surfaces alone, which need
-  // nothing.
+  // nothing. The ShadingPoint outlives this: it is not copied, since most are a material's own.
   BsdfPoint(const ShadingPoint& sp_, Vec3 wo_) : sp(sp_), wo(wo_) {}
+  BsdfPoint(ShadingPoint&&, Vec3) = delete;
 
-  ShadingPoint sp;
+  const ShadingPoint& sp;
   Vec3 wo;
 
   // Room for what a kind of BSDF computes from both: one T, which its prepare() sets and its other

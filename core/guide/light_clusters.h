@@ -37,8 +37,8 @@ struct LightClusters {
 // sends over what was expected of it: the chance of the picks so far, over the cluster's own prior
 // or weight.
 struct ClusterPick {
-  uint32_t cluster = 0;
-  float scale = 0;
+  uint32_t cluster;
+  float scale;
 };
 
 }  // namespace qray

@@ -51,8 +51,9 @@ Traced trace_photon(const PreparedScene& scene, const PhotonStart& start, Sample
     const bool usable = dot(wo, surface.ns) * cos_geometric > 0;
     const Frame frame =
         scene.frame_at(*material, hit, usable ? surface.ns : surface.ng, surface.uv);
+    ShadingPoint room;
     const BsdfPoint at =
-        material->bsdf->at(scene.shading_point(*material, surface), frame.to_local(wo));
+        material->bsdf->at(scene.shading_point(*material, surface, room), frame.to_local(wo));
     if (catches_photons(at, material->bsdf->parts(at).base_chance))
       return {mirrors > 0 ? Fate::kCaustic : Fate::kDirect, {surface.p, ray.o}};
     const std::optional<BsdfSample> next = material->bsdf->sample(at, u.u_lobe, u.u_direction);

@@ -37,8 +37,9 @@ Rgb value_at(const PreparedScene& scene, DebugView view, const GuideInspector* g
   if (view == DebugView::kAlbedo) {
     const MaterialShading& material = scene.resolve(*seen->mesh, seen->point.uv, 0.5f);
     const Frame frame = scene.frame_at(material, seen->hit, seen->point.ns, seen->point.uv);
-    return material.bsdf->albedo(
-        material.bsdf->at(scene.shading_point(material, seen->point), frame.to_local(-ray.d)));
+    ShadingPoint room;
+    return material.bsdf->albedo(material.bsdf->at(scene.shading_point(material, seen->point, room),
+                                                   frame.to_local(-ray.d)));
   }
   const Vec3 n = seen->point.ns * 0.5f;
   return {n.x + 0.5f, n.y + 0.5f, n.z + 0.5f};
@@ -62,8 +63,9 @@ std::optional<SeenSurface> surface_seen(const PreparedScene& scene, const Ray& r
   SeenSurface seen{point, hit, &mesh, dot(point.ng, ray.d) > 0 ? -point.ng : point.ng, {}};
   const MaterialShading& material = scene.resolve(mesh, point.uv, 0.5f);
   if (material.kind != BsdfKind::kDelta) {
+    ShadingPoint room;
     const BsdfPoint bsdf_at =
-        material.bsdf->at(scene.shading_point(material, point),
+        material.bsdf->at(scene.shading_point(material, point, room),
                           scene.frame_at(material, hit, point.ns, point.uv).to_local(-ray.d));
     seen.guided = {material.bsdf->parts(bsdf_at).base_chance, material.kind == BsdfKind::kMixed};
   }

@@ -65,7 +65,8 @@ Seen see(const PreparedScene& scene, Ray ray, float diagonal, PixelCone pixel) {
     const MaterialShading& material = scene.resolve(mesh, at.uv, 0.5f);
     const Frame frame = scene.frame_at(material, hit, at.ns, at.uv);
     const Vec3 wo = frame.to_local(-ray.d);
-    const BsdfPoint bsdf_at = material.bsdf->at(scene.shading_point(material, at), wo);
+    ShadingPoint room;
+    const BsdfPoint bsdf_at = material.bsdf->at(scene.shading_point(material, at, room), wo);
     length += hit.t;
     if (material.kind == BsdfKind::kDelta && !mesh.emits && mirrors < kMostMirrors) {
       // The likelier of what is reflected and what shines through.

@@ -16,6 +16,9 @@ namespace {
 constexpr uint32_t kNoTriangle = ~0u;
 // Where lights are fewer, weighing them costs more than it brings.
 constexpr size_t kFewestForATree = 8;
+// Of the scene's radius: lights that are closer together send about the same if they shine the same
+// way, such as the triangles of a lamp's disk.
+constexpr float kTogether = 0.1f;
 
 // What a material's images leave of its emission, about; never so little that it is not picked.
 // uv_at(Vec2): where equal areas of the unit square lie on the images.
@@ -183,11 +186,11 @@ void LightPick::build(const Scene& scene, const Bounds3& bounds, const MaterialT
   }
   if (!powers.empty()) set_picker(powers);
   set_brightest(bounds.radius());
-  set_tree(powers);
+  set_tree(powers, kTogether * bounds.radius());
   set_clusters(bounds, powers);
 }
 
-void LightPick::set_tree(std::span<const float> powers) {
+void LightPick::set_tree(std::span<const float> powers, float together) {
   const size_t with_extent = triangles_.size() + spheres_.size();
   const size_t in_tree =
       with_extent + static_cast<size_t>(std::ranges::count_if(punctual_, has_place));
@@ -200,6 +203,7 @@ void LightPick::set_tree(std::span<const float> powers) {
   for (const EmittingSphere& s : spheres_) bounds.push_back(bounds_of(s));
   for (size_t i = with_extent; i < in_tree; ++i)
     bounds.push_back(punctual_bounds(punctual_[i - with_extent]));
+  if (in_tree == powers.size() && !differ(bounds, together)) return;
   tree_ = std::make_shared<const LightTree>(bounds);
   tree_probability_ = static_cast<float>(inside / (inside + outside));
   in_tree_ = in_tree;

@@ -85,7 +85,7 @@ class LightPick {
 
  private:
   void set_picker(std::span<const float> weights);
-  void set_tree(std::span<const float> powers);
+  void set_tree(std::span<const float> powers, float together);  // metres
   void set_brightest(float radius);
   void set_clusters(const Bounds3& bounds, std::span<const float> powers);
   bool sample_clusters(const LightReceiver& at, float u_light, Vec2 u, LightSample& out,

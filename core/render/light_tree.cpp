@@ -38,6 +38,19 @@ inline Vec8 smaller(const Vec8& a, const Vec8& b) { return a < b ? a : b; }
 
 }  // namespace
 
+bool differ(std::span<const LightBounds> lights, float apart) {
+  Bounds3 box;
+  for (const LightBounds& light : lights) {
+    box.add(light.box.lo);
+    box.add(light.box.hi);
+    if (light.cos_spread < 1 || light.two_sided != lights[0].two_sided ||
+        light.cos_emission != lights[0].cos_emission ||
+        !(dot(light.axis, lights[0].axis) > 1 - kSlack))
+      return true;
+  }
+  return length(box.extent()) > apart;
+}
+
 // About the light that each child sends to the point: intensity times cosines over squared
 // distance, each the most that any place in its sphere and any direction in its cone allows. In the
 // sphere, distance is its radius: never less than where most of its lights are.

@@ -26,6 +26,10 @@ struct LightBounds {
   bool two_sided = false;
 };
 
+// Does it matter which of them is picked: do they stand farther apart than `apart` metres, or shine
+// into different directions?
+bool differ(std::span<const LightBounds> lights, float apart);
+
 // Where light arrives. n: the unit normal of a surface that scatters only on that side; zero: light
 // from all directions counts.
 struct LightReceiver {

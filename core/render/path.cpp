@@ -75,6 +75,7 @@ Rgb PathTracer::walk(const Ray& ray, Sampler& sampler, float pixel_deviation, Pi
                  .spread = pixel_.angle,
                  .width = pixel_.width,
                  .pixel_deviation = pixel_deviation};
+  ShadingPoint room;
   for (;;) {
     // Drawn before the ray is traced: the processor then does both at once.
     const VertexNumbers u = VertexNumbers::draw(sampler);
@@ -100,7 +101,7 @@ Rgb PathTracer::walk(const Ray& ray, Sampler& sampler, float pixel_deviation, Pi
     // 3. What the surface is made of, and what the guide knows about it.
     const MaterialShading& material = material_at(hit, wo, surface, u.u_blend);
     if (material.one_sided && cos_geometric < 0) break;
-    PathVertex v = vertex_at(path, material, hit, surface, wo, cos_geometric);
+    PathVertex v = vertex_at(path, material, hit, surface, wo, cos_geometric, room);
     ask_guide(path, v, cos_geometric > 0);
 
     // 4. Light straight from a light.
@@ -229,25 +230,30 @@ inline const MaterialShading& PathTracer::material_at(const Hit& hit, Vec3 wo,
 
 inline PathVertex PathTracer::vertex_at(const PathState& path, const MaterialShading& material,
                                         const Hit& hit, const SurfacePoint& surface, Vec3 wo,
-                                        float cos_geometric) const {
+                                        float cos_geometric, ShadingPoint& room) const {
   const bool shading_normal_usable = dot(wo, surface.ns) * cos_geometric > 0;
   const Vec3 normal = material.seen_whole     ? seen_normal(surface.ns, surface.ng, wo)
                       : shading_normal_usable ? surface.ns
                                               : surface.ng;
   const Frame frame = scene_.frame_at(material, hit, normal, surface.uv);
   const Vec3 wo_local = frame.to_local(wo);
-  ShadingPoint sp = scene_.shading_point(material, surface);
-  if (material.coat_bends)
-    sp.coat_normal = frame.to_local(scene_.coat_normal(material, hit, wo, surface));
+  const ShadingPoint* sp = &scene_.shading_point(material, surface, room);
+  if (material.coat_bends) {
+    room = *sp;
+    room.coat_normal = frame.to_local(scene_.coat_normal(material, hit, wo, surface));
+    sp = &room;
+  }
   return {.surface = surface,
           .frame = frame,
           .bsdf = *material.bsdf,
           .kind = material.kind,
-          .bsdf_at = material.kind == BsdfKind::kDiffuse ? BsdfPoint(sp, wo_local)
-                                                         : material.bsdf->at(sp, wo_local),
+          .bsdf_at = material.kind == BsdfKind::kDiffuse ? BsdfPoint(*sp, wo_local)
+                                                         : material.bsdf->at(*sp, wo_local),
           .ray_offset = ray_offset(surface.p, hit.t),
           .material = material,
-          .inside = path.inside};
+          .inside = path.inside,
+          .receiver = {surface.p,
+                       material.opaque ? frame.z * std::copysign(1.0f, wo_local.z) : Vec3{}}};
 }
 
 inline void PathTracer::ask_guide(const PathState& path, PathVertex& v, bool from_front) {
@@ -273,45 +279,16 @@ inline void PathTracer::ask_guide(const PathState& path, PathVertex& v, bool fro
 inline bool PathTracer::add_direct_light(PathState& path, PathVertex& v, float u_light,
                                          Vec2 u_light_point, PixelTarget pixel) {
   if (!connects_ || v.kind == BsdfKind::kDelta) return true;
-  v.lights = light_learner_.place(v.receiver(), learner_.on());
-  const Connection connection = connect(v, u_light, u_light_point);
-  if (connection.light.is_black()) return true;
-  const Rgb light = path.throughput * connection.light;
-  if (!is_finite(light)) {
-    path.radiance = light;
-    return false;
-  }
-  ++counters_.rays;
-  AwaitedLight awaited{.light = light,
-                       .pixel = &pixel.radiance,
-                       .layer = nullptr,
-                       .group = nullptr,
-                       .scattered = connection.light,
-                       .vertex = learner_.current(),
-                       .punctual = connection.punctual,
-                       .pick = connection.pick,
-                       .unguided_weight = connection.unguided_weight};
-  if (split_) {
-    const LayersOf of = layers_of(path.depth, connection.source);
-    if (of.bounce >= 0) awaited.layer = pixel.layers + of.bounce;
-    if (of.group >= 0) awaited.group = pixel.layers + of.group;
-  }
-  shadow_rays_.add(connection.ray, awaited);
-  return true;
-}
-
-inline PathTracer::Connection PathTracer::connect(const PathVertex& v, float u_light,
-                                                  Vec2 u_light_point) {
+  v.lights = light_learner_.place(v.receiver, learner_.on());
   LightSample light;
-  const bool sends = lights_.sample(v.receiver(), u_light, u_light_point, light, v.lights.weights);
+  const bool sends = lights_.sample(v.receiver, u_light, u_light_point, light, v.lights.weights);
   const uint32_t pick =
       learner_.on() ? light_learner_.picked(v.lights, light) : LightLearner::kNoPick;
-  if (!sends) return {};
-  if (!settings_.nee && !light.punctual) return {};
+  if (!sends || (!settings_.nee && !light.punctual)) return true;
   const Vec3 wi_local = v.frame.to_local(light.wi);
-  if (!v.sides_agree(light.wi, wi_local)) return {};
+  if (!v.sides_agree(light.wi, wi_local)) return true;
   const BsdfEval eval = v.eval(wi_local);
-  if (eval.f_cos.is_black()) return {};
+  if (eval.f_cos.is_black()) return true;
   if (light.varies) {
     light.radiance = light.mesh.valid()
                          ? scene_.emission_at(light.mesh, light.triangle, light.barycentric)
@@ -326,18 +303,41 @@ inline PathTracer::Connection PathTracer::connect(const PathVertex& v, float u_l
   if (learner_.on() && !light.punctual)
     unguided_weight =
         (1 + sqr(ratio)) / (1 + sqr(v.with_caustics(light.wi, eval.pdf_w) / light.pdf_w));
-  // The ray starts off the surface, and must end before the light. It is aimed from there: with the
-  // direction from the surface, a light seen at a grazing angle would be in its own way.
-  Ray ray{v.ray_origin(light.wi), light.wi};
-  if (std::isfinite(light.distance)) {
-    const Vec3 to_light = v.surface.p + light.wi * light.distance - ray.o;
-    const float distance = length(to_light);
-    if (distance > 0) ray.d = to_light / distance;
-    ray.t_max = std::max(std::min(distance * (1 - 1e-4f), distance - 2 * v.ray_offset), 0.0f);
+  const Rgb scattered = eval.f_cos * light.radiance * mis_over_pdf;
+  light_learner_.sends(pick, luminance(scattered));
+  if (scattered.is_black()) return true;
+  const Rgb arriving = path.throughput * scattered;
+  if (!is_finite(arriving)) {
+    path.radiance = arriving;
+    return false;
   }
-  const Rgb estimate = eval.f_cos * light.radiance * mis_over_pdf;
-  light_learner_.sends(pick, luminance(estimate));
-  return {estimate, ray, light.punctual, unguided_weight, light.source, pick};
+  ++counters_.rays;
+  AwaitedLight& awaited = shadow_rays_.add(shadow_ray(v, light));
+  awaited.light = arriving;
+  awaited.pixel = &pixel.radiance;
+  awaited.scattered = scattered;
+  awaited.vertex = learner_.current();
+  awaited.punctual = light.punctual;
+  awaited.pick = pick;
+  awaited.unguided_weight = unguided_weight;
+  if (split_) {
+    const LayersOf of = layers_of(path.depth, light.source);
+    if (of.bounce >= 0) awaited.layer = pixel.layers + of.bounce;
+    if (of.group >= 0) awaited.group = pixel.layers + of.group;
+  }
+  return true;
+}
+
+// The ray starts off the surface, and must end before the light. It is aimed from there: with the
+// direction from the surface, a light seen at a grazing angle would be in its own way.
+inline Ray PathTracer::shadow_ray(const PathVertex& v, const LightSample& light) {
+  Ray ray{v.ray_origin(light.wi), light.wi};
+  if (!std::isfinite(light.distance)) return ray;
+  const Vec3 to_light = v.surface.p + light.wi * light.distance - ray.o;
+  const float distance = length(to_light);
+  if (distance > 0) ray.d = to_light / distance;
+  ray.t_max = std::max(std::min(distance * (1 - 1e-4f), distance - 2 * v.ray_offset), 0.0f);
+  return ray;
 }
 
 // Russian roulette.
@@ -416,25 +416,25 @@ inline float PathTracer::unguided_chance(int depth, Rgb throughput) const {
 // The next direction.
 inline bool PathTracer::go_on(PathState& path, const PathVertex& v, float u_lobe,
                               Vec2 u_direction) {
-  const std::optional<ScatterSample> next = scatter(v, u_lobe, u_direction);
-  if (!next) return false;
-  const bool absorbed = next->weight.is_black();
-  if (!next->delta) {
-    learner_.scattered(*next);
+  ScatterSample next;
+  if (!scatter(v, u_lobe, u_direction, next)) return false;
+  const bool absorbed = next.weight.is_black();
+  if (!next.delta) {
+    learner_.scattered(next);
   } else if (!absorbed) {
-    learner_.scattered_delta(v.kind != BsdfKind::kDelta, next->weight);
+    learner_.scattered_delta(v.kind != BsdfKind::kDelta, next.weight);
   }
   if (absorbed) return false;
-  path.throughput *= next->weight;
-  if (textured_ && !next->delta)
-    path.spread += std::min(kSpreadOfScattering / std::sqrt(next->pdf_w), kWidestSpread);
-  path.inside = v.inside_along(next->wi);
-  path.ray = {v.ray_origin(next->wi), next->wi};
-  path.pdf_w = next->pdf_w;
-  path.delta = next->delta;
-  path.from = v.receiver();
+  path.throughput *= next.weight;
+  if (textured_ && !next.delta)
+    path.spread += std::min(kSpreadOfScattering / std::sqrt(next.pdf_w), kWidestSpread);
+  path.inside = v.inside_along(next.wi);
+  path.ray = {v.ray_origin(next.wi), next.wi};
+  path.pdf_w = next.pdf_w;
+  path.delta = next.delta;
+  path.from = v.receiver;
   path.from_lights = v.lights.weights;
-  if (!next->delta && next->bsdf_pdf_w > 0) path.guidance *= next->pdf_w / next->bsdf_pdf_w;
+  if (!next.delta && next.bsdf_pdf_w > 0) path.guidance *= next.pdf_w / next.bsdf_pdf_w;
   ++path.depth;
   return true;
 }

@@ -49,15 +49,6 @@ class PathTracer {
   const PathCounters& counters() const { return counters_; }
 
  private:
-  // Light from a point of a light, should the ray be free; black: none.
-  struct Connection {
-    Rgb light;
-    Ray ray;
-    bool punctual = false;
-    float unguided_weight = 1;  // AwaitedLight
-    uint32_t source = 0;        // LightSample
-    uint32_t pick = LightLearner::kNoPick;
-  };
   // A path goes on with probability `chance`; `control` is paid to one that ends, and paid back by
   // one that goes on: the mean is the same whatever it is.
   struct Survival {
@@ -73,21 +64,25 @@ class PathTracer {
   const MaterialShading& material_at(const Hit& hit, Vec3 wo, SurfacePoint& surface,
                                      float u_blend) const;
   PathVertex vertex_at(const PathState& path, const MaterialShading& material, const Hit& hit,
-                       const SurfacePoint& surface, Vec3 wo, float cos_geometric) const;
+                       const SurfacePoint& surface, Vec3 wo, float cos_geometric,
+                       ShadingPoint& room) const;
   void ask_guide(const PathState& path, PathVertex& v, bool from_front);
   bool add_direct_light(PathState& path, PathVertex& v, float u_light, Vec2 u_light_point,
                         PixelTarget pixel);
   bool survive(PathState& path, const PathVertex& v, float u_roulette);
   bool go_on(PathState& path, const PathVertex& v, float u_lobe, Vec2 u_direction);
 
-  Connection connect(const PathVertex& v, float u_light, Vec2 u_light_point);
+  static Ray shadow_ray(const PathVertex& v, const LightSample& light);
   Survival survival(PathState& path, const PathVertex& v);
   float unguided_chance(int depth, Rgb throughput) const;  // of roulette
-  std::optional<ScatterSample> scatter(const PathVertex& v, float u_lobe, Vec2 u_direction);
-  std::optional<ScatterSample> scatter_by_bsdf_or_guide(const PathVertex& v, float u_lobe,
-                                                        Vec2 u_direction);
-  ScatterSample scatter_to_caustics(const PathVertex& v, Vec2 u_direction);
-  ScatterSample scatter_by_guide(const PathVertex& v, Vec2 u_direction);
+  // These fill `next`, which comes empty. False: the BSDF absorbs the path, whatever direction it
+  // might have taken.
+  bool scatter(const PathVertex& v, float u_lobe, Vec2 u_direction, ScatterSample& next);
+  bool scatter_by_bsdf_or_guide(const PathVertex& v, float u_lobe, Vec2 u_direction,
+                                ScatterSample& next);
+  void scatter_by_bsdf(const PathVertex& v, const BsdfSample& s, ScatterSample& next);
+  void scatter_to_caustics(const PathVertex& v, Vec2 u_direction, ScatterSample& next);
+  void scatter_by_guide(const PathVertex& v, Vec2 u_direction, ScatterSample& next);
   float mixture_pdf_w(const PathVertex& v, Vec3 wi, float bsdf_pdf_w, float base_pdf_w);
   float ray_offset(Vec3 p, float t) const;
 

@@ -3,7 +3,6 @@
 #pragma once
 
 #include <cmath>
-#include <optional>
 
 #include "core/bsdf/diffuse.h"
 #include "core/guide/guide.h"
@@ -16,7 +15,7 @@
 namespace qray {
 
 struct PathVertex {
-  SurfacePoint surface;
+  const SurfacePoint& surface;
   Frame frame;  // about the shading normal
   const Bsdf& bsdf;
   BsdfKind kind;
@@ -24,6 +23,7 @@ struct PathVertex {
   float ray_offset;   // metres off the surface where rays may start
   const MaterialShading& material;
   const Rgb* inside;  // absorption where the path comes from, per metre; null: none
+  LightReceiver receiver;
   GuidePoint at{};
   BsdfParts parts{};  // found for guides that expect, and of Lambert surfaces
   GuideMixture mixture{};
@@ -37,10 +37,6 @@ struct PathVertex {
     return kind == BsdfKind::kDiffuse ? Diffuse::eval_at(bsdf_at.sp, bsdf_at.wo, wi)
                                       : bsdf.eval(bsdf_at, wi);
   }
-  std::optional<BsdfSample> sample(float u_lobe, Vec2 u_direction) const {
-    return kind == BsdfKind::kDiffuse ? Diffuse::sample_at(bsdf_at.sp, bsdf_at.wo, u_direction)
-                                      : bsdf.sample(bsdf_at, u_lobe, u_direction);
-  }
   Rgb albedo() const {
     return kind == BsdfKind::kDiffuse ? bsdf_at.sp.reflectance : bsdf.albedo(bsdf_at);
   }
@@ -51,9 +47,6 @@ struct PathVertex {
   float with_caustics(Vec3 wi, float pdf_w) const {
     if (caustics.share == 0) return pdf_w;
     return lerp(caustics.share, pdf_w, CausticMap::pdf_w(*caustics.lobes, surface.p, wi));
-  }
-  LightReceiver receiver() const {
-    return {surface.p, material.opaque ? frame.z * std::copysign(1.0f, bsdf_at.wo.z) : Vec3{}};
   }
   // Both normals must agree on which side a direction lies, or light leaks through the surface.
   bool sides_agree(Vec3 wi, Vec3 wi_local) const { return dot(wi, surface.ng) * wi_local.z > 0; }

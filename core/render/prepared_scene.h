@@ -93,12 +93,14 @@ struct PreparedScene {
   Rgb emission_at(MeshId mesh, uint32_t triangle, Vec2 barycentric) const;
   size_t size_bytes() const;  // of memory, about; grows as textures are looked up
   GuideSetup guide_setup(const RenderSettings& settings) const;
-  // The material's parameters there, textures looked up.
-  ShadingPoint shading_point(const MaterialShading& material, const SurfacePoint& surface) const {
-    ShadingPoint sp =
-        material.textured ? textures->point(*material.material, surface.uv) : material.constant;
-    sp.reflectance *= surface.color;
-    return sp;
+  // The material's parameters there, textures looked up: in `room`, or the material's own where
+  // they are the same everywhere.
+  const ShadingPoint& shading_point(const MaterialShading& material, const SurfacePoint& surface,
+                                    ShadingPoint& room) const {
+    if (!material.textured && !surface.color) return material.constant;
+    room = material.textured ? textures->point(*material.material, surface.uv) : material.constant;
+    if (surface.color) room.reflectance *= *surface.color;
+    return room;
   }
   // How much of what arrives there the surface stops, in [0, 1]; of a blend its parts counted.
   float opacity(const MaterialShading& material, TexturePoint uv) const;

@@ -12,21 +12,22 @@ namespace qray {
 // Light that a pixel is paid if nothing is in the way.
 struct AwaitedLight {
   Rgb light;
-  Rgb* pixel;
-  Rgb* layer;       // the pixel's, of the light scattered so often; null: not kept apart
-  Rgb* group;       // the same, of the light's group
-  Rgb scattered;    // the same, before the path's throughput
-  uint32_t vertex;  // PathLearner::current()
-  bool punctual;
-  uint32_t pick;          // LightLearner::picked()
-  float unguided_weight;  // times: its weight against the BSDF's density, not the mixture's
+  Rgb* pixel = nullptr;
+  Rgb* layer = nullptr;  // the pixel's, of the light scattered so often; null: not kept apart
+  Rgb* group = nullptr;  // the same, of the light's group
+  Rgb scattered;         // the same, before the path's throughput
+  uint32_t vertex = 0;   // PathLearner::current()
+  bool punctual = false;
+  uint32_t pick = 0;          // LightLearner::picked()
+  float unguided_weight = 1;  // times: its weight against the BSDF's density, not the mixture's
 };
 
 class ShadowRays {
  public:
-  void add(const Ray& ray, const AwaitedLight& awaited) {
-    awaited_.push_back(awaited);
+  // To be filled in there, which is faster than to copy what was just written.
+  AwaitedLight& add(const Ray& ray) {
     rays_.emplace_back(ray);
+    return awaited_.emplace_back();
   }
   bool enough() const { return awaited_.size() >= kRaysAtOnce; }
   size_t size() const { return awaited_.size(); }

@@ -71,8 +71,9 @@ class SurfaceLooks {
     const bool from_behind = dot(at.ng, ray.d) > 0;
     const Vec3 ns = from_behind ? -at.ns : at.ns;
     const Frame frame = scene_.frame_at(material, hit, at.ns, at.uv);
+    ShadingPoint room;
     const BsdfPoint bsdf_at =
-        material.bsdf->at(scene_.shading_point(material, at), frame.to_local(-ray.d));
+        material.bsdf->at(scene_.shading_point(material, at, room), frame.to_local(-ray.d));
     out.mesh = static_cast<int>(hit.mesh.value);
     out.material = materials_[hit.mesh.value];
     out.albedo = material.bsdf->albedo(bsdf_at);

@@ -1,6 +1,8 @@
 // The surface at a hit: where, which way it faces, and its texture coordinates.
 #pragma once
 
+#include <optional>
+
 #include "core/scene/scene.h"
 
 namespace qray {
@@ -14,7 +16,7 @@ struct SurfacePoint {
   Vec3 ng;  // geometric normal, unit, by the winding; not flipped
   Vec3 ns;  // shading normal, unit, in ng's hemisphere
   TexturePoint uv{};
-  Rgb color{1.0f};  // of the mesh's vertices
+  std::optional<Rgb> color{};  // of the mesh's vertices
 };
 
 // Replaces ns, uv and colour by the vertices' values, interpolated, where the mesh has them.

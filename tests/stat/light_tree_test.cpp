@@ -212,6 +212,36 @@ TEST(LightTree, RegionsKeepTheirMean) {
   }
 }
 
+// One disk in triangles needs no tree; they do where they stand apart, or shine into different
+// directions, or where a sky is picked beside them.
+TEST(LightTree, LightsThatSendTheSameAreNoTree) {
+  struct Panels {
+    float apart;  // metres
+    bool turned, sky;
+  };
+  for (const Panels& c : {Panels{0.02f, false, false}, Panels{0.4f, false, false},
+                          Panels{0.02f, true, false}, Panels{0.02f, false, true}}) {
+    Scene scene = test::room();
+    const MaterialId light = test::add_material(scene, Rgb{0.0f}, Rgb{40.0f});
+    for (Mesh& mesh : scene.meshes)
+      if (scene.materials[mesh.material.value].emits()) mesh.material = MaterialId(0);
+    for (int i = 0; i < 6; ++i) {
+      const Vec3 at{-0.5f + c.apart * static_cast<float>(i % 3), 1.5f,
+                    c.apart * static_cast<float>(i / 3)};
+      const Vec3 down = c.turned && i == 5 ? Vec3{0, 0.02f, 0} : Vec3{0.02f, 0, 0};
+      test::add_quad(scene, light, at, down, {0, 0, 0.02f});
+    }
+    if (c.sky) {
+      scene.environment.radiance = Rgb{0.5f};
+      PunctualLight sun;
+      sun.kind = LightKind::kDirectional;
+      scene.lights = {sun};
+    }
+    const bool tree = test::prepare(std::move(scene))->lights.has_tree();
+    EXPECT_EQ(tree, c.apart > 0.1f || c.turned || c.sky) << c.apart << c.turned << c.sky;
+  }
+}
+
 // Directions that hit a panel have the density with which the panel is drawn.
 TEST(LightTree, TheDensityOfAHitIsThatOfTheDraw) {
   const auto scene = test::prepare(hall());
