@@ -46,11 +46,8 @@ Traced trace_photon(const PreparedScene& scene, const PhotonStart& start, Sample
       material = &scene.resolve(*material, surface.uv, u.u_blend);
       if (material->bends) scene.bend(*material, hit, wo, surface);
     }
-    const float cos_geometric = dot(wo, surface.ng);
-    if (material->one_sided && cos_geometric < 0) return {};
-    const bool usable = dot(wo, surface.ns) * cos_geometric > 0;
-    const Frame frame =
-        scene.frame_at(*material, hit, usable ? surface.ns : surface.ng, surface.uv);
+    if (material->one_sided && dot(wo, surface.ng) < 0) return {};
+    const Frame frame = scene.scattering_frame(*material, hit, wo, surface);
     ShadingPoint room;
     const BsdfPoint at =
         material->bsdf->at(scene.shading_point(*material, surface, room), frame.to_local(wo));
@@ -60,11 +57,8 @@ Traced trace_photon(const PreparedScene& scene, const PhotonStart& start, Sample
     if (!next || !(u.u_roulette < max_component(next->weight))) return {};
     const Vec3 wi = frame.to_world(next->wi);
     if (!(dot(wi, surface.ng) * next->wi.z > 0)) return {};
-    const Vec3 p = surface.p;
-    const float offset =
-        std::max(std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z), hit.t}) * kRayOffset,
-                 scene.ray_epsilon);
-    ray = {p + surface.ng * std::copysign(offset, dot(surface.ng, wi)), wi};
+    const float offset = scene.ray_offset(surface.p, hit.t);
+    ray = {surface.p + surface.ng * std::copysign(offset, dot(surface.ng, wi)), wi};
   }
   return {};
 }

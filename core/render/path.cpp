@@ -101,7 +101,7 @@ Rgb PathTracer::walk(const Ray& ray, Sampler& sampler, float pixel_deviation, Pi
     // 3. What the surface is made of, and what the guide knows about it.
     const MaterialShading& material = material_at(hit, wo, surface, u.u_blend);
     if (material.one_sided && cos_geometric < 0) break;
-    PathVertex v = vertex_at(path, material, hit, surface, wo, cos_geometric, room);
+    PathVertex v = vertex_at(path, material, hit, surface, wo, room);
     ask_guide(path, v, cos_geometric > 0);
 
     // 4. Light straight from a light.
@@ -157,12 +157,6 @@ inline float PathTracer::mixture_pdf_w(const PathVertex& v, Vec3 wi, float bsdf_
   const CycleScope guiding(timed_, counters_.timed_guiding);
   return v.with_caustics(
       wi, v.mixture.pdf_w(guide_->pdf_w(v.at, wi), base_pdf_w, bsdf_pdf_w - base_pdf_w));
-}
-
-// More than the rounding noise of o + t d and of the largest triangle's coordinates.
-inline float PathTracer::ray_offset(Vec3 p, float t) const {
-  const float largest = std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z), t});
-  return std::max(largest * kRayOffset, scene_.ray_epsilon);
 }
 
 // The light that a path meets where it leaves the scene, weighted against nee having drawn this
@@ -230,12 +224,8 @@ inline const MaterialShading& PathTracer::material_at(const Hit& hit, Vec3 wo,
 
 inline PathVertex PathTracer::vertex_at(const PathState& path, const MaterialShading& material,
                                         const Hit& hit, const SurfacePoint& surface, Vec3 wo,
-                                        float cos_geometric, ShadingPoint& room) const {
-  const bool shading_normal_usable = dot(wo, surface.ns) * cos_geometric > 0;
-  const Vec3 normal = material.seen_whole     ? seen_normal(surface.ns, surface.ng, wo)
-                      : shading_normal_usable ? surface.ns
-                                              : surface.ng;
-  const Frame frame = scene_.frame_at(material, hit, normal, surface.uv);
+                                        ShadingPoint& room) const {
+  const Frame frame = scene_.scattering_frame(material, hit, wo, surface);
   const Vec3 wo_local = frame.to_local(wo);
   const ShadingPoint* sp = &scene_.shading_point(material, surface, room);
   if (material.coat_bends) {
@@ -249,7 +239,7 @@ inline PathVertex PathTracer::vertex_at(const PathState& path, const MaterialSha
           .kind = material.kind,
           .bsdf_at = material.kind == BsdfKind::kDiffuse ? BsdfPoint(*sp, wo_local)
                                                          : material.bsdf->at(*sp, wo_local),
-          .ray_offset = ray_offset(surface.p, hit.t),
+          .ray_offset = scene_.ray_offset(surface.p, hit.t),
           .material = material,
           .inside = path.inside,
           .receiver = {surface.p,

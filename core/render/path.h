@@ -64,8 +64,7 @@ class PathTracer {
   const MaterialShading& material_at(const Hit& hit, Vec3 wo, SurfacePoint& surface,
                                      float u_blend) const;
   PathVertex vertex_at(const PathState& path, const MaterialShading& material, const Hit& hit,
-                       const SurfacePoint& surface, Vec3 wo, float cos_geometric,
-                       ShadingPoint& room) const;
+                       const SurfacePoint& surface, Vec3 wo, ShadingPoint& room) const;
   void ask_guide(const PathState& path, PathVertex& v, bool from_front);
   bool add_direct_light(PathState& path, PathVertex& v, float u_light, Vec2 u_light_point,
                         PixelTarget pixel);
@@ -84,7 +83,6 @@ class PathTracer {
   void scatter_to_caustics(const PathVertex& v, Vec2 u_direction, ScatterSample& next);
   void scatter_by_guide(const PathVertex& v, Vec2 u_direction, ScatterSample& next);
   float mixture_pdf_w(const PathVertex& v, Vec3 wi, float bsdf_pdf_w, float base_pdf_w);
-  float ray_offset(Vec3 p, float t) const;
 
   // The layers that light of the source, scattered so often, goes into; -1: into none.
   struct LayersOf {

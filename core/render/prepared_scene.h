@@ -84,6 +84,22 @@ struct PreparedScene {
   }
   Frame turned_frame(const MaterialShading& material, const Hit& hit, Vec3 n,
                      TexturePoint uv) const;
+  // In which a path that comes from wo scatters: about the shading normal, if wo lies on the same
+  // side of it as of the triangle, or can be made to.
+  Frame scattering_frame(const MaterialShading& material, const Hit& hit, Vec3 wo,
+                         const SurfacePoint& surface) const {
+    const bool shading_normal_usable = dot(wo, surface.ns) * dot(wo, surface.ng) > 0;
+    const Vec3 normal = material.seen_whole     ? seen_normal(surface.ns, surface.ng, wo)
+                        : shading_normal_usable ? surface.ns
+                                                : surface.ng;
+    return frame_at(material, hit, normal, surface.uv);
+  }
+  // Metres off the surface where rays may start after a hit at distance t: more than the rounding
+  // noise of o + t d and of the largest triangle's coordinates.
+  float ray_offset(Vec3 p, float t) const {
+    const float largest = std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z), t});
+    return std::max(largest * kRayOffset, ray_epsilon);
+  }
   // Of a coat that has normals of its own, seen from wo. World space, unit.
   Vec3 coat_normal(const MaterialShading& material, const Hit& hit, Vec3 wo,
                    const SurfacePoint& surface) const;
