@@ -35,9 +35,10 @@ class Image {
   float at(int x, int y, int channel) const {
     return data_[index(x, y) + static_cast<size_t>(channel)];
   }
+  const float* pixel(int x, int y) const { return &data_[index(x, y)]; }  // its channels
   // The first three channels, or the only one three times.
   Rgb rgb(int x, int y) const {
-    const float* p = &data_[index(x, y)];
+    const float* p = pixel(x, y);
     return channels_ >= 3 ? Rgb{p[0], p[1], p[2]} : Rgb{p[0]};
   }
   void set_rgb(int x, int y, Rgb c) {

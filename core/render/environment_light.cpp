@@ -72,6 +72,7 @@ EnvironmentLight::EnvironmentLight(const Environment& environment)
   row_guide_.resize(guide_size(tile_rows));
   fill_guide(row_cdf_, row_guide_);
   fill_cells();
+  fill_centers();
   blocks_.shrink_to_fit();
 }
 
@@ -84,6 +85,13 @@ inline EnvironmentLight::Corners EnvironmentLight::corners(int column, int row) 
   c.n00 = node(c.c00, row), c.n10 = node(c.c10, row);
   c.n01 = node(c.c01, row + 1), c.n11 = node(c.c11, row + 1);
   return c;
+}
+
+// Asks the memory for what corners() will read of the picture.
+inline void EnvironmentLight::prefetch(int column, int row) const {
+  const Image& image = environment_.image;
+  for (const int y : {std::max(row - 1, 0), std::min(row, height_ - 1)})
+    __builtin_prefetch(image.pixel(column, y));
 }
 
 inline EnvironmentLight::Tile EnvironmentLight::tile(int tile_column, int tile_row) const {
@@ -175,16 +183,18 @@ inline EnvironmentLight::Place EnvironmentLight::place_in(const Tile& t, Vec2 of
           0};
 }
 
-EnvironmentLight::Sample EnvironmentLight::sample(Vec2 u) const {
+EnvironmentLight::Sample EnvironmentLight::sample(Vec2 u, Vec3 normal) const {
   const CdfPick row = pick_by_cdf(row_cdf_, row_guide_, u.y);
   const size_t columns = static_cast<size_t>(tile_columns_) + 1, r = static_cast<size_t>(row.index);
   const CdfPick column =
       pick_by_cdf(std::span(tile_cdf_).subspan(r * columns, columns),
                   std::span(tile_guide_).subspan(r * guide_size_, guide_size_), u.x);
-  return sample_tile(row, column);
+  return sample_tile(row, column, normal);
 }
 
-EnvironmentLight::Sample EnvironmentLight::sample_tile(CdfPick row, CdfPick column) const {
+EnvironmentLight::Sample EnvironmentLight::sample_tile(CdfPick row, CdfPick column,
+                                                       Vec3 normal) const {
+  if (is_behind(column.index, row.index, normal)) return {};
   const Tile t = tile(column.index, row.index);
   Place at = place_in(t, {column.offset, row.offset});
   Corners c;
@@ -193,6 +203,8 @@ EnvironmentLight::Sample EnvironmentLight::sample_tile(CdfPick row, CdfPick colu
     c = corners(at.column, at.row);
     const float y = sample_linear(at.offset.y, c.n00 + c.n10, c.n01 + c.n11);
     at.offset = {sample_linear(at.offset.x, lerp(y, c.n00, c.n01), lerp(y, c.n10, c.n11)), y};
+  } else {
+    prefetch(at.column, at.row);
   }
   const float y = at.offset.y;
 
@@ -208,6 +220,32 @@ EnvironmentLight::Sample EnvironmentLight::sample_tile(CdfPick row, CdfPick colu
   const Vec3 d{at.sin_theta * std::sin(phi), (south ? -1 : 1) * std::cos(theta),
                -at.sin_theta * std::cos(phi)};
   return {environment_.to_world * d, pdf_w(at, t, even ? nullptr : &c)};
+}
+
+void EnvironmentLight::fill_centers() {
+  const float side = static_cast<float>(1 << shift_);
+  const float theta = kPi / static_cast<float>(height_), phi = 2 * kPi / static_cast<float>(width_);
+  const auto centers = [&](int count, float step, float first) {
+    std::vector<Vec2> out;
+    for (int i = 0; i < count; ++i) {
+      const float angle = first + step * side * (static_cast<float>(i) + 0.5f);
+      out.push_back({std::sin(angle), std::cos(angle)});
+    }
+    return out;
+  };
+  row_centers_ = centers(tile_rows_, theta, -0.5f * theta);
+  column_centers_ = centers(tile_columns_, phi, 0.5f * phi - kPi);
+  const float reach = 0.5f * side * (theta + phi);
+  if (reach < kPi / 2) tile_reach_ = std::sin(reach) + 1e-4f;
+}
+
+// Half of what is drawn lies behind a surface that is lit by half of the sky. It is left before the
+// picture is read, which waits for memory.
+inline bool EnvironmentLight::is_behind(int tile_column, int tile_row, Vec3 normal) const {
+  const Vec2 theta = row_centers_[static_cast<size_t>(tile_row)],
+             phi = column_centers_[static_cast<size_t>(tile_column)];
+  const Vec3 center{theta.x * phi.x, theta.y, -theta.x * phi.y};
+  return dot(environment_.to_world * center, normal) < -tile_reach_;
 }
 
 EnvironmentLight::Arriving EnvironmentLight::at(Vec3 wi) const {
@@ -296,7 +334,7 @@ float EnvironmentLight::cell_chance(uint32_t cell) const {
   return cell_begin_[cell] < cell_begin_[cell + 1] ? cell_rows_[cell_begin_[cell + 1] - 1] : 0;
 }
 
-EnvironmentLight::Sample EnvironmentLight::sample_in(uint32_t index, Vec2 u) const {
+EnvironmentLight::Sample EnvironmentLight::sample_in(uint32_t index, Vec2 u, Vec3 normal) const {
   const float chance = cell_chance(index);
   if (!(chance > 0)) return {};
   const CellTiles cell = tiles_of(index);
@@ -314,7 +352,7 @@ EnvironmentLight::Sample EnvironmentLight::sample_in(uint32_t index, Vec2 u) con
   const CdfPick column =
       pick_by_cdf(cdf, std::span(tile_guide_).subspan(r * guide_size_, guide_size_),
                   std::clamp(from + u.x * (to - from), from, std::nextafter(to, from)));
-  Sample s = sample_tile(row, column);
+  Sample s = sample_tile(row, column, normal);
   s.pdf_w /= chance;
   return s;
 }

@@ -24,7 +24,9 @@ class EnvironmentLight {
     Vec3 wi;          // unit, world
     float pdf_w = 0;  // 0: no light there
   };
-  Sample sample(Vec2 u) const;
+  // `normal`: directions behind the surface are not wanted, and may come with pdf_w = 0; zero: all
+  // are.
+  Sample sample(Vec2 u, Vec3 normal = {}) const;
   // What arrives from there, and the density with which sample() makes it.
   struct Arriving {
     Rgb radiance;
@@ -36,7 +38,8 @@ class EnvironmentLight {
   // with its chance.
   static constexpr uint32_t kCellRows = 8, kCellColumns = 16, kCells = kCellRows * kCellColumns;
   float cell_chance(uint32_t cell) const;
-  Sample sample_in(uint32_t cell, Vec2 u) const;  // pdf_w: of the cell's directions alone
+  // pdf_w: of the cell's directions alone
+  Sample sample_in(uint32_t cell, Vec2 u, Vec3 normal = {}) const;
   struct InCell {
     Rgb radiance;
     float pdf_w = 0;  // of sample_in() for this cell
@@ -66,6 +69,7 @@ class EnvironmentLight {
   };
   Place place(Vec3 wi) const;
   Corners corners(int column, int row) const;
+  void prefetch(int column, int row) const;
   float node(Rgb texel, int row) const {
     return std::max(luminance(texel) - left_out_, 0.0f) * row_sine_[static_cast<size_t>(row)];
   }
@@ -80,7 +84,9 @@ class EnvironmentLight {
   float add_tile(const Tile& tile);  // to blocks_; returns its weight
   Place place_in(const Tile& tile, Vec2 offset) const;
   float pdf_w(const Place& place, const Tile& tile, const Corners* corners) const;
-  Sample sample_tile(CdfPick row, CdfPick column) const;
+  Sample sample_tile(CdfPick row, CdfPick column, Vec3 normal) const;
+  void fill_centers();
+  bool is_behind(int tile_column, int tile_row, Vec3 normal) const;
   struct CellTiles {
     int row, row_end, column, column_end;
   };
@@ -103,6 +109,10 @@ class EnvironmentLight {
   // Of a tile that is not even: running sums of its cells' weights over all, row by row.
   std::vector<uint32_t> block_of_tile_;  // where they begin, in squares of the side; or kEven
   std::vector<float> blocks_;
+  // Where tiles have their middle: sines and cosines of theta by row, of phi by column. No
+  // direction in a tile is farther from it than by this sine, 2: than a right angle.
+  std::vector<Vec2> row_centers_, column_centers_;
+  float tile_reach_ = 2;
   float mean_luminance_ = 0;
   float left_out_ = 0;  // of each texel's luminance, by the density
 };

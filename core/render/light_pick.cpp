@@ -261,8 +261,8 @@ bool LightPick::sample_punctual(const PunctualLight& light, float probability, V
   return !out.radiance.is_black();
 }
 
-bool LightPick::sample_environment(float probability, Vec2 u, LightSample& out) const {
-  return put_environment(environment_->sample(u), probability, out);
+bool LightPick::sample_environment(float probability, Vec3 normal, Vec2 u, LightSample& out) const {
+  return put_environment(environment_->sample(u, normal), probability, out);
 }
 
 bool LightPick::put_environment(const EnvironmentLight::Sample& s, float probability,
@@ -292,12 +292,12 @@ bool LightPick::sample_by_tree(const LightReceiver& at, float u_light, Vec2 u,
     AliasTable::Pick pick = outside_.sample(rest);
     pick.index += static_cast<uint32_t>(in_tree_);
     pick.probability *= 1 - tree_probability_;
-    return sample_of(pick, at.p, u, out);
+    return sample_of(pick, at, u, out);
   }
   const LightTree::Pick pick =
       tree_->sample(at, std::min(finer(u_light, u) / double{tree_probability_}, 1.0));
   if (!(pick.probability > 0)) return false;
-  return sample_of({pick.light, pick.probability * tree_probability_}, at.p, u, out);
+  return sample_of({pick.light, pick.probability * tree_probability_}, at, u, out);
 }
 
 LightBounds LightPick::bounds_of(const EmittingSphere& s) {
@@ -466,9 +466,9 @@ bool LightPick::sample_clusters(const LightReceiver& at, float u_light, Vec2 u, 
   if (tree_ && pick.index == 0)
     return sample_tree(at, pick.probability, u_light, u, out, weights + first_of_tree_);
   if (first_cell_ != kNone && pick.index + 1 == members())
-    return sample_cell(pick.probability, u, out, weights + first_cell_);
+    return sample_cell(pick.probability, at.n, u, out, weights + first_cell_);
   if (tree_) pick.index += static_cast<uint32_t>(in_tree_) - 1;
-  return sample_of(pick, at.p, u, out);
+  return sample_of(pick, at, u, out);
 }
 
 bool LightPick::sample_tree(const LightReceiver& at, float probability, float u, Vec2 u_point,
@@ -478,15 +478,15 @@ bool LightPick::sample_tree(const LightReceiver& at, float probability, float u,
   for (size_t i = 0; i < passed.count; ++i)
     out.add({first_of_tree_ + passed.picks[i].cluster, probability * passed.picks[i].scale});
   if (!(pick.probability > 0)) return false;
-  return sample_of({pick.light, pick.probability * probability}, at.p, u_point, out);
+  return sample_of({pick.light, pick.probability * probability}, at, u_point, out);
 }
 
-bool LightPick::sample_cell(float probability, Vec2 u_point, LightSample& out,
+bool LightPick::sample_cell(float probability, Vec3 normal, Vec2 u_point, LightSample& out,
                             const float* chances) const {
   const AliasTable::Pick cell = pick_cell(chances, u_point);
   const float prior = chance_of(plain_weights_.data() + first_cell_, cell.index);
   out.add({first_cell_ + cell.index, probability * cell.probability / prior * cell_scale_});
-  return put_environment(environment_->sample_in(cell.index, u_point),
+  return put_environment(environment_->sample_in(cell.index, u_point, normal),
                          probability * cell.probability, out);
 }
 

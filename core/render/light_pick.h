@@ -68,7 +68,7 @@ class LightPick {
               const float* weights = nullptr) const {
     if (weights) return sample_clusters(at, u_light, u, out, weights);
     if (tree_) return sample_by_tree(at, u_light, u, out);
-    return sample_of(picker_.sample(u_light), at.p, u, out);
+    return sample_of(picker_.sample(u_light), at, u, out);
   }
   // A ray that a light sends, lights by their power. None: the light picked has no extent, so that
   // no path meets it. `bounds`: of the scene, into which the environment sends.
@@ -92,7 +92,8 @@ class LightPick {
                        const float* weights) const;
   bool sample_tree(const LightReceiver& at, float probability, float u, Vec2 u_point,
                    LightSample& out, const float* factors) const;
-  bool sample_cell(float probability, Vec2 u_point, LightSample& out, const float* chances) const;
+  bool sample_cell(float probability, Vec3 normal, Vec2 u_point, LightSample& out,
+                   const float* chances) const;
   // Lights as one picks among them: the tree as one, first, then what is not in it.
   size_t members() const { return tree_ ? 1 + outside_.size() : picker_.size(); }
   float member_prior(uint32_t member) const;
@@ -122,15 +123,16 @@ class LightPick {
     bool emits_to(bool inside) const { return two_sided || inside == shape.inward; }
     float area() const { return 4 * kPi * sqr(shape.radius); }
   };
-  bool sample_of(AliasTable::Pick pick, Vec3 p, Vec2 u, LightSample& out) const {
+  bool sample_of(AliasTable::Pick pick, const LightReceiver& at, Vec2 u, LightSample& out) const {
     if (pick.index < triangles_.size())
-      return sample_triangle(triangles_[pick.index], pick.probability, p, u, out);
+      return sample_triangle(triangles_[pick.index], pick.probability, at.p, u, out);
     size_t rest = pick.index - triangles_.size();
-    if (rest < spheres_.size()) return sample_sphere(spheres_[rest], pick.probability, p, u, out);
+    if (rest < spheres_.size())
+      return sample_sphere(spheres_[rest], pick.probability, at.p, u, out);
     rest -= spheres_.size();
-    if (rest == punctual_.size()) return sample_environment(pick.probability, u, out);
+    if (rest == punctual_.size()) return sample_environment(pick.probability, at.n, u, out);
     out.source = punctual_sources_[rest];
-    return sample_punctual(punctual_[rest], pick.probability, p, out);
+    return sample_punctual(punctual_[rest], pick.probability, at.p, out);
   }
   bool sample_by_tree(const LightReceiver& at, float u_light, Vec2 u, LightSample& out) const;
   static LightBounds bounds_of(const EmittingTriangle& t);
@@ -156,7 +158,7 @@ class LightPick {
                               LightSample& out);
   bool put_environment(const EnvironmentLight::Sample& s, float probability,
                        LightSample& out) const;
-  bool sample_environment(float probability, Vec2 u, LightSample& out) const;
+  bool sample_environment(float probability, Vec3 normal, Vec2 u, LightSample& out) const;
 
   std::vector<EmittingTriangle> triangles_;
   std::vector<EmittingSphere> spheres_;
