@@ -23,7 +23,7 @@ TileRect Film::tile(int index) const {
 
 void Film::add(int index, std::span<const Rgb> sums, uint32_t samples,
                std::span<const uint32_t> counts, std::span<const Rgb> seen,
-               std::span<const Rgb> layers) {
+               std::span<const Rgb> layers, uint32_t each) {
   Tile& tile = tiles_[static_cast<size_t>(index)];
   std::lock_guard lock(tile.mutex);
   if (tile.sums.empty()) {
@@ -34,11 +34,17 @@ void Film::add(int index, std::span<const Rgb> sums, uint32_t samples,
   }
   QRAY_CHECK(tile.sums.size() == sums.size() && (counts.empty() || counts.size() == sums.size()) &&
              (seen.empty() || seen.size() == sums.size()) && layers.size() == tile.layers.size());
-  for (size_t i = 0; i < layers.size(); ++i) tile.layers[i] += layers[i];
-  for (size_t i = 0; i < seen.size(); ++i) tile.seen[i] += seen[i];
+  const size_t layer_count = static_cast<size_t>(layers_.count());
   for (size_t i = 0; i < sums.size(); ++i) {
-    tile.sums[i] += sums[i];
-    tile.weights[i] += static_cast<float>(counts.empty() ? samples : counts[i]);
+    const uint32_t count = counts.empty() ? samples : counts[i];
+    if (count == 0) continue;
+    const uint32_t weight = each > 0 ? each : count;
+    const float scale = static_cast<float>(weight) / static_cast<float>(count);
+    tile.sums[i] += sums[i] * scale;
+    tile.weights[i] += static_cast<float>(weight);
+    if (!seen.empty()) tile.seen[i] += seen[i] * scale;
+    for (size_t l = i * layer_count; l < (i + 1) * layer_count; ++l)
+      tile.layers[l] += layers[l] * scale;
   }
   tile.samples += samples;
   tile.version = version_.fetch_add(1, std::memory_order_acq_rel) + 1;

@@ -58,10 +58,13 @@ class Film {
 
   // Adds what a pass of `samples` samples a pixel made of the tile: the sum of each pixel's, in
   // rows. `counts`: how many each had; empty: all as many. `seen`: what of the sums lights and the
-  // environment showed of themselves; empty: nothing. `layers`: each pixel's, side by side.
+  // environment showed of themselves; empty: nothing. `layers`: each pixel's, side by side. `each`:
+  // every pixel that has samples weighs as if it had so many, 0: as many as it has. Where earlier
+  // samples decide how many more there are, no weight may depend on that, or means are wrong: what
+  // begins dark would be left so.
   void add(int index, std::span<const Rgb> sums, uint32_t samples,
            std::span<const uint32_t> counts = {}, std::span<const Rgb> seen = {},
-           std::span<const Rgb> layers = {});
+           std::span<const Rgb> layers = {}, uint32_t each = 0);
 
   // What is there so far counts `keep` times as much, against what is added from here on.
   void fade(float keep);

@@ -28,6 +28,7 @@ struct AdaptiveParams {
   float min_gain = 1.15f;
   bool lights = true;    // whether it is learned which lights send how much where
   bool caustics = true;  // whether paths aim at where mirrors and glass send light from
+  bool by_noise = true;  // whether pixels get more samples where they are noisy
   bool operator==(const AdaptiveParams&) const = default;
 };
 

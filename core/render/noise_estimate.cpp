@@ -9,7 +9,7 @@
 namespace qray {
 namespace {
 
-constexpr int kRadiusPx = 4;
+constexpr int kRadiusPx = 4, kNearPx = 2;
 constexpr float kKeep = 0.5f;  // of earlier passes, each pass: the guide gets better
 constexpr float kOverMeanDistance =
     1.2533f;                        // over the mean absolute distance (of a normal variable),
@@ -17,14 +17,14 @@ constexpr float kOverMeanDistance =
 constexpr double kTrimmed = 0.001;  // of the pixels: fireflies decide nothing
 constexpr double kMostFade = 16;    // at once: a noisy estimate must not undo a picture
 
-// Means over 2 kRadiusPx + 1 values along a line, fewer at its ends.
-void blur_line(float* values, int count, size_t stride, std::vector<double>& sums) {
+// Means over 2 radius + 1 values along a line, fewer at its ends.
+void blur_line(float* values, int count, size_t stride, int radius, std::vector<double>& sums) {
   sums.assign(static_cast<size_t>(count) + 1, 0);
   for (int i = 0; i < count; ++i)
     sums[static_cast<size_t>(i) + 1] =
         sums[static_cast<size_t>(i)] + static_cast<double>(values[static_cast<size_t>(i) * stride]);
   for (int i = 0; i < count; ++i) {
-    const int lo = std::max(0, i - kRadiusPx), hi = std::min(count, i + kRadiusPx + 1);
+    const int lo = std::max(0, i - radius), hi = std::min(count, i + radius + 1);
     values[static_cast<size_t>(i) * stride] = static_cast<float>(
         (sums[static_cast<size_t>(hi)] - sums[static_cast<size_t>(lo)]) / (hi - lo));
   }
@@ -94,12 +94,9 @@ bool NoiseEstimate::end_pass() {
   }
   deviation_ = distance_;
   for (float& d : deviation_) d *= kOverMeanDistance;
-  blur(deviation_);
-  for (size_t i = 0; i < mean_.size(); ++i) {
-    const float samples = all_count_[0][i] + all_count_[1][i];
-    mean_[i] = samples > 0 ? (all_[0][i] + all_[1][i]) * (1 / samples) : 0.0f;
-  }
-  blur(mean_);
+  blur(deviation_, kRadiusPx);
+  mean_ = means();
+  blur(mean_, kRadiusPx);
   variance_ = trimmed_mean(square_, mean_);
   if (!first) variance_before_ = trimmed_mean(before_, mean_);
   guided_variance_ = unguided_variance_ = 0;
@@ -120,15 +117,29 @@ float NoiseEstimate::weight_of_earlier() const {
   return static_cast<float>(std::clamp(variance_ / variance_before_, 1 / kMostFade, 1.0));
 }
 
-float NoiseEstimate::relative_deviation(int x, int y) const {
-  if (!known()) return kMostError;
-  const size_t i = index(x, y);
-  return std::min(deviation_[i] / (mean_[i] + 1e-3f), kMostError);
+std::vector<float> NoiseEstimate::means() const {
+  std::vector<float> means(mean_.size());
+  for (size_t i = 0; i < means.size(); ++i) {
+    const float samples = all_count_[0][i] + all_count_[1][i];
+    means[i] = samples > 0 ? (all_[0][i] + all_[1][i]) * (1 / samples) : 0.0f;
+  }
+  return means;
+}
+
+std::vector<float> NoiseEstimate::spread() const {
+  std::vector<float> near = means(), spread = distance_;
+  blur(near, kNearPx);
+  blur(spread, kNearPx);
+  for (size_t i = 0; i < spread.size(); ++i)
+    spread[i] *= kOverMeanDistance / std::sqrt(sqr(near[i]) + 0.01f);
+  return spread;
 }
 
 float NoiseEstimate::relative_error(int x, int y) const {
   const float samples = this->samples(x, y);
-  return samples > 0 ? relative_deviation(x, y) / std::sqrt(samples) : kMostError;
+  if (!known() || !(samples > 0)) return kMostError;
+  const size_t i = index(x, y);
+  return std::min(deviation_[i] / (mean_[i] + 1e-3f), kMostError) / std::sqrt(samples);
 }
 
 float NoiseEstimate::own_error(int x, int y) const {
@@ -165,11 +176,11 @@ double NoiseEstimate::trimmed_mean(const std::vector<float>& squares,
   return sum / static_cast<double>(kept);
 }
 
-void NoiseEstimate::blur(std::vector<float>& values) const {
+void NoiseEstimate::blur(std::vector<float>& values, int radius) const {
   std::vector<double> sums;
   const size_t width = static_cast<size_t>(width_), height = static_cast<size_t>(height_);
-  for (size_t y = 0; y < height; ++y) blur_line(&values[y * width], width_, 1, sums);
-  for (size_t x = 0; x < width; ++x) blur_line(&values[x], height_, width, sums);
+  for (size_t y = 0; y < height; ++y) blur_line(&values[y * width], width_, 1, radius, sums);
+  for (size_t x = 0; x < width; ++x) blur_line(&values[x], height_, width, radius, sums);
 }
 
 }  // namespace qray

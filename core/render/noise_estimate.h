@@ -56,8 +56,8 @@ class NoiseEstimate {
   // Of the pixel's mean so far: standard error over what it and its neighbours are like on average,
   // at most kMostError; that where it is not known.
   float relative_error(int x, int y) const;
-  // Standard deviation of a sample over the same.
-  float relative_deviation(int x, int y) const;
+  // Of the pixels about each: standard deviation of a sample over the root of (mean^2 + 0.01).
+  std::vector<float> spread() const;
   // Of the pixel's mean so far, by how far the earlier halves of its passes are from the later
   // ones: squared, of one degree of freedom, unbiased where samples are independent. A firefly
   // counts in full. Infinite: not known.
@@ -82,7 +82,8 @@ class NoiseEstimate {
     return static_cast<size_t>(y) * static_cast<size_t>(width_) + static_cast<size_t>(x);
   }
   static double trimmed_mean(const std::vector<float>& squares, const std::vector<float>& means);
-  void blur(std::vector<float>& values) const;
+  void blur(std::vector<float>& values, int radius) const;
+  std::vector<float> means() const;  // of each pixel's luminance so far
   // Of everything that end_pass() begins anew.
   template <class F>
   void for_each_sum(const F& f) {

@@ -1,9 +1,9 @@
 // Which pixels a pass samples, and how often. Sampled pixels lie `step` apart and are counted in
-// that grid. With the pixels kByNoise, those get more whose samples scatter more, so that a mean's
-// relative error is the same everywhere: n in proportion to deviation / mean lowers the sum of
-// squared relative errors most. Their counts follow their own samples, so the mean of such pictures
-// is not exactly that of the light. A region may get its samples before the other pixels: whatever
-// their values, so that this changes no mean. Between passes one thread; readers from any.
+// that grid. Where counts go by noise, a pixel gets more where samples scatter more, against what
+// they are like. What a pass counts for must not depend on how many samples a pixel got: see
+// Film::add(). A region may get its samples before the
+// other pixels: whatever their values, so that this changes no mean. Between passes one thread;
+// readers from any.
 #pragma once
 
 #include <cstdint>
@@ -25,6 +25,7 @@ class PixelPlan {
   int width() const { return width_; }  // of the grid
   int height() const { return height_; }
   uint64_t pixels() const { return static_cast<uint64_t>(width_) * static_cast<uint64_t>(height_); }
+  bool by_noise() const { return by_noise_; }
   int rounds() const { return in_rounds_ ? 4 : 1; }
   // Calls body(x, y) for the picture's pixels that a round takes of a tile, row by row, while it
   // returns true. False: it did not.
@@ -79,7 +80,7 @@ class PixelPlan {
 
   static constexpr int kRoundX[] = {0, 1, 1, 0}, kRoundY[] = {0, 1, 0, 1};
 
-  bool adaptive_, in_rounds_;
+  bool by_noise_, in_rounds_;
   uint64_t seed_;
   int step_, width_, height_;
   Region region_;                    // without pixels: none comes first

@@ -53,7 +53,7 @@ RenderStats render_stats(const PreparedScene& scene, const RenderSettings& setti
                          const GuideDecision* decision) {
   RenderStats stats;
   stats.method = settings.method;
-  stats.unbiased = (!guide || guide->unbiased()) && settings.pixels != Pixels::kByNoise;
+  stats.unbiased = !guide || guide->unbiased();
   stats.nee = settings.nee;
   stats.pixels = pixels_name(settings.pixels);
   stats.seed = settings.seed;

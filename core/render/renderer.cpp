@@ -71,7 +71,8 @@ bool Renderer::start_pass(bool may_learn) {
   if (decision_)
     decision_->start_pass(samples_, pixels_.pixels() * static_cast<uint64_t>(samples),
                           may_learn && plan_.learning(age()));
-  measures_ = noise_ && (shows_noise() || decision_->awake(samples_) || decision_->noise_changed());
+  measures_ = noise_ && (shows_noise() || pixels_.by_noise() || decision_->awake(samples_) ||
+                         decision_->noise_changed());
   if (measures_) noise_->start_pass(guided(), learning());
   pixels_.start_pass(samples, noise_ ? &*noise_ : nullptr);
   return true;
@@ -123,7 +124,8 @@ void Renderer::add_samples(size_t unit, TileSamples& samples) {
   if (measures_) add_noise(round, samples);
   // A tile counts the samples of a pass once.
   film_.add(tile, samples.sums(), static_cast<uint32_t>(round == 0 ? pass_.samples : 0),
-            samples.counts(), samples.seen(), samples.layers());
+            samples.counts(), samples.seen(), samples.layers(),
+            static_cast<uint32_t>(pixels_.by_noise() ? pass_.samples : 0));
   if (mode_.on_samples) mode_.on_samples(samples);
 }
 

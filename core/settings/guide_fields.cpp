@@ -94,6 +94,14 @@ FieldTable guide_fields() {
        .callers = kJob | kSubmit | kRender | kVariant,
        .methods = adaptive,
        .setting = setting([](RenderSettings & s) -> auto& { return s.adaptive.caustics; })}));
+  out.push_back(with_default(
+      {.path = "guide/by_noise",
+       .type = FieldType::kSwitch,
+       .help = "Pixels get more samples where the picture is noisy.",
+       .label = "More samples where it is noisy",
+       .callers = kJob | kSubmit | kRender | kVariant,
+       .methods = adaptive,
+       .setting = setting([](RenderSettings & s) -> auto& { return s.adaptive.by_noise; })}));
   out.push_back(guide_setting(
       "glossy", adaptive,
       "The chance that the guide is drawn from in place of a rough lobe; -1: learned for each "

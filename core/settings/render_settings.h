@@ -57,6 +57,11 @@ struct RenderSettings {
   int last_pass_tiles = 0;  // replay: of the last one, the first so many alone; 0: all
   int pilot_samples = 0;    // replay: the pilot's, of a pixel of its own; 0: as many as it needs
 
+  // Whether pixels get samples by their noise. Not where a region comes first.
+  bool counts_by_noise() const {
+    const bool wanted = method == "adaptive" && adaptive.by_noise && pixels == Pixels::kAll;
+    return pixels == Pixels::kByNoise || (wanted && region.empty());
+  }
   int bounce_layers() const { return qray::bounce_layers(picture_passes, max_depth); }
   bool makes_passes() const {
     return !picture_passes.empty() || light_groups != LightGrouping::kNone;

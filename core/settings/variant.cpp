@@ -101,8 +101,7 @@ MethodTraits method_traits(std::string_view variant) {
   QRAY_CHECK(settings.ok());
   const Result<std::unique_ptr<Guide>> guide = make_guide(settings.value().method, GuideSetup{});
   QRAY_CHECK(guide.ok());
-  const bool sampled =
-      settings.value().recover == "none" && settings.value().pixels != Pixels::kByNoise;
+  const bool sampled = settings.value().recover == "none";
   if (!guide.value()) return {false, sampled};
   return {true, sampled && guide.value()->unbiased()};
 }

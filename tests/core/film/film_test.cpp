@@ -65,6 +65,18 @@ TEST(Film, PixelsMayHaveSamplesMoreOrLessOrNone) {
   EXPECT_FLOAT_EQ(image.at(2, 0, 0), 4);
 }
 
+TEST(Film, APassCanWeighTheSameHoweverManySamplesAPixelHad) {
+  Film film(3, 1, {.bounces = 1});
+  const std::vector<Rgb> sums{Rgb{6.0f}, Rgb{2.0f}, Rgb{}}, fours(3, Rgb{4.0f});
+  film.add(0, fours, 4, {}, fours, fours);                                       // means of 1
+  film.add(0, sums, 2, std::vector<uint32_t>{3, 1, 0}, sums, sums, /*each=*/2);  // of 2
+  for (const Image& image : {film.develop(), film.seen(), film.layer(0)}) {
+    EXPECT_FLOAT_EQ(image.at(0, 0, 0), (4 * 1 + 2 * 2) / 6.0f);
+    EXPECT_FLOAT_EQ(image.at(1, 0, 0), (4 * 1 + 2 * 2) / 6.0f);
+    EXPECT_FLOAT_EQ(image.at(2, 0, 0), 1);
+  }
+}
+
 TEST(Film, UntouchedTilesAreBlackAndUnlisted) {
   Film film(128, 64);
   film.add(1, flat(film.tile(1), 4.0f), 2);

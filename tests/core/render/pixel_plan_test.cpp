@@ -4,6 +4,11 @@
 
 #include <vector>
 
+#include "core/math/sampler.h"
+#include "core/render/tile_samples.h"
+#include "tests/support/render.h"
+#include "tests/support/stats.h"
+
 namespace qray {
 namespace {
 
@@ -57,9 +62,9 @@ TEST(PixelPlan, WhatScattersMoreGetsMoreAndNoSampleIsLost) {
   plan.start_pass(16, &noise);
   const double pixels = kPlanSide * kPlanSide;
   EXPECT_NEAR(static_cast<double>(total(plan)), 16 * pixels, 0.01 * 16 * pixels);
-  // 20 a pixel in all, in proportion 1 : 4.
-  EXPECT_NEAR(plan.first(10, 30) + plan.count(10, 30), 8, 1.5);
-  EXPECT_NEAR(plan.first(50, 30) + plan.count(50, 30), 32, 1.5);
+  // 16 a pixel, in proportion 1 : 4^0.7.
+  EXPECT_NEAR(plan.count(10, 30), 8.8, 1.2);
+  EXPECT_NEAR(plan.count(50, 30), 23.2, 1.2);
   plan.end_pass();
   EXPECT_EQ(plan.first(50, 30), 4 + plan.count(50, 30));
 }
@@ -70,7 +75,67 @@ TEST(PixelPlan, NoPixelIsLeftOut) {
   plan.start_pass(2, nullptr);
   plan.end_pass();
   plan.start_pass(30, &noise);
-  EXPECT_GE(plan.first(10, 30) + plan.count(10, 30), 5u);
+  EXPECT_GE(plan.count(10, 30), 6u);
+}
+
+// The mean of a picture whose samples are 100 once in 100 times, else 0.
+double mean_of_rare_light(const RenderSettings& settings, Sampler& random) {
+  PixelPlan plan(settings);
+  NoiseEstimate noise(plan.width(), plan.height());
+  Film film(plan.width(), plan.height());
+  TileSamples tile;
+  for (const int samples : {1, 2, 3, 4, 6, 8, 12, 16}) {
+    plan.start_pass(samples, &noise);
+    noise.start_pass(false, false);
+    tile.start(film.tile(0));
+    plan.for_each_in_round(0, film.tile(0), [&](int x, int y) {
+      const uint32_t first = plan.first(x, y), count = plan.count(x, y);
+      tile.set_count(x, y, count);
+      for (uint32_t n = first; n < first + count; ++n)
+        tile.target(x, y, first, count, n).radiance += Rgb{random.next_2d().x < 0.01f ? 100 : 0.0f};
+      const SampleHalves<Rgb> of = tile.halves(x, y);
+      noise.add(x, y, first, count, {of.even.r, of.odd.r, of.earlier.r, of.later.r}, {});
+      return true;
+    });
+    film.add(0, tile.sums(), static_cast<uint32_t>(samples), tile.counts(), {}, {},
+             static_cast<uint32_t>(samples));
+    plan.end_pass();
+    noise.end_pass();
+  }
+  return test::mean_luminance(film.develop());
+}
+
+TEST(PixelPlan, CountsByNoiseLeaveTheMeanRight) {
+  RenderSettings s = settings(Pixels::kAll);
+  s.method = "adaptive";
+  s.width = s.height = Film::kTilePx;
+  test::Moments means;
+  for (uint32_t picture = 0; picture < 40; ++picture) {
+    Sampler random(picture);
+    random.start(0, 0, 1);
+    means.add(mean_of_rare_light(s, random));
+  }
+  // Were every sample weighed the same, it would be .985.
+  EXPECT_GT(test::z_test(means, 1).p_value, test::significance(1)) << means.mean();
+  EXPECT_LT(means.standard_error(), 0.01);
+}
+
+TEST(PixelPlan, CountsGoByNoiseWhereTheMethodIsAdaptiveAndNoRegionComesFirst) {
+  RenderSettings s = settings(Pixels::kAll);
+  s.method = "adaptive";
+  EXPECT_TRUE(PixelPlan(s).by_noise());
+  EXPECT_FALSE(PixelPlan(s, /*in_rounds=*/true).by_noise());
+  for (const auto& change : std::initializer_list<void (*)(RenderSettings&)>{
+           [](RenderSettings& r) { r.method = "none"; },
+           [](RenderSettings& r) { r.adaptive.by_noise = false; },
+           [](RenderSettings& r) { r.pixels = Pixels::kQuarter; },
+           [](RenderSettings& r) {
+             r.region = {1, 1, 2, 2};
+           }}) {
+    RenderSettings other = s;
+    change(other);
+    EXPECT_FALSE(PixelPlan(other).by_noise());
+  }
 }
 
 // Runs passes of so many samples; what a pixel in the region and one outside have by the end of

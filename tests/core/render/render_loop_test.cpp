@@ -88,18 +88,23 @@ TEST(RenderLoop, AQuarterIsThosePixelsOfTheWholePicture) {
     }
 }
 
-TEST(RenderLoop, AdaptivePixelsAreTheSameForAnyNumberOfThreadsAndAsManySamples) {
+TEST(RenderLoop, CountsByNoiseAreTheSameForAnyNumberOfThreadsAndInAllAsMany) {
   const auto scene = test::prepare(test::room());
-  for (const char* method : {"none", "adaptive"}) {
+  for (const auto& [method, pixels] : {std::pair{"none", Pixels::kByNoise},
+                                       {"adaptive", Pixels::kByNoise},
+                                       {"adaptive", Pixels::kAll}}) {
+    RenderSettings even = small(method, 32);
+    even.pixels = pixels == Pixels::kAll ? pixels : Pixels::kQuarter;
+    even.adaptive.by_noise = false;
+    const Outcome all_alike = run(*scene, even, 2);
     RenderSettings settings = small(method, 32);
-    settings.pixels = Pixels::kQuarter;
-    const uint64_t paths = run(*scene, settings, 2).job.stats.paths;
-    settings.pixels = Pixels::kByNoise;
+    settings.pixels = pixels;
     const Outcome one = run(*scene, settings, 1);
     EXPECT_TRUE(test::same_bits(one.image, run(*scene, settings, 3).image)) << method;
-    EXPECT_NEAR(static_cast<double>(one.job.stats.paths), static_cast<double>(paths),
-                0.02 * static_cast<double>(paths));
-    EXPECT_FALSE(one.job.stats.unbiased);
+    EXPECT_FALSE(test::same_bits(one.image, all_alike.image)) << method;
+    const auto paths = static_cast<double>(all_alike.job.stats.paths);
+    EXPECT_NEAR(static_cast<double>(one.job.stats.paths), paths, 0.02 * paths);
+    EXPECT_TRUE(one.job.stats.unbiased);
   }
 }
 
