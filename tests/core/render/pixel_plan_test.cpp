@@ -108,6 +108,7 @@ double mean_of_rare_light(const RenderSettings& settings, Sampler& random) {
 TEST(PixelPlan, CountsByNoiseLeaveTheMeanRight) {
   RenderSettings s = settings(Pixels::kAll);
   s.method = "adaptive";
+  s.adaptive.by_noise = true;
   s.width = s.height = Film::kTilePx;
   test::Moments means;
   for (uint32_t picture = 0; picture < 40; ++picture) {
@@ -123,6 +124,7 @@ TEST(PixelPlan, CountsByNoiseLeaveTheMeanRight) {
 TEST(PixelPlan, CountsGoByNoiseWhereTheMethodIsAdaptiveAndNoRegionComesFirst) {
   RenderSettings s = settings(Pixels::kAll);
   s.method = "adaptive";
+  s.adaptive.by_noise = true;
   EXPECT_TRUE(PixelPlan(s).by_noise());
   EXPECT_FALSE(PixelPlan(s, /*in_rounds=*/true).by_noise());
   for (const auto& change : std::initializer_list<void (*)(RenderSettings&)>{

@@ -99,6 +99,7 @@ TEST(RenderLoop, CountsByNoiseAreTheSameForAnyNumberOfThreadsAndInAllAsMany) {
     const Outcome all_alike = run(*scene, even, 2);
     RenderSettings settings = small(method, 32);
     settings.pixels = pixels;
+    settings.adaptive.by_noise = true;
     const Outcome one = run(*scene, settings, 1);
     EXPECT_TRUE(test::same_bits(one.image, run(*scene, settings, 3).image)) << method;
     EXPECT_FALSE(test::same_bits(one.image, all_alike.image)) << method;
