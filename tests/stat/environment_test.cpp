@@ -6,6 +6,7 @@
 #include <filesystem>
 
 #include "core/image/image_io.h"
+#include "core/math/warp.h"
 #include "tests/support/chi2.h"
 #include "tests/support/places.h"
 #include "tests/support/render.h"
@@ -123,6 +124,31 @@ TEST(EnvironmentLight, DirectionsInALargePictureFollowTheDensity) {
   }
   const test::Chi2 result = test::chi2_counts(observed, expected);
   EXPECT_GT(result.p_value, test::significance(1)) << result.table;
+}
+
+// What lies in front of a surface is drawn as ever, most of what lies behind it is left out.
+TEST(EnvironmentLight, DirectionsBehindASurfaceAreLeftOut) {
+  std::vector<Environment> all = environments();
+  all.push_back(with_image(large_sky(1010, 505)));
+  test::Random random(12);
+  for (const Environment& environment : all) {
+    const EnvironmentLight light(environment);
+    if (light.even()) continue;
+    const bool many_tiles = environment.image.width() > 256;
+    int behind = 0, left_out = 0;
+    for (int i = 0; i < 20000; ++i) {
+      const Vec3 normal = square_to_uniform_sphere(random.next_2d());
+      const Vec2 u = random.next_2d();
+      const EnvironmentLight::Sample free = light.sample(u), s = light.sample(u, normal);
+      if (free.pdf_w > 0 && dot(free.wi, normal) < 0) ++behind, left_out += s.pdf_w == 0 ? 1 : 0;
+      if (s.pdf_w == 0 && dot(free.wi, normal) < 0) continue;
+      ASSERT_EQ(s.wi, free.wi);
+      ASSERT_EQ(s.pdf_w, free.pdf_w);
+    }
+    if (many_tiles) {
+      EXPECT_GT(left_out, 0.9 * behind);
+    }
+  }
 }
 
 // No direction is so unlikely for its light that it becomes a firefly: what this density leaves out
