@@ -10,7 +10,7 @@ export class JobStore extends EventTarget {
   #tables = new Map();
   #sorted = null; // them, the newest first
   #missing = new Set();
-  #asking = new Map(); // id -> whether to ask once more after the answer
+  #asking = new Map(); // id -> {again: ask once more after the answer, answered: a promise}
   #search = { find: '', state: '', states: [] };
   #wanted = null; // the last search, and when it has its answer
   #answered = Promise.resolve();
@@ -100,27 +100,36 @@ export class JobStore extends EventTarget {
     this.#changed(job);
   }
 
-  // Asks for one job, and once more after a hint that came meanwhile.
-  async refresh(id) {
-    if (this.#asking.has(id)) {
-      this.#asking.set(id, true);
-      return;
+  // Asks for one job, and once more after a hint that came meanwhile. Resolves after the answer that
+  // was asked for last, also for a caller that came while another one waited.
+  refresh(id) {
+    const present = this.#asking.get(id);
+    if (present) {
+      present.again = true;
+      return present.answered;
     }
-    this.#asking.set(id, false);
-    try {
-      this.put(await get_job(id));
-    } catch (error) {
-      if (error instanceof ApiError && error.status === 404) {
-        this.#missing.add(id);
-        this.#jobs.delete(id);
-        this.#sorted = null;
-        this.#changed(null);
+    const asking = { again: false };
+    this.#asking.set(id, asking);
+    asking.answered = this.#ask(id, asking);
+    return asking.answered;
+  }
+
+  async #ask(id, asking) {
+    do {
+      asking.again = false;
+      try {
+        this.put(await get_job(id));
+      } catch (error) {
+        if (error instanceof ApiError && error.status === 404) {
+          this.#missing.add(id);
+          this.#jobs.delete(id);
+          this.#sorted = null;
+          this.#changed(null);
+        }
+        // Else the stream is lost too; all is asked again when it is back.
       }
-      // Else the stream is lost too; all is asked again when it is back.
-    }
-    const again = this.#asking.get(id);
+    } while (asking.again);
     this.#asking.delete(id);
-    if (again) await this.refresh(id);
   }
 
   // How far a scene is loaded is told by events alone.
