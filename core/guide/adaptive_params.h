@@ -26,9 +26,9 @@ struct AdaptiveParams {
   float uniform = 0.15f;  // the part of DirectionTrees::add_uniform()
   // A place whose directions have a lower GuideInspector::gain() draws from the BSDF alone.
   float min_gain = 1.15f;
-  bool lights = true;     // whether it is learned which lights send how much where
-  bool caustics = true;   // whether paths aim at where mirrors and glass send light from
-  bool by_noise = false;  // whether pixels get more samples where they are noisy
+  bool lights = true;    // whether it is learned which lights send how much where
+  bool caustics = true;  // whether paths aim at where mirrors and glass send light from
+  bool by_noise = true;  // whether pixels get more samples where they are noisy
   bool operator==(const AdaptiveParams&) const = default;
 };
 

@@ -5,15 +5,16 @@
 namespace qray {
 namespace {
 
-// A guide that gains less is left, once a pixel has so many samples and its table has seen so many
-// events: in a small picture it takes more samples to learn as much. A young table need only be
-// near to paying. An old one must gain more than 1: Sobol points help the BSDF's smooth densities
-// more than the guide's, by up to 1.4, which no path tells.
+// A guide that gains less is left, once a pixel has so many samples and its table has seen
+// kLeastEvents: in a small picture it takes more samples to learn as much. A young table need only
+// be near to paying. An old one must gain more than 1: Sobol points help the BSDF's smooth
+// densities more than the guide's, by up to 1.4, which no path tells.
 struct Least {
-  uint64_t samples, events;
+  uint64_t samples;
   double gain;
 };
-constexpr Least kYoung{8, 500'000, 0.9}, kOld{16, 1'000'000, 1.25};
+constexpr Least kYoung{8, 0.9}, kOld{16, 1.25};
+constexpr uint64_t kLeastEvents = 1'000'000;
 constexpr uint64_t kOldEvents = 4'000'000;  // a table that saw so many is old at once
 constexpr uint64_t kWarm = 4;  // samples: a guide that starts from a table is old by then
 constexpr double kHope = 1.1;  // a loser that got better by this goes on
@@ -90,12 +91,11 @@ double GuideGate::guided(uint64_t samples, uint64_t table_samples_seen, const Pa
   checks_.push_back({samples, efficiency_gain});
   if (open_) return efficiency_gain;
   // On a part, little is to be gained, and little is learned.
-  const auto due = [&](const Least& least) { return part_ || table_samples_seen >= least.events; };
+  const bool due = part_ || table_samples_seen >= kLeastEvents;
   const uint64_t old_samples = warm_ ? kWarm : (part_ ? kPart : 1) * kOld.samples;
-  const bool old =
-      table_samples_seen >= kOldEvents || (samples >= old_samples && (warm_ || due(kOld)));
+  const bool old = table_samples_seen >= kOldEvents || (samples >= old_samples && (warm_ || due));
   double least = 0;
-  if (samples >= kYoung.samples && due(kYoung)) least = kYoung.gain;
+  if (samples >= kYoung.samples && due) least = kYoung.gain;
   if (old) least = part_ ? kPartGain : kOld.gain;
   if (efficiency_gain < std::min(least, kHope * before)) on_ = false;
   if (samples >= kYoung.samples && efficiency_gain >= kPartGain) part_ = false;

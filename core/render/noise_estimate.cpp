@@ -30,6 +30,15 @@ void blur_line(float* values, int count, size_t stride, int radius, std::vector<
   }
 }
 
+// 0: none is lit.
+float median_of_lit(std::vector<float> values) {
+  std::erase_if(values, [](float v) { return !(v > 0); });
+  if (values.empty()) return 0;
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
 }  // namespace
 
 NoiseEstimate::NoiseEstimate(int width, int height) : width_(width), height_(height) {
@@ -130,8 +139,11 @@ std::vector<float> NoiseEstimate::spread() const {
   std::vector<float> near = means(), spread = distance_;
   blur(near, kNearPx);
   blur(spread, kNearPx);
-  for (size_t i = 0; i < spread.size(); ++i)
-    spread[i] *= kOverMeanDistance / std::sqrt(sqr(near[i]) + 0.01f);
+  const float typical = median_of_lit(near);
+  for (size_t i = 0; i < spread.size(); ++i) {
+    const float like = std::sqrt(sqr(near[i]) + sqr(typical));
+    spread[i] = like > 0 ? spread[i] * kOverMeanDistance / like : 0.0f;
+  }
   return spread;
 }
 

@@ -2,8 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <limits>
+#include <vector>
 
+#include "core/math/vec.h"
 #include "tests/support/random.h"
 
 namespace qray {
@@ -99,6 +102,29 @@ TEST(NoiseEstimate, AFireflyIsItsPixelsOwnError) {
   noise.start_pass(false, false);
   noise.add(0, 0, 0, 4, {202, 202, 400, 4}, 0);  // 2 samples each
   EXPECT_FLOAT_EQ(noise.own_error(0, 0), 99) << "the mean is 101, all but 2 of it by one half";
+}
+
+TEST(NoiseEstimate, SpreadIsTheSameInAnyUnitOfLight) {
+  const auto spread = [](float unit) {
+    NoiseEstimate noise(kNoiseSide, kNoiseSide);
+    noise.start_pass(false, false);
+    for (int y = 0; y < kNoiseSide; ++y)
+      for (int x = 0; x < kNoiseSide; ++x) {
+        const float mean = x < kNoiseSide / 2 ? unit : 0;  // the other half is black, and noisy
+        const float off = (x + y) % 2 ? 0.1f * unit : -0.1f * unit;
+        noise.add(x, y, 0, 2, {mean + off, mean - off, mean, mean}, {});
+      }
+    EXPECT_TRUE(noise.end_pass());
+    return noise.spread();
+  };
+  EXPECT_EQ(spread(1), spread(0x1p-40f));
+  EXPECT_EQ(spread(1), spread(0x1p30f));
+  EXPECT_EQ(spread(0), std::vector<float>(size_t{kNoiseSide} * kNoiseSide));
+  // A sample's deviation is .141, which the mean distance of a normal variable makes .177. The
+  // median of what is lit, 1, stands beside the mean, and alone for what is black.
+  const std::vector<float> of_one = spread(1);
+  EXPECT_NEAR(of_one[10], 0.177f / std::sqrt(2.0f), 1e-3f);
+  EXPECT_NEAR(of_one[kNoiseSide - 10], 0.177f, 1e-3f);
 }
 
 TEST(NoiseEstimate, GuidedPassesAreKeptApart) {

@@ -53,29 +53,38 @@ TEST(PixelPlan, AQuarterIsOneOfEachBlock) {
   EXPECT_EQ(quarter.first(5, 7), 3u);
 }
 
-TEST(PixelPlan, WhatScattersMoreGetsMoreAndNoSampleIsLost) {
-  const NoiseEstimate noise = uneven_noise(4);
+// After a pass of so many, one of 16 by this noise.
+PixelPlan second_pass(int first, const NoiseEstimate& noise) {
   PixelPlan plan(settings(Pixels::kByNoise));
-  plan.start_pass(4, nullptr);  // nothing is known yet
-  EXPECT_EQ(plan.count(0, 0), 4u);
+  plan.start_pass(first, nullptr);
   plan.end_pass();
   plan.start_pass(16, &noise);
+  return plan;
+}
+
+TEST(PixelPlan, WhatScattersMoreGetsMoreAndNoSampleIsLost) {
+  PixelPlan plan = second_pass(16, uneven_noise(4));
   const double pixels = kPlanSide * kPlanSide;
   EXPECT_NEAR(static_cast<double>(total(plan)), 16 * pixels, 0.01 * 16 * pixels);
   // 16 a pixel, in proportion 1 : 4^0.7.
   EXPECT_NEAR(plan.count(10, 30), 8.8, 1.2);
   EXPECT_NEAR(plan.count(50, 30), 23.2, 1.2);
   plan.end_pass();
-  EXPECT_EQ(plan.first(50, 30), 4 + plan.count(50, 30));
+  EXPECT_EQ(plan.first(50, 30), 16 + plan.count(50, 30));
 }
 
 TEST(PixelPlan, NoPixelIsLeftOut) {
-  const NoiseEstimate noise = uneven_noise(1000);
-  PixelPlan plan(settings(Pixels::kByNoise));
-  plan.start_pass(2, nullptr);
-  plan.end_pass();
-  plan.start_pass(30, &noise);
-  EXPECT_GE(plan.count(10, 30), 6u);
+  EXPECT_GE(second_pass(16, uneven_noise(1000)).count(10, 30), 7u);
+}
+
+TEST(PixelPlan, AllAreAlikeWhereLittleIsKnownOrToBeGained) {
+  for (const auto& [first, times] : {std::pair{15, 4.0f}, {16, 1.4f}}) {
+    PixelPlan plan = second_pass(first, uneven_noise(times));
+    EXPECT_EQ(plan.count(10, 30), 16u) << first;
+    EXPECT_EQ(plan.count(50, 30), 16u) << first;
+    plan.end_pass();
+    EXPECT_EQ(plan.first(50, 30), static_cast<uint32_t>(first) + 16) << first;
+  }
 }
 
 // The mean of a picture whose samples are 100 once in 100 times, else 0.

@@ -89,7 +89,10 @@ TEST(RenderLoop, AQuarterIsThosePixelsOfTheWholePicture) {
 }
 
 TEST(RenderLoop, CountsByNoiseAreTheSameForAnyNumberOfThreadsAndInAllAsMany) {
-  const auto scene = test::prepare(test::room());
+  Scene half_lamp = test::room();  // half of the picture is a lamp, which has no noise
+  const MaterialId lamp = test::add_material(half_lamp, Rgb{0.0f}, Rgb{1.0f});
+  test::add_quad(half_lamp, lamp, {-1, 0, -0.9f}, {1, 0, 0}, {0, 2, 0});
+  const auto scene = test::prepare(half_lamp);
   for (const auto& [method, pixels] : {std::pair{"none", Pixels::kByNoise},
                                        {"adaptive", Pixels::kByNoise},
                                        {"adaptive", Pixels::kAll}}) {

@@ -34,17 +34,17 @@ std::string picture(const TestService& s, const std::string& id, int frame) {
 TEST(ServiceFrames, EachHasItsPictureAndStatistics) {
   TestService s;
   s.start();
-  const std::string id = s.submit(turntable(3, 20));
+  const std::string id = s.submit(turntable(3, 16));
   const Json job = s.wait_end(id);
   ASSERT_EQ(job["state"], "succeeded") << job.dump();
-  EXPECT_EQ(job["progress"]["samples"], 20);
+  EXPECT_EQ(job["progress"]["samples"], 16);
   EXPECT_EQ(job["stats"]["frames"], 3);
   const Json frames = s.get("/v1/jobs/" + id + "/frames")["frames"];
   ASSERT_EQ(frames.size(), 3u);
   uint64_t paths = 0;
   for (const Json& frame : frames) {
     EXPECT_EQ(frame["state"], "done");
-    EXPECT_EQ(frame["samples"], 20);
+    EXPECT_EQ(frame["samples"], 16);
     EXPECT_EQ(frame["fraction"], 1);
     paths += frame["stats"]["paths"].get<uint64_t>();
   }
@@ -56,7 +56,7 @@ TEST(ServiceFrames, EachHasItsPictureAndStatistics) {
   s.get("/v1/jobs/" + id + "/image.png?frame=x", 422);
   EXPECT_GT(body_of(s, "/v1/jobs/" + id + "/tiles?frame=2", "application/octet-stream").size(),
             4u * 40 * 40);
-  EXPECT_EQ(s.get("/v1/jobs/" + id + "/pixel?x=3&y=4&frame=1")["samples"], 20);
+  EXPECT_EQ(s.get("/v1/jobs/" + id + "/pixel?x=3&y=4&frame=1")["samples"], 16);
 }
 
 TEST(ServiceFrames, AnUploadMovesAsItsFileSays) {

@@ -109,22 +109,25 @@ TEST_F(ServiceMomentsTest, MapsShowWherePicturesDiffer) {
 }
 
 TEST_F(ServiceMomentsTest, APixelSaysWhatIsKnownThere) {
-  for (const char* method : {"huang", "adaptive", "ppg", "dahm-keller", "none"}) {
+  for (const std::string method : {"huang", "adaptive", "ppg", "dahm-keller", "none"}) {
     const std::string id = ended(box({{"method", method}, {"samples", 128}}));
     const Json pixel = s_.get("/v1/jobs/" + id + "/pixel?x=16&y=18");
-    EXPECT_EQ(pixel["samples"], 128) << method;
+    const auto samples = pixel["samples"].get<double>();
+    if (method != "adaptive") EXPECT_EQ(samples, 128) << method;
+    EXPECT_GT(samples, 40) << method;  // adaptive counts by noise
     EXPECT_GT(pixel["radiance"][1], 0) << method;
     EXPECT_GT(pixel["variance"], 0) << method;
-    EXPECT_NEAR(pixel["standard_error"].get<double>() * pixel["standard_error"].get<double>() * 128,
-                pixel["variance"].get<double>(), 1e-3 * pixel["variance"].get<double>())
+    const auto error = pixel["standard_error"].get<double>();
+    EXPECT_NEAR(error * error * samples, pixel["variance"].get<double>(),
+                1e-3 * pixel["variance"].get<double>())
         << method;
     EXPECT_NEAR(pixel["surface"]["normal"][1].get<double>(), 1, 1e-4) << method;  // the floor
-    EXPECT_EQ(pixel["state"].is_null(), std::string(method) == "none");
+    EXPECT_EQ(pixel["state"].is_null(), method == "none");
     if (pixel["state"].is_null()) continue;
     EXPECT_GT(pixel["state"]["size"], 0) << method;
     const Json& lobe = pixel["lobe"];
     EXPECT_GE(lobe["directions"].size(), 4u) << method;
-    EXPECT_EQ(lobe["cells"].is_null(), std::string(method) == "huang");
+    EXPECT_EQ(lobe["cells"].is_null(), method == "huang");
     const Json nothing = s_.get("/v1/jobs/" + id + "/pixel?x=0&y=0");  // past the box
     EXPECT_TRUE(nothing["surface"].is_null() && nothing["state"].is_null()) << method;
   }
