@@ -100,8 +100,8 @@ export class JobStore extends EventTarget {
     this.#changed(job);
   }
 
-  // Asks for one job, and once more after a hint that came meanwhile. Resolves after the answer that
-  // was asked for last, also for a caller that came while another one waited.
+  // Asks for one job, and once more after a hint that came meanwhile. Resolves after the answer
+  // that was asked for last, also for a caller that came while another one waited.
   refresh(id) {
     const present = this.#asking.get(id);
     if (present) {
