@@ -113,8 +113,11 @@ TEST_F(ServiceMomentsTest, APixelSaysWhatIsKnownThere) {
     const std::string id = ended(box({{"method", method}, {"samples", 128}}));
     const Json pixel = s_.get("/v1/jobs/" + id + "/pixel?x=16&y=18");
     const auto samples = pixel["samples"].get<double>();
-    if (method != "adaptive") EXPECT_EQ(samples, 128) << method;
-    EXPECT_GT(samples, 40) << method;  // adaptive counts by noise
+    if (method == "adaptive") {
+      EXPECT_GT(samples, 40);  // by noise, 128 on average
+    } else {
+      EXPECT_EQ(samples, 128) << method;
+    }
     EXPECT_GT(pixel["radiance"][1], 0) << method;
     EXPECT_GT(pixel["variance"], 0) << method;
     const auto error = pixel["standard_error"].get<double>();
