@@ -10,7 +10,7 @@ export class JobStore extends EventTarget {
   #tables = new Map();
   #sorted = null; // them, the newest first
   #missing = new Set();
-  #asking = new Map(); // id -> {again: ask once more after the answer, answered: a promise}
+  #asking = new Map(); // id -> {again: whether to ask once more, answered}
   #search = { find: '', state: '', states: [] };
   #wanted = null; // the last search, and when it has its answer
   #answered = Promise.resolve();
@@ -100,8 +100,7 @@ export class JobStore extends EventTarget {
     this.#changed(job);
   }
 
-  // Asks for one job, and once more after a hint that came meanwhile. Resolves after the answer
-  // that was asked for last, also for a caller that came while another one waited.
+  // Asks for one job, and again after a hint that came meanwhile. Resolves after the last answer.
   refresh(id) {
     const present = this.#asking.get(id);
     if (present) {
