@@ -12,7 +12,6 @@
 #include "core/scene/validate.h"
 #include "tests/support/places.h"
 #include "tests/support/render.h"
-#include "tests/support/sanitized.h"
 
 namespace qray {
 namespace {
@@ -103,8 +102,6 @@ void expect_better_with_samples(const PreparedScene& scene, RenderSettings setti
 RenderSettings tiny() { return test::small_settings("none", kSidePx, 1); }
 
 TEST(RecoverPicture, MoreSamplesAreNotWorseInScenesThatNoTrainingSaw) {
-  if (test::kSanitized)
-    GTEST_SKIP() << "takes minutes with sanitizers, and threads are not its subject";
   for (const uint64_t seed : {1001u, 1002u}) {
     Scene scene = generated_scene(seed);
     ASSERT_TRUE(validate(scene).ok());
