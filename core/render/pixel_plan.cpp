@@ -15,6 +15,7 @@ constexpr float kPower = 0.7f;
 constexpr float kLeastShare = 0.5f, kMostShare = 8;  // of the mean
 constexpr uint32_t kFirstAlike = 16;  // samples a pixel: with fewer, the spread is not known
 constexpr double kWorth = 1.1;        // less gain_of_shares() is not worth it
+constexpr float kDark = 0.1f;         // luminance: the gain is in errors as metrics.h measures them
 constexpr int kRounds = 4;            // to find the scale that uses all samples
 constexpr uint64_t kMostAhead = 16;   // as often as all is the region sampled in a pass: workers
                                       // stop between pixels
@@ -91,7 +92,7 @@ void PixelPlan::start_pass(int samples, const NoiseEstimate* noise) {
 void PixelPlan::share_out(int samples, const NoiseEstimate& noise) {
   const std::vector<float> spread = noise.spread(), shares = shares_of(spread);
   const float scale = scale_of(shares, samples);
-  const bool pays = gain_of_shares(spread, shares, scale, samples) > kWorth;
+  const bool pays = gain_of_shares(noise.spread(kDark), shares, scale, samples) > kWorth;
   if (counts_.empty() && pays) {
     done_each_.assign(spread.size(), done_);
     counts_.resize(spread.size());

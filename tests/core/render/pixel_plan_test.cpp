@@ -21,14 +21,17 @@ RenderSettings settings(Pixels pixels) {
   return s;
 }
 
-// Noise of a picture of mean 1 whose right half scatters `times` as much.
-NoiseEstimate uneven_noise(float times) {
+// Noise of a picture of mean 1 whose right half scatters `times` as much, against its mean. That of
+// the left half is `left`.
+NoiseEstimate uneven_noise(float times, float left = 1) {
   NoiseEstimate noise(kPlanSide, kPlanSide);
   noise.start_pass(false, false);
   for (int y = 0; y < kPlanSide; ++y)
     for (int x = 0; x < kPlanSide; ++x) {
-      const float off = (x < kPlanSide / 2 ? 0.05f : 0.05f * times) * ((x + y) % 2 ? 1.0f : -1.0f);
-      noise.add(x, y, 0, 4, {2 + off, 2 - off, 2, 2}, 0);
+      const bool is_left = x < kPlanSide / 2;
+      const float off = (is_left ? 0.05f : 0.05f * times) * ((x + y) % 2 ? 1.0f : -1.0f);
+      const float mean = is_left ? left : 1.0f, sum = 2 * mean;
+      noise.add(x, y, 0, 4, {sum + off * mean, sum - off * mean, sum, sum}, 0);
     }
   EXPECT_TRUE(noise.end_pass());
   return noise;
@@ -78,12 +81,18 @@ TEST(PixelPlan, NoPixelIsLeftOut) {
 }
 
 TEST(PixelPlan, AllAreAlikeWhereLittleIsKnownOrToBeGained) {
-  for (const auto& [first, times] : {std::pair{15, 4.0f}, {16, 1.4f}}) {
-    PixelPlan plan = second_pass(first, uneven_noise(times));
-    EXPECT_EQ(plan.count(10, 30), 16u) << first;
-    EXPECT_EQ(plan.count(50, 30), 16u) << first;
+  struct {
+    const char* what;
+    int first;
+    float times, left;
+  } const cases[] = {
+      {"few samples", 15, 4, 1}, {"nearly even", 16, 1.4f, 1}, {"dark pixels pay", 16, 1, 0.1f}};
+  for (const auto& [what, first, times, left] : cases) {
+    PixelPlan plan = second_pass(first, uneven_noise(times, left));
+    EXPECT_EQ(plan.count(10, 30), 16u) << what;
+    EXPECT_EQ(plan.count(50, 30), 16u) << what;
     plan.end_pass();
-    EXPECT_EQ(plan.first(50, 30), static_cast<uint32_t>(first) + 16) << first;
+    EXPECT_EQ(plan.first(50, 30), static_cast<uint32_t>(first) + 16) << what;
   }
 }
 
