@@ -135,11 +135,11 @@ std::vector<float> NoiseEstimate::means() const {
   return means;
 }
 
-std::vector<float> NoiseEstimate::spread(std::optional<float> dark) const {
+std::vector<float> NoiseEstimate::spread(float dark) const {
   std::vector<float> near = means(), spread = distance_;
   blur(near, kNearPx);
   blur(spread, kNearPx);
-  const float floor = dark ? *dark : median_of_lit(near);
+  const float floor = dark * median_of_lit(near);
   for (size_t i = 0; i < spread.size(); ++i) {
     const float like = std::sqrt(sqr(near[i]) + sqr(floor));
     spread[i] = like > 0 ? spread[i] * kOverMeanDistance / like : 0.0f;

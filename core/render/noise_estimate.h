@@ -56,10 +56,10 @@ class NoiseEstimate {
   // Of the pixel's mean so far: standard error over what it and its neighbours are like on average,
   // at most kMostError; that where it is not known.
   float relative_error(int x, int y) const;
-  // Of 5 x 5 pixels about each: standard deviation of a sample over the root of (mean^2 + dark^2).
-  // `dark`: luminance; none: the picture's median, which black pixels do not count for; in a black
-  // picture the spread is then 0.
-  std::vector<float> spread(std::optional<float> dark = {}) const;
+  // Of 5 x 5 pixels about each: standard deviation of a sample over the root of (mean^2 + floor^2),
+  // where the floor is `dark` times the picture's median, which black pixels do not count for. In a
+  // black picture 0.
+  std::vector<float> spread(float dark = 1) const;
   // Of the pixel's mean so far, by how far the earlier halves of its passes are from the later
   // ones: squared, of one degree of freedom, unbiased where samples are independent. A firefly
   // counts in full. Infinite: not known.

@@ -15,7 +15,7 @@ constexpr float kPower = 0.7f;
 constexpr float kLeastShare = 0.5f, kMostShare = 8;  // of the mean
 constexpr uint32_t kFirstAlike = 16;  // samples a pixel: with fewer, the spread is not known
 constexpr double kWorth = 1.1;        // less gain_of_shares() is not worth it
-constexpr float kDark = 0.1f;         // luminance: the gain is in errors as metrics.h measures them
+constexpr float kDark = 0.5f;         // of the median: the gain must not be at dark parts' cost
 constexpr int kRounds = 4;            // to find the scale that uses all samples
 constexpr uint64_t kMostAhead = 16;   // as often as all is the region sampled in a pass: workers
                                       // stop between pixels

@@ -1,6 +1,6 @@
 // Which pixels a pass samples, and how often. Sampled pixels lie `step` apart and are counted in
 // that grid. Where counts go by noise, a pixel gets more where samples scatter more, against what
-// they are like, once that is known and where it lowers the picture's relative error enough. What a
+// they are like, once that is known and where it lowers the picture's variance enough. What a
 // pass counts for must not depend on how many samples a pixel got: see Film::add(). A region may
 // get its samples before the other pixels: whatever their values, so that this changes no mean.
 // Between passes one thread; readers from any.

@@ -86,7 +86,7 @@ TEST(PixelPlan, AllAreAlikeWhereLittleIsKnownOrToBeGained) {
     int first;
     float times, left;
   } const cases[] = {
-      {"few samples", 15, 4, 1}, {"nearly even", 16, 1.4f, 1}, {"dark pixels pay", 16, 1, 0.1f}};
+      {"few samples", 15, 4, 1}, {"nearly even", 16, 1.4f, 1}, {"dark pixels pay", 16, 1, 0.3f}};
   for (const auto& [what, first, times, left] : cases) {
     PixelPlan plan = second_pass(first, uneven_noise(times, left));
     EXPECT_EQ(plan.count(10, 30), 16u) << what;
