@@ -139,8 +139,7 @@ void AdaptiveGuide::record(std::span<const GuideVertex> path, GuideDelta& delta)
     const State& state = states_[v.at.state.value];
     Sums& sums = sums_[v.at.state.value];
     LobeShares lobes;
-    if (state.credible)
-      lobes = LobeShares::of(v, std::hypot(luminance(state.arriving), state.deviation));
+    if (state.credible) lobes = LobeShares::of(v, luminance(state.arriving), state.deviation);
     const Vec3 w = v.at.frame.to_local(v.wi);
     if (w.z <= 0) {  // the guide never goes there, but lobes do
       const std::lock_guard guard(sums.lock);

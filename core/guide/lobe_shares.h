@@ -25,16 +25,16 @@ struct LobeShares {
   // with that share), times kOne.
   std::array<int64_t, kShares.size()> moments{};
 
-  // One sample; `expected`: the luminance that arrives there, its deviation counted. What few
-  // samples show of rare light is bounded here, never in a picture. A surface without rough lobes
-  // tells nothing.
-  static LobeShares of(const GuideVertex& v, float expected) {
+  // One sample, where this luminance is expected to arrive, with this deviation. What few samples
+  // show of rare light is bounded here, never in a picture. A surface without rough lobes tells
+  // nothing.
+  static LobeShares of(const GuideVertex& v, float arriving, float deviation) {
     constexpr float kOne = 0x1p16f, kMostOverExpected = 8, kMostRatio = 64;
     LobeShares one;
     const GuideVertex::BsdfPart& bsdf = v.bsdf;
     if (bsdf.surface.smooth || bsdf.surface.base_chance >= 1) return one;
     const float contribution = bsdf.f_cos / v.pdf_w * luminance(v.arriving);
-    const float relative = contribution / (bsdf.albedo * expected);
+    const float relative = contribution / (bsdf.albedo * std::hypot(arriving, deviation));
     if (!(relative > 0)) return one;  // NaN too
     const float square = sqr(std::min(relative, kMostOverExpected)) * kOne;
     for (size_t i = 0; i < kShares.size(); ++i) {

@@ -20,6 +20,7 @@ class CausticMap {
  public:
   explicit CausticMap(const CausticPhotons& photons);
   bool empty() const { return nodes_.empty(); }  // too few places gain: no place has a share
+  size_t size_bytes() const { return nodes_.capacity() * sizeof(Node); }  // of memory
 
   // Where photons came from: about each of these places a lobe of about this radius, in metres.
   static constexpr size_t kLobes = 16;

@@ -1,6 +1,7 @@
 #include "core/render/path.h"
 
 #include <cmath>
+#include <new>
 
 #include "core/base/cycle_clock.h"
 
@@ -255,7 +256,8 @@ inline void PathTracer::ask_guide(const PathState& path, PathVertex& v, bool fro
   if (!asks) return;
   ++counters_.lookups;
   const CycleScope guiding(timed_, counters_.timed_guiding);
-  v.at = guide_->find(v.surface.p, from_front ? v.surface.ng : -v.surface.ng);
+  // In place: a copy of what was just written would wait for it (docs/measurements/paths.md).
+  new (&v.at) GuidePoint(guide_->find(v.surface.p, from_front ? v.surface.ng : -v.surface.ng));
   if (guiding_ == Guiding::kOn) v.mixture = guide_->mixture(v.at, v.guided_surface());
   if (!learner_.on()) return;
   learner_.vertex(v.at, v.surface.p, path);
@@ -379,8 +381,10 @@ inline PathTracer::Survival PathTracer::survival(PathState& path, const PathVert
         const float of_base =
             luminance(path.throughput * v.parts.base_albedo) *
             (has_groups() ? std::hypot(arriving, expected.deviation) : expected.deviation);
-        const float of_lobes = luminance(path.throughput * v.parts.lobes_albedo) *
-                               std::hypot(arriving, expected.deviation);
+        const float of_lobes = v.parts.lobes_albedo.is_black()
+                                   ? 0.0f
+                                   : luminance(path.throughput * v.parts.lobes_albedo) *
+                                         std::hypot(arriving, expected.deviation);
         const float noise = of_base + of_lobes;
         if (path.pixel_deviation == 0) {
           path.pixel_deviation = noise;

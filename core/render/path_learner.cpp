@@ -15,10 +15,13 @@ void PathLearner::end() {
 
 void PathLearner::vertex(const GuidePoint& at, Vec3 p, const PathState& path) {
   if (has_vertex()) notes_.back().lands = vertices_.back().transition.lands = true;
-  GuideVertex& v = vertices_.emplace_back();
+  // Copies of empty ones: g++ clears this much memory in a slower way.
+  static const GuideVertex kVertex;
+  static const Note kNote;
+  GuideVertex& v = vertices_.emplace_back(kVertex);
   v.at = at;
   v.p = p;
-  GuideSavings& savings = notes_.emplace_back().savings;
+  GuideSavings& savings = notes_.emplace_back(kNote).savings;
   savings.reached = path.survival_chance;
   savings.throughput = path.throughput;
 }

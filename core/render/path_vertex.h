@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cmath>
+#include <new>
 
 #include "core/bsdf/diffuse.h"
 #include "core/guide/guide.h"
@@ -41,7 +42,10 @@ struct PathVertex {
     return kind == BsdfKind::kDiffuse ? bsdf_at.sp.reflectance : bsdf.albedo(bsdf_at);
   }
   void find_parts() {
-    parts = kind == BsdfKind::kDiffuse ? Diffuse::parts_at(bsdf_at.sp) : bsdf.parts(bsdf_at);
+    if (kind == BsdfKind::kDiffuse)
+      parts = Diffuse::parts_at(bsdf_at.sp);
+    else
+      new (&parts) BsdfParts(bsdf.parts(bsdf_at));  // in place, as in PathTracer::ask_guide()
   }
   // What the density of a direction becomes with the share of those that aim at caustics.
   float with_caustics(Vec3 wi, float pdf_w) const {

@@ -95,7 +95,9 @@ const CausticMap* PreparedScene::caustics(TaskPool& pool) const {
     if (CausticMap(photons).empty()) return;
     send_nearby(photons, *this, pool);
     auto map = std::make_unique<const CausticMap>(photons);
-    if (!map->empty()) caustics_ = std::move(map);
+    if (map->empty()) return;
+    caustics_bytes_ = map->size_bytes();
+    caustics_ = std::move(map);
   });
   return caustics_.get();
 }
@@ -215,7 +217,7 @@ bool PreparedScene::passes(const Ray& ray, const Hit& hit) const {
 size_t PreparedScene::size_bytes() const {
   const auto bytes = [](const auto& values) { return std::span(values).size_bytes(); };
   size_t sum = accel->size_bytes() + textures->size_bytes() + bytes(meshes) + bytes(materials) +
-               bytes(scene.instances) + bytes(scene.environment.image.data());
+               bytes(scene.instances) + bytes(scene.environment.image.data()) + caustics_bytes_;
   for (const Mesh& mesh : scene.meshes)
     sum += bytes(mesh.positions) + bytes(mesh.normals) + bytes(mesh.uvs) + bytes(mesh.second_uvs) +
            bytes(mesh.colors) + bytes(mesh.triangles);

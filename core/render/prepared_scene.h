@@ -2,6 +2,7 @@
 // the jobs that render it.
 #pragma once
 
+#include <atomic>
 #include <functional>
 #include <memory>
 #include <mutex>
@@ -107,7 +108,7 @@ struct PreparedScene {
   const MaterialShading& resolve(const MaterialShading& material, TexturePoint uv, float u) const;
   // Radiance that a front emits; less where it is not opaque. Of a sphere, `barycentric` is uv.
   Rgb emission_at(MeshId mesh, uint32_t triangle, Vec2 barycentric) const;
-  size_t size_bytes() const;  // of memory, about; grows as textures are looked up
+  size_t size_bytes() const;  // of memory, about; grows by textures and caustics
   GuideSetup guide_setup(const RenderSettings& settings) const;
   // The material's parameters there, textures looked up: in `room`, or the material's own where
   // they are the same everywhere.
@@ -131,6 +132,7 @@ struct PreparedScene {
  private:
   mutable std::once_flag caustics_once_;
   mutable std::unique_ptr<const CausticMap> caustics_;
+  mutable std::atomic<size_t> caustics_bytes_ = 0;
 };
 
 // Called now and then while the tree is built with how much of it is done, [0, 1], by several

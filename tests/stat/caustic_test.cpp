@@ -90,8 +90,11 @@ TEST(CausticMap, OnlyWhereMirrorsOrGlassFocusLight) {
   TaskPool pool(2);
   EXPECT_EQ(test::prepare(test::room())->caustics(pool), nullptr);
   const auto scene = test::prepare(focused_light(Focus::kBall));
+  const size_t bytes_before = scene->size_bytes();
   const CausticMap* map = scene->caustics(pool);
   ASSERT_NE(map, nullptr);
+  EXPECT_GE(scene->size_bytes(), bytes_before + map->size_bytes());
+  EXPECT_GT(map->size_bytes(), 0u);
   const auto most_within = [&](float side) {
     float most = 0;
     for (int i = 0; i < 1024; ++i)

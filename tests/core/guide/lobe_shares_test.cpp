@@ -36,7 +36,7 @@ struct Place {
       v.bsdf.guide_pdf_w = guide_pdf_w(z);
       v.bsdf.surface = {0, smooth};
       v.pdf_w = GuideMixture::in_place_of_base(0, drawn).pdf_w(v.bsdf.guide_pdf_w, 0, v.bsdf.pdf_w);
-      sums += LobeShares::of(v, 0.5f);
+      sums += LobeShares::of(v, 0.5f, 0);
     }
     return sums;
   }
@@ -69,7 +69,7 @@ TEST(LobeShares, SurfacesWithoutRoughLobesTellNothing) {
   GuideVertex diffuse;
   diffuse.arriving = Rgb{1.0f};
   diffuse.pdf_w = diffuse.bsdf.pdf_w = diffuse.bsdf.base_pdf_w = diffuse.bsdf.f_cos = 1;
-  for (const int64_t moment : LobeShares::of(diffuse, 1).moments) EXPECT_EQ(moment, 0);
+  for (const int64_t moment : LobeShares::of(diffuse, 1, 0).moments) EXPECT_EQ(moment, 0);
 }
 
 TEST(LobeShares, FewSamplesAreCompletedByWhatIsUsual) {
@@ -86,11 +86,11 @@ TEST(LobeShares, NoNumbersAreLeftOut) {
   v.bsdf.surface.base_chance = 0;
   v.arriving = Rgb{std::numeric_limits<float>::quiet_NaN()};
   v.pdf_w = v.bsdf.f_cos = 1;
-  for (const int64_t moment : LobeShares::of(v, 1).moments) EXPECT_EQ(moment, 0);
+  for (const int64_t moment : LobeShares::of(v, 1, 0).moments) EXPECT_EQ(moment, 0);
   v.arriving = Rgb{1.0f};
   v.pdf_w = 1;
   v.bsdf = {.pdf_w = 0, .f_cos = 1, .surface = {.base_chance = 0}};  // none would draw it
-  for (const int64_t moment : LobeShares::of(v, 1).moments) EXPECT_GT(moment, 0);
+  for (const int64_t moment : LobeShares::of(v, 1, 0).moments) EXPECT_GT(moment, 0);
 }
 
 }  // namespace
