@@ -15,7 +15,7 @@ float coat_albedo(float ior, float roughness, float cos_o, Microfacets microface
     for (int j = 0; j < kStrata; ++j) {
       const Vec2 u{(static_cast<float>(i) + 0.5f) / kStrata,
                    (static_cast<float>(j) + 0.5f) / kStrata};
-      const Vec3 h = ggx.sample_visible(wo, u);
+      const Vec3 h = ggx.sample(wo, u);
       const Vec3 wi = reflect(wo, h);
       if (wi.z > 0) sum += fresnel_dielectric(dot(wo, h), ior).reflectance * ggx.weight(h, wo, wi);
     }

@@ -49,7 +49,7 @@ class RoughConductor final : public ConductorBase {
     const Vec3 h = normalize(wo + wi);
     const Ggx ggx(at.sp.roughness, microfacets_, at.sp.anisotropy);
     const float f_cos = 0.25f * ggx.d_g2_over_cos(h, wo, wi) * wi.z;
-    return {fresnel(at.sp, dot(wo, h)) * f_cos, 0.25f * ggx.d(h) * ggx.g1_over_cos(wo)};
+    return {fresnel(at.sp, dot(wo, h)) * f_cos, 0.25f * ggx.density_over_cos(h, wo)};
   }
 
   std::optional<BsdfSample> sample(const BsdfPoint& at, float, Vec2 u_dir) const override {
@@ -58,11 +58,11 @@ class RoughConductor final : public ConductorBase {
     const float side = std::copysign(1.0f, wo.z);
     wo.z = std::abs(wo.z);
     const Ggx ggx(at.sp.roughness, microfacets_, at.sp.anisotropy);
-    const Vec3 h = ggx.sample_visible(wo, u_dir);
+    const Vec3 h = ggx.sample(wo, u_dir);
     Vec3 wi = normalize(reflect(wo, h));
     if (wi.z <= 0) return std::nullopt;
     const Rgb weight = fresnel(at.sp, dot(wo, h)) * ggx.weight(h, wo, wi);
-    const float pdf_w = 0.25f * ggx.d(h) * ggx.g1_over_cos(wo);
+    const float pdf_w = 0.25f * ggx.density_over_cos(h, wo);
     wi.z *= side;
     return BsdfSample{wi, weight, pdf_w, false};
   }

@@ -99,7 +99,7 @@ class RoughDielectric final : public DielectricBase {
     const float side = std::copysign(1.0f, wo.z);
     wo.z = std::abs(wo.z);
     const Ggx ggx(sp.roughness, microfacets_, sp.anisotropy);
-    const Vec3 h = ggx.sample_visible(wo, u_dir);
+    const Vec3 h = ggx.sample(wo, u_dir);
     const float cos_o = dot(wo, h);
     if (cos_o <= 0) return std::nullopt;
     const DielectricFresnel f = fresnel_dielectric(cos_o, eta);
@@ -131,17 +131,17 @@ class RoughDielectric final : public DielectricBase {
   BsdfEval reflected(const ShadingPoint& sp, const Ggx& ggx, Vec3 wo, Vec3 wi, Vec3 h,
                      const Split& share) const {
     return {sp.specular * (0.25f * share.reflected * ggx.d_g2_over_cos(h, wo, wi) * wi.z),
-            0.25f * share.reflect_chance * ggx.d(h) * ggx.g1_over_cos(wo)};
+            0.25f * share.reflect_chance * ggx.density_over_cos(h, wo)};
   }
   // Walter et al. eq. 17 and 21, over eta^2 for radiance.
   BsdfEval refracted(const ShadingPoint& sp, const Ggx& ggx, Vec3 wo, Vec3 wi, Vec3 h,
                      const Split& share, float eta) const {
     const float cos_o = dot(wo, h), cos_i = -dot(wi, h);
     const float jacobian = sqr(eta) * cos_i / sqr(eta * cos_i - cos_o);
-    const float facets = cos_o * jacobian, d = facets * ggx.d(h);
+    const float facets = cos_o * jacobian, d = facets * ggx.density_over_cos(h, wo);
     if (!std::isfinite(d)) return {};
     const float passed = share.passed * facets * ggx.d_g2_over_cos(h, wo, wi) * -wi.z / sqr(eta);
-    return {sp.transmittance * passed, (1 - share.reflect_chance) * d * ggx.g1_over_cos(wo)};
+    return {sp.transmittance * passed, (1 - share.reflect_chance) * d};
   }
 
   Microfacets microfacets_;

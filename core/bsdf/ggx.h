@@ -2,7 +2,8 @@
 // 2014, eq. 99) and visible-normal sampling by spherical caps (Dupuy and Benyoub 2023). With
 // anisotropy it is the isotropic one stretched along x (Heitz 2014, section 5.3).
 // Terms are arranged so that nothing is divided by a cosine: products stay finite at grazing
-// angles. wo is on the +z side. Beckmann's distribution is drawn from by GGX's visible normals of
+// angles. wo is on the +z side. Beckmann's normals are drawn as they are where hardly any is hidden
+// from wo (Walter et al. 2007, eq. 28 and 29). Elsewhere they are drawn by GGX's visible normals of
 // the same alpha, which are never much rarer: its density is at most 4 / e of theirs. Any thread.
 #pragma once
 
@@ -14,6 +15,7 @@ namespace qray {
 class Ggx {
  public:
   static constexpr float kMinAlpha = 1e-3f;
+  static constexpr float kSteep = 4;  // cotangents of wo, over alpha, from which on all are drawn
 
   // Both as Material's, in [0, 1]; a texture's zero is taken as almost smooth.
   explicit Ggx(float roughness, Microfacets microfacets = Microfacets::kGgx, float anisotropy = 0)
@@ -55,13 +57,24 @@ class Ggx {
     if (!is_beckmann_) return d(h) * g2_over_cos(wo, wi);
     return beckmann_d(h) * beckmann_g1_over_cos(wo) * beckmann_g1_over_cos(wi);
   }
-  // The weight of a visible-normal sample, Fresnel's terms apart.
+  // The weight of a sample, Fresnel's terms apart.
   float weight(Vec3 h, Vec3 wo, Vec3 wi) const {
     if (!is_beckmann_) return g2_over_g1(wo, wi);
-    return d_g2_over_cos(h, wo, wi) * std::abs(wi.z) / (d(h) * g1_over_cos(wo));
+    return d_g2_over_cos(h, wo, wi) * std::abs(wi.z) / density_over_cos(h, wo);
   }
 
-  // A normal seen from wo, density d(h) g1_over_cos(wo) |wo . h| per steradian.
+  // A normal, of density density_over_cos() |wo . h| per steradian.
+  Vec3 sample(Vec3 wo, Vec2 u) const {
+    if (!draws_all(wo)) return sample_visible(wo, u);
+    const float slope = alpha_ * std::sqrt(-std::log(1 - u.y)), phi = 2 * kPi * u.x;
+    return normalize(
+        Vec3{slope * stretch_ * std::cos(phi), slope / stretch_ * std::sin(phi), 1.0f});
+  }
+  float density_over_cos(Vec3 h, Vec3 wo) const {
+    if (draws_all(wo)) return beckmann_d(h) * h.z / std::abs(dot(wo, h));
+    return d(h) * g1_over_cos(wo);
+  }
+  // A normal seen from wo by GGX, density d(h) g1_over_cos(wo) |wo . h| per steradian.
   Vec3 sample_visible(Vec3 wo, Vec2 u) const {
     const float alpha_x = alpha_ * stretch_, alpha_y = alpha_ / stretch_;
     const Vec3 v = normalize(Vec3{alpha_x * wo.x, alpha_y * wo.y, wo.z});
@@ -84,6 +97,10 @@ class Ggx {
   // Sines of w squared, its x stretched or the reverse, and its y the other way.
   float stretched2(Vec3 w) const { return w.x * w.x * stretch2_ + w.y * w.y * squeeze2_; }
   float unstretched2(Vec3 w) const { return w.x * w.x * squeeze2_ + w.y * w.y * stretch2_; }
+  // Slopes are at most about three alpha, and one over this is what hides them.
+  bool draws_all(Vec3 wo) const {
+    return is_beckmann_ && sqr(wo.z) > sqr(kSteep) * alpha2_ * stretched2(wo);
+  }
   float beckmann_d(Vec3 h) const {
     const float z2 = h.z * h.z, exponent = unstretched2(h) / (alpha2_ * z2);
     if (!(exponent < 80)) return 0;  // no float is left, nor need z2 be

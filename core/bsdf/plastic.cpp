@@ -116,7 +116,7 @@ class RoughPlastic final : public PlasticBase {
     if (l.black) return std::nullopt;
     const Vec3 wo = front(at.wo);
     const Ggx ggx(at.sp.roughness, microfacets_);
-    Vec3 wi = u_lobe < l.coat_chance ? normalize(reflect(wo, ggx.sample_visible(wo, u_dir)))
+    Vec3 wi = u_lobe < l.coat_chance ? normalize(reflect(wo, ggx.sample(wo, u_dir)))
                                      : square_to_cosine_hemisphere(u_dir);
     if (wi.z <= 0) return std::nullopt;
     const BsdfEval e = in_front(at, ggx, wo, wi);
@@ -144,15 +144,14 @@ class RoughPlastic final : public PlasticBase {
   BsdfEval in_front(const BsdfPoint& at, const Ggx& ggx, Vec3 wo, Vec3 wi) const {
     const auto& [row, l] = at.kept<Coated>();
     const Vec3 h = normalize(wo + wi);
-    const float d = 0.25f * ggx.d(h);
+    const float d = 0.25f * ggx.density_over_cos(h, wo);
     const float coat = 0.25f * fresnel_dielectric(dot(wo, h), ior()).reflectance *
                        ggx.d_g2_over_cos(h, wo, wi) * wi.z;
     const float cosine = cosine_hemisphere_pdf_w(wi.z);
     const float passed = l.transmitted * (1 - coat_.albedo(row, wi.z));
     const Rgb base = l.base * (passed * cosine);
     const float base_pdf_w = (1 - l.coat_chance) * cosine;
-    return {at.sp.specular * coat + base, l.coat_chance * d * ggx.g1_over_cos(wo) + base_pdf_w,
-            base, base_pdf_w};
+    return {at.sp.specular * coat + base, l.coat_chance * d + base_pdf_w, base, base_pdf_w};
   }
 
   CoatAlbedo coat_;

@@ -30,6 +30,15 @@ struct MaterialShading {
     return textured || bends || coat_bends || masked || blends || anisotropic ||
            emission_textured();
   }
+  // Whether a path from wo to wi enters or leaves a solid. ng: of the front.
+  bool crosses(Vec3 ng, Vec3 wo, Vec3 wi) const {
+    return bounds_solid && (dot(wi, ng) < 0) != (dot(wo, ng) < 0);
+  }
+  // How many times the radiance on wo's side of the boundary is there on wi's (pbrt-v4, 9.5.2).
+  float eta_scale(Vec3 ng, Vec3 wo, Vec3 wi) const {
+    if (!crosses(ng, wo, wi)) return 1;
+    return dot(wi, ng) < 0 ? sqr(material->ior) : 1 / sqr(material->ior);
+  }
   bool emission_textured() const { return emits && material->emission.texture.valid(); }
 };
 

@@ -338,8 +338,8 @@ inline bool PathTracer::survive(PathState& path, const PathVertex& v, float u_ro
   float unguided_chance = 1;
   if (learner_.on()) {
     unguided_chance = this->unguided_chance(
-        path.depth,
-        path.throughput * (path.guidance * path.survival_chance / path.unguided_survival_chance));
+        path.depth, path.throughput * (path.eta_scale * path.guidance * path.survival_chance /
+                                       path.unguided_survival_chance));
     path.unguided_survival_chance *= unguided_chance;
   }
   if (survival.chance < 1) {
@@ -398,8 +398,11 @@ inline PathTracer::Survival PathTracer::survival(PathState& path, const PathVert
       }
     }
   }
-  // A path that was guided to light has little throughput: that is no reason to end it.
-  return {unguided_chance(path.depth, path.throughput * std::max(1.0f, path.guidance)), {}};
+  // A path that was guided to light has little throughput, and so has one in glass: that is no
+  // reason to end it.
+  return {unguided_chance(path.depth,
+                          path.throughput * (path.eta_scale * std::max(1.0f, path.guidance))),
+          {}};
 }
 
 inline float PathTracer::unguided_chance(int depth, Rgb throughput) const {
@@ -423,6 +426,7 @@ inline bool PathTracer::go_on(PathState& path, const PathVertex& v, float u_lobe
   if (textured_ && !next.delta)
     path.spread += std::min(kSpreadOfScattering / std::sqrt(next.pdf_w), kWidestSpread);
   path.inside = v.inside_along(next.wi);
+  path.eta_scale *= v.material.eta_scale(v.surface.ng, v.wo(), next.wi);
   path.ray = {v.ray_origin(next.wi), next.wi};
   path.pdf_w = next.pdf_w;
   path.delta = next.delta;

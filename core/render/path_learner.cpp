@@ -16,12 +16,12 @@ void PathLearner::end() {
 void PathLearner::vertex(const GuidePoint& at, Vec3 p, const PathState& path) {
   if (has_vertex()) notes_.back().lands = vertices_.back().transition.lands = true;
   // Copies of empty ones: g++ clears this much memory in a slower way.
-  static const GuideVertex kVertex;
-  static const Note kNote;
-  GuideVertex& v = vertices_.emplace_back(kVertex);
+  static const GuideVertex empty_vertex;
+  static const Note empty_note;
+  GuideVertex& v = vertices_.emplace_back(empty_vertex);
   v.at = at;
   v.p = p;
-  GuideSavings& savings = notes_.emplace_back(kNote).savings;
+  GuideSavings& savings = notes_.emplace_back(empty_note).savings;
   savings.reached = path.survival_chance;
   savings.throughput = path.throughput;
 }

@@ -38,6 +38,9 @@ struct PathState {
   Rgb radiance{};               // that the pixel is paid
   Rgb throughput{1.0f};         // of what arrives along the ray
   const Rgb* inside = nullptr;  // absorption along the ray, per metre; null: none
+  // Radiance is that much more where the ray is than in the open, as the square of the index is;
+  // throughput is as much less, which says nothing of what the path may bring.
+  float eta_scale = 1;
   // The ray's direction: its density, and whether nee could not have made it. It cannot make the
   // camera's.
   float pdf_w = 0;

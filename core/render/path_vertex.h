@@ -54,14 +54,14 @@ struct PathVertex {
   }
   // Both normals must agree on which side a direction lies, or light leaks through the surface.
   bool sides_agree(Vec3 wi, Vec3 wi_local) const { return dot(wi, surface.ng) * wi_local.z > 0; }
+  Vec3 wo() const { return frame.to_world(bsdf_at.wo); }
   // What a ray that leaves along wi passes through: beyond a solid's boundary its inside or, coming
   // from there, the open (solids within solids are not kept apart).
   const Rgb* inside_along(Vec3 wi) const {
-    const bool inward = dot(wi, surface.ng) < 0;
-    if (!material.bounds_solid || inward == (dot(frame.to_world(bsdf_at.wo), surface.ng) < 0))
-      return inside;
-    return inward && !material.material->absorption.is_black() ? &material.material->absorption
-                                                               : nullptr;
+    if (!material.crosses(surface.ng, wo(), wi)) return inside;
+    return dot(wi, surface.ng) < 0 && !material.material->absorption.is_black()
+               ? &material.material->absorption
+               : nullptr;
   }
   Vec3 ray_origin(Vec3 wi) const {
     return surface.p + surface.ng * std::copysign(ray_offset, dot(surface.ng, wi));

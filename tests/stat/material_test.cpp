@@ -243,6 +243,27 @@ TEST(Material, GlassAbsorbsByTheWayThroughIt) {
   }
 }
 
+// Radiance in glass of index 2 is four times as much, and throughput a quarter.
+TEST(Material, RouletteTakesGlassForTheOpen) {
+  Scene scene = wall_above();
+  Material glass;
+  glass.kind = MaterialKind::kDielectric;
+  glass.ior = 2;
+  const MaterialId id = add(scene, glass);
+  for (int i = 0; i < 6; ++i) {
+    const float y = 2 + static_cast<float>(i);
+    test::add_box(scene, id, {-20, y, -20}, {20, y + 0.5f, 20}, false);
+  }
+  scene.camera.vertical_fov_deg = 1;
+  RenderSettings settings = test::small_settings("none", 8, 64);
+  settings.max_depth = 32;
+  const auto prepared = test::prepare(scene);
+  const auto with = static_cast<double>(test::render(*prepared, settings).job.stats.rays);
+  settings.russian_roulette = false;
+  const auto without = static_cast<double>(test::render(*prepared, settings).job.stats.rays);
+  EXPECT_GT(with / without, 0.7);  // .52 where throughput decides as it is
+}
+
 TEST(Material, LightWithinAbsorbingGlassIsFoundAlike) {
   // A lamp and a gray floor in a tinted block: nee inside it, and rays that leave through rough
   // sides.

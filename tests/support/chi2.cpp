@@ -14,6 +14,7 @@ namespace {
 
 constexpr double kMinExpected = 5;  // per cell, the usual rule for Pearson's statistic
 constexpr double kRounding = 2;     // samples that may round into an empty neighbour cell
+constexpr int kLookCloser = 5;      // halvings of a cell where a narrow peak may have been missed
 
 using Density = std::function<double(double a, double b)>;
 
@@ -30,17 +31,18 @@ double gauss(const Density& f, double a0, double a1, double b0, double b1) {
   return sum * ah * bh;
 }
 
+// The first `certain` halvings are made whether they change anything or not.
 double integrate(const Density& f, double a0, double a1, double b0, double b1, double coarse,
-                 int depth, double tolerance) {
+                 int depth, double tolerance, int certain = 0) {
   const double am = (a0 + a1) / 2, bm = (b0 + b1) / 2;
   const double q00 = gauss(f, a0, am, b0, bm), q01 = gauss(f, a0, am, bm, b1);
   const double q10 = gauss(f, am, a1, b0, bm), q11 = gauss(f, am, a1, bm, b1);
   const double fine = q00 + q01 + q10 + q11;
-  if (depth == 0 || std::abs(fine - coarse) < tolerance) return fine;
-  return integrate(f, a0, am, b0, bm, q00, depth - 1, tolerance / 2) +
-         integrate(f, a0, am, bm, b1, q01, depth - 1, tolerance / 2) +
-         integrate(f, am, a1, b0, bm, q10, depth - 1, tolerance / 2) +
-         integrate(f, am, a1, bm, b1, q11, depth - 1, tolerance / 2);
+  if (depth == 0 || (certain <= 0 && std::abs(fine - coarse) < tolerance)) return fine;
+  return integrate(f, a0, am, b0, bm, q00, depth - 1, tolerance / 2, certain - 1) +
+         integrate(f, a0, am, bm, b1, q01, depth - 1, tolerance / 2, certain - 1) +
+         integrate(f, am, a1, b0, bm, q10, depth - 1, tolerance / 2, certain - 1) +
+         integrate(f, am, a1, bm, b1, q11, depth - 1, tolerance / 2, certain - 1);
 }
 
 // A domain [0, 1) x [0, 1) of equal cells; `scale` times the density's integral over it is a
@@ -49,19 +51,6 @@ Chi2 run(const std::function<std::optional<Vec2>(Random&)>& sample, const Densit
          double scale, const Chi2Options& o) {
   const size_t nu = static_cast<size_t>(o.bins_u), nv = static_cast<size_t>(o.bins_v);
   std::vector<double> expected(nu * nv + 1), observed(nu * nv + 1, 0.0);
-  const Density scaled = [&](double a, double b) { return scale * density(a, b); };
-  double integral = 0;
-  for (size_t i = 0; i < nu; ++i)
-    for (size_t j = 0; j < nv; ++j) {
-      const double a0 = static_cast<double>(i) / o.bins_u, a1 = a0 + 1.0 / o.bins_u;
-      const double b0 = static_cast<double>(j) / o.bins_v, b1 = b0 + 1.0 / o.bins_v;
-      const double coarse = gauss(scaled, a0, a1, b0, b1);
-      const double mass = integrate(scaled, a0, a1, b0, b1, coarse, o.max_depth, o.tolerance);
-      expected[i * nv + j] = mass * o.samples;
-      integral += mass;
-    }
-  expected.back() = std::max(0.0, 1 - integral) * o.samples;
-
   Random random(o.seed);
   for (int s = 0; s < o.samples; ++s) {
     const std::optional<Vec2> at = sample(random);
@@ -74,6 +63,22 @@ Chi2 run(const std::function<std::optional<Vec2>(Random&)>& sample, const Densit
     };
     ++observed[bin(at->x, nu) * nv + bin(at->y, nv)];
   }
+
+  const Density scaled = [&](double a, double b) { return scale * density(a, b); };
+  double integral = 0;
+  for (size_t i = 0; i < nu; ++i)
+    for (size_t j = 0; j < nv; ++j) {
+      const double a0 = static_cast<double>(i) / o.bins_u, a1 = a0 + 1.0 / o.bins_u;
+      const double b0 = static_cast<double>(j) / o.bins_v, b1 = b0 + 1.0 / o.bins_v;
+      const double coarse = gauss(scaled, a0, a1, b0, b1);
+      const double hits = observed[i * nv + j];
+      double mass = integrate(scaled, a0, a1, b0, b1, coarse, o.max_depth, o.tolerance);
+      if (hits > kMinExpected && mass * o.samples < hits / 2)
+        mass = integrate(scaled, a0, a1, b0, b1, coarse, o.max_depth, o.tolerance, kLookCloser);
+      expected[i * nv + j] = mass * o.samples;
+      integral += mass;
+    }
+  expected.back() = std::max(0.0, 1 - integral) * o.samples;
 
   Chi2 result = chi2_counts(observed, expected);
   result.integral = integral;

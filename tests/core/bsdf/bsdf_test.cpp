@@ -65,8 +65,8 @@ TEST(Ggx, BeckmannsNormalsCoverTheirArea) {
     double sum = 0;
     constexpr int kSteps = 400;
     for (int i = 0; i < kSteps * kSteps; ++i) {
-      const Vec3 h = ggx.sample_visible(up, {(static_cast<float>(i / kSteps) + 0.5f) / kSteps,
-                                             (static_cast<float>(i % kSteps) + 0.5f) / kSteps});
+      const Vec3 h = ggx.sample(up, {(static_cast<float>(i / kSteps) + 0.5f) / kSteps,
+                                     (static_cast<float>(i % kSteps) + 0.5f) / kSteps});
       sum += static_cast<double>(ggx.weight(h, up, reflect(up, h)));
     }
     EXPECT_NEAR(sum / (kSteps * kSteps), 1, 2e-3) << roughness;
@@ -84,8 +84,8 @@ TEST(Ggx, AnisotropyStretchesSlopesAlongX) {
     constexpr int kSteps = 300;
     const Vec3 up{0, 0, 1};
     for (int i = 0; i < kSteps * kSteps; ++i) {
-      const Vec3 h = ggx.sample_visible(up, {(static_cast<float>(i / kSteps) + 0.5f) / kSteps,
-                                             (static_cast<float>(i % kSteps) + 0.5f) / kSteps});
+      const Vec3 h = ggx.sample(up, {(static_cast<float>(i / kSteps) + 0.5f) / kSteps,
+                                     (static_cast<float>(i % kSteps) + 0.5f) / kSteps});
       x.push_back(std::abs(h.x / h.z));
       y.push_back(std::abs(h.y / h.z));
       if (microfacets == Microfacets::kBeckmann) {
