@@ -4,6 +4,7 @@
 #include <thread>
 
 #include "tests/server/test_service.h"
+#include "tests/support/sanitized.h"
 
 namespace qray::server {
 namespace {
@@ -30,7 +31,8 @@ std::string log_of(const TestService& s, const std::string& id) {
 TEST(ServiceControl, APausedJobGoesOnToTheSamePicture) {
   TestService s;
   s.start();
-  const std::string whole = s.submit(box(4000)), cut = s.submit(box(4000));
+  const int samples = qray::test::kSanitized ? 800 : 4000;  // takes longer than a pause
+  const std::string whole = s.submit(box(samples)), cut = s.submit(box(samples));
   s.wait_end(whole);
   for (int i = 0; i < 3; ++i) {
     s.wait(cut, {"rendering", "learning"});
@@ -44,7 +46,7 @@ TEST(ServiceControl, APausedJobGoesOnToTheSamePicture) {
   }
   const Json job = s.wait_end(cut);
   ASSERT_EQ(job["state"], "succeeded");
-  EXPECT_EQ(job["progress"]["samples"], 4000);
+  EXPECT_EQ(job["progress"]["samples"], samples);
   EXPECT_EQ(pixels(s, cut), pixels(s, whole));
   EXPECT_NE(log_of(s, cut).find("info going on from a checkpoint"), std::string::npos)
       << log_of(s, cut);
@@ -223,7 +225,8 @@ TEST(ServiceControl, TagsSayWhetherThereIsNews) {
 TEST(ServiceControl, PicturesAreComparedWithAReference) {
   TestService s;
   s.start();
-  const std::string few = s.submit(box(2)), more = s.submit(box(64)), most = s.submit(box(2000));
+  const std::string few = s.submit(box(2)), more = s.submit(box(64));
+  const std::string most = s.submit(box(qray::test::kSanitized ? 500 : 2000));
   Json other = box(1);
   other["width"] = 20;
   const std::string small = s.submit(other);
