@@ -22,7 +22,7 @@ constexpr double kHope = 1.1;  // a loser that got better by this goes on
 // Between them rare light may not have shown yet, so that a pilot looks at more samples. What a
 // guide must gain on a part to serve all of a picture that has little noise, whose Sobol points
 // matter most.
-constexpr double kMuchNoise = 4, kLittleNoise = 1, kPartGain = 2;
+constexpr double kMuchNoise = 2.5, kLittleNoise = 1, kPartGain = 2;
 constexpr uint64_t kSureSamples = 4;  // a pixel
 // What learning as much again must have brought: for an old table to grow on, of two checks in a
 // row one, since gains are noisy; for learning to go on.

@@ -6,7 +6,7 @@ namespace qray {
 namespace {
 
 constexpr uint64_t kSeen = 1'000'000, kMuchSeen = 5'000'000;   // events of a table
-constexpr double kNoisy = 10, kNearlyNoisy = 3, kQuiet = 0.5;  // variance of a sample
+constexpr double kNoisy = 10, kNearlyNoisy = 2, kQuiet = 0.5;  // variance of a sample
 const PassCost kUnguided{100, 600, 0}, kGuided{100, 500, 100};
 
 // Gains of passes that end at 4, 8, 16, 32 ... samples.
