@@ -32,7 +32,7 @@ Made by \`bash tests/bench/complexity.sh BUILD_DIR\`, which runs
 
 What follows from it is in [../complexity.md](../complexity.md). Each part of the renderer is
 measured on and off: next event estimation (\`nee\`), Russian roulette (\`roulette\`), and
-picking lights by a light tree (\`light-table\`). Tables are measured from coarse to fine: the thesis'
+picking lights by a tree (\`light-table\`). Tables are measured from coarse to fine: the thesis'
 (\`grid\`: cells along the scene's longest side; a state has 26 directions) and those of
 \`adaptive\` (\`split\`: a place that more samples of a pass hit is cut in two, 4000 by default;
 \`levels\`: how often the square of directions may be cut in four, 6 by default).
