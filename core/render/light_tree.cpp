@@ -53,39 +53,41 @@ bool differ(std::span<const LightBounds> lights, float apart) {
 
 // About the light that each child sends to the point: intensity times cosines over squared
 // distance, each the most that any place in its sphere and any direction in its cone allows. In the
-// sphere, distance is its radius: never less than where most of its lights are.
+// sphere, distance is its radius: never less than where most of its lights are. Sines and cosines
+// are kept times the distance, and their products times its square, so that no root waits for
+// another and there is one division.
 inline LightTree::Weights LightTree::weigh(const Node& node, const LightReceiver& at) {
-  const Vec8 zero{}, one = zero + 1, slack = zero + kSlack;
+  const Vec8 zero{};
   const Vec8 x = at.p.x - load(node.x), y = at.p.y - load(node.y), z = at.p.z - load(node.z);
-  const Vec8 radius = load(node.radius), d2 = larger(x * x + y * y + z * z, zero + kTiny);
-  const Vec8 over_d = 1 / root(d2);
-  const Vec8 sin_sphere = smaller(radius * over_d, one);
-  const Vec8 cos_sphere = root(1 - sin_sphere * sin_sphere);  // 0: in the sphere
+  const Vec8 d2 = larger(x * x + y * y + z * z, zero + kTiny), over_d2 = 1 / d2;
+  const Vec8 slack = d2 * kSlack;
+  const Vec8 radius = load(node.radius), radius2 = radius * radius;
+  const Vec8 sphere = root(larger(d2 - radius2, zero));  // d times the cosine at the sphere's edge
 
   // The least angle between where the light goes and the cone.
-  const Vec8 cos_plain =
-      (x * load(node.axis_x) + y * load(node.axis_y) + z * load(node.axis_z)) * over_d;
-  const Vec8 cos_axis = load(node.two_sided) > 0 ? larger(cos_plain, -cos_plain) : cos_plain;
-  const Vec8 sin_axis = root(larger(1 - cos_axis * cos_axis, zero));
+  const Vec8 plain = x * load(node.axis_x) + y * load(node.axis_y) + z * load(node.axis_z);
+  const Vec8 axis = load(node.two_sided) > 0 ? larger(plain, -plain) : plain;
+  const Vec8 off_axis = root(larger(d2 - axis * axis, zero));
   const Vec8 cos_spread = load(node.cos_spread), sin_spread = load(node.sin_spread);
-  const auto in_cone = cos_axis >= cos_spread;
-  const Vec8 cos_past = in_cone ? one : cos_axis * cos_spread + sin_axis * sin_spread;
-  const Vec8 sin_past = in_cone ? zero : sin_axis * cos_spread - cos_axis * sin_spread;
-  const auto within = d2 <= radius * radius;
-  const Vec8 leaving = (within | (cos_past >= cos_sphere)) != 0
-                           ? one
-                           : cos_past * cos_sphere + sin_past * sin_sphere;
-  const Vec8 sent = leaving > load(node.cos_emission) ? larger(leaving, slack) : zero;
+  const Vec8 past = axis * cos_spread + off_axis * sin_spread;
+  const Vec8 off_past = off_axis * cos_spread - axis * sin_spread;
+  const auto within = d2 <= radius2;
+  const auto in_cone =
+      axis * larger(axis, -axis) >= d2 * cos_spread * larger(cos_spread, -cos_spread);
+  const Vec8 leaving =
+      (within | in_cone | (past >= sphere)) != 0 ? d2 : past * sphere + off_past * radius;
+  const Vec8 sent = leaving > load(node.cos_emission) * d2 ? larger(leaving, slack) : zero;
 
   // The least angle between where it comes from and the normal.
-  const Vec8 cos_n = (x * -at.n.x + y * -at.n.y + z * -at.n.z) * over_d;
-  const Vec8 sin_n = root(larger(1 - cos_n * cos_n, zero));
+  const Vec8 normal = x * -at.n.x + y * -at.n.y + z * -at.n.z;
+  const Vec8 off_normal = root(larger(d2 - normal * normal, zero));
   const Vec8 arriving =
-      (within | (cos_n >= cos_sphere)) != 0 ? one : cos_n * cos_sphere + sin_n * sin_sphere;
+      (within | (normal >= sphere)) != 0 ? d2 : normal * sphere + off_normal * radius;
   Vec8 received = arriving > -slack ? larger(arriving, slack) : zero;
-  if (at.n.x == 0 && at.n.y == 0 && at.n.z == 0) received = one;
+  if (at.n.x == 0 && at.n.y == 0 && at.n.z == 0) received = d2;
 
-  const Vec8 weight = load(node.intensity) * sent * received / larger(d2, radius * radius);
+  const Vec8 weight = load(node.intensity) * (sent * over_d2) * (received * over_d2) *
+                      smaller(over_d2, load(node.over_radius2));
   Weights w;
   std::memcpy(w.of.data(), &weight, sizeof weight);
   w.sum = sum_of(w.of);
@@ -99,11 +101,23 @@ inline void LightTree::scale(Weights& w, const float* factors) {
 }
 
 // The lane in which `u` of the sum lies, and how far in it. Without branches on which it is, since
-// nobody can tell that before.
+// nobody can tell that before. Sums are taken in pairs, so that few wait for others; a lane that
+// weighs nothing adds nothing to any.
 inline LightTree::LaneAt LightTree::lane_at(const Weights& w, double u) {
   const double target = u * double{w.sum};
-  std::array<double, kLanes + 1> below{};
-  for (size_t i = 0; i < kLanes; ++i) below[i + 1] = below[i] + double{w.of[i]};
+  std::array<double, kLanes> of;
+  for (size_t i = 0; i < kLanes; ++i) of[i] = double{w.of[i]};
+  const double of01 = of[0] + of[1], of45 = of[4] + of[5], of67 = of[6] + of[7];
+  const double of0123 = of01 + (of[2] + of[3]), of012345 = of0123 + of45;
+  const std::array<double, kLanes + 1> below{0,
+                                             of[0],
+                                             of01,
+                                             of01 + of[2],
+                                             of0123,
+                                             of0123 + of[4],
+                                             of012345,
+                                             of012345 + of[6],
+                                             of012345 + of67};
   size_t lane = 0;
   for (size_t i = 1; i <= kLanes; ++i) lane += below[i] <= target ? 1 : 0;
   if (lane == kLanes)  // by rounding: the last that weighs something
@@ -319,6 +333,7 @@ struct LightTree::Builder {
     const Vec3 c = center(b), half = (b.box.hi - b.box.lo) * 0.5f;
     n.x[lane] = c.x, n.y[lane] = c.y, n.z[lane] = c.z;
     n.radius[lane] = length(half) * (1 + kSlack);
+    n.over_radius2[lane] = 1 / sqr(n.radius[lane]);  // of a point infinite
     n.axis_x[lane] = b.axis.x, n.axis_y[lane] = b.axis.y, n.axis_z[lane] = b.axis.z;
     n.cos_spread[lane] = b.cos_spread;
     n.sin_spread[lane] = std::sqrt(std::max(1 - b.cos_spread * b.cos_spread, 0.0f));

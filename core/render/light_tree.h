@@ -70,7 +70,7 @@ class LightTree {
   using Lanes = std::array<float, kLanes>;
 
   struct alignas(32) Node {
-    Lanes x{}, y{}, z{}, radius{};  // a sphere about each child's box
+    Lanes x{}, y{}, z{}, radius{}, over_radius2{};  // a sphere about each child's box
     Lanes axis_x{}, axis_y{}, axis_z{}, cos_spread{}, sin_spread{}, cos_emission{};
     Lanes two_sided{};  // 1, or 0
     Lanes intensity{};  // 0: no child

@@ -11,12 +11,6 @@ using test::Process;
 
 class ProcessTest : public ::testing::Test {
  protected:
-  // In a sanitizer build the child must pass over what tests/support/sanitizer_options.cpp does.
-  void SetUp() override {
-    const char* given = std::getenv("ASAN_OPTIONS");
-    const std::string options = std::string(given ? given : "") + ":new_delete_type_mismatch=0";
-    ::setenv("ASAN_OPTIONS", options.c_str(), 1);
-  }
   qray::test::ScratchFolder scratch_;
   Config config_ = test::scratch_config(scratch_.path());
   Json job(int samples) const {

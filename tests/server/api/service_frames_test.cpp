@@ -61,7 +61,6 @@ TEST(ServiceFrames, EachHasItsPictureAndStatistics) {
 }
 
 TEST(ServiceFrames, AnUploadMovesAsItsFileSays) {
-  ::setenv("ASAN_OPTIONS", "new_delete_type_mismatch=0", 1);  // of the process that reads it
   TestService s;
   s.config.program = qray::test::program("qrayd");
   s.start();

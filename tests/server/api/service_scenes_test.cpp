@@ -21,8 +21,6 @@ using test::TestService;
 class ServiceScenes : public ::testing::Test {
  protected:
   void SetUp() override {
-    // In a sanitizer build the child must pass over what tests/support/sanitizer_options.cpp does.
-    ::setenv("ASAN_OPTIONS", "new_delete_type_mismatch=0", 1);
     s_.config.program = qray::test::program("qrayd");
     s_.start();
   }
