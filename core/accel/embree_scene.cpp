@@ -41,9 +41,19 @@ RTCRay to_rtc(const Ray& ray) {
   return r;
 }
 
-// Embree asks of one ray or of a few at once.
-void filter_hits(const RTCFilterFunctionNArguments* args) {
-  const HitFilter& filter = *static_cast<const HitFilter*>(args->geometryUserPtr);
+// Of one occlusion query: what its rays pass. Embree hands the address of its own part on.
+struct LightContext {
+#if RTC_VERSION_MAJOR >= 4
+  RTCRayQueryContext embree;
+#else
+  RTCIntersectContext embree;
+#endif
+  Rgb* passed;
+};
+
+// Embree asks of one ray or of a few at once. Calls passes(ray, hit, number of the ray).
+template <class Passes>
+void filter_hits(const RTCFilterFunctionNArguments* args, Passes passes) {
   const unsigned n = args->N;
   for (unsigned i = 0; i < n; ++i) {
     if (args->valid[i] != -1) continue;
@@ -60,8 +70,24 @@ void filter_hits(const RTCFilterFunctionNArguments* args) {
     hit.mesh =
         MeshId(instance == RTC_INVALID_GEOMETRY_ID ? RTCHitN_geomID(args->hit, n, i) : instance);
     hit.triangle = RTCHitN_primID(args->hit, n, i);
-    if (filter.passes(ray, hit)) args->valid[i] = 0;
+    if (passes(ray, hit, RTCRayN_id(args->ray, n, i))) args->valid[i] = 0;
   }
+}
+
+void filter_intersect(const RTCFilterFunctionNArguments* args) {
+  const HitFilter& filter = static_cast<const HitFilters*>(args->geometryUserPtr)->intersect;
+  filter_hits(args,
+              [&](const Ray& ray, const Hit& hit, unsigned) { return filter.passes(ray, hit); });
+}
+
+void filter_occluded(const RTCFilterFunctionNArguments* args) {
+  const LightFilter& filter = static_cast<const HitFilters*>(args->geometryUserPtr)->occluded;
+  Rgb* passed = reinterpret_cast<const LightContext*>(args->context)->passed;
+  filter_hits(args, [&](const Ray& ray, const Hit& hit, unsigned id) {
+    const Rgb share = filter.passed(ray, hit);
+    passed[id] *= share;
+    return !share.is_black();
+  });
 }
 
 Result<RTCGeometry> make_triangles(RTCDevice device, const Mesh& mesh) {
@@ -93,16 +119,16 @@ Result<RTCGeometry> make_sphere(RTCDevice device, const Sphere& sphere) {
   return geometry;
 }
 
-Result<RTCGeometry> make_geometry(RTCDevice device, const Mesh& mesh, HitFilter* filter) {
+// `intersect`, `occluded`: whether that filter is asked.
+Result<RTCGeometry> make_geometry(RTCDevice device, const Mesh& mesh, HitFilters* filters,
+                                  bool intersect, bool occluded) {
   Result<RTCGeometry> made =
       mesh.sphere ? make_sphere(device, *mesh.sphere) : make_triangles(device, mesh);
   if (!made) return made;
   const RTCGeometry geometry = made.value();
-  if (filter) {
-    rtcSetGeometryUserData(geometry, filter);
-    rtcSetGeometryIntersectFilterFunction(geometry, filter_hits);
-    rtcSetGeometryOccludedFilterFunction(geometry, filter_hits);
-  }
+  rtcSetGeometryUserData(geometry, filters);
+  if (intersect) rtcSetGeometryIntersectFilterFunction(geometry, filter_intersect);
+  if (occluded) rtcSetGeometryOccludedFilterFunction(geometry, filter_occluded);
   rtcCommitGeometry(geometry);
   return geometry;
 }
@@ -137,7 +163,7 @@ struct EmbreeScene::Impl {
   std::vector<RTCScene> instanced;  // by MeshId; null: not instanced
   size_t mesh_count = 0;
   std::vector<Mat3> normals_to_world;  // by instance
-  HitFilter filter;
+  HitFilters filters;
   std::atomic<int64_t> size_bytes{0};
   ~Impl() {
     for (RTCScene mesh : instanced)
@@ -155,10 +181,10 @@ EmbreeScene::~EmbreeScene() = default;
 size_t EmbreeScene::size_bytes() const { return static_cast<size_t>(impl_->size_bytes.load()); }
 
 Result<std::unique_ptr<EmbreeScene>> EmbreeScene::build(const Scene& scene, int build_threads,
-                                                        HitFilter filter,
+                                                        HitFilters filters,
                                                         const Progress& progress) {
   auto impl = std::make_unique<Impl>();
-  impl->filter = std::move(filter);
+  impl->filters = std::move(filters);
   impl->device = rtcNewDevice(device_config(build_threads).c_str());
   if (!impl->device) return embree_error(nullptr, "making a device");
   rtcSetDeviceMemoryMonitorFunction(
@@ -171,17 +197,22 @@ Result<std::unique_ptr<EmbreeScene>> EmbreeScene::build(const Scene& scene, int 
   impl->scene = make_scene(impl->device);
   impl->mesh_count = scene.meshes.size();
   impl->instanced.resize(scene.meshes.size());
-  std::vector<bool> filtered = impl->filter.meshes;
-  filtered.resize(scene.meshes.size() + scene.instances.size());
-  for (size_t i = 0; i < scene.instances.size(); ++i) {
-    const uint32_t m = scene.instances[i].mesh.value;
-    if (filtered[scene.meshes.size() + i]) filtered[m] = true;
-    if (!impl->instanced[m]) impl->instanced[m] = make_scene(impl->device);
+  const auto filtered_by = [&scene](std::vector<bool> meshes) {
+    meshes.resize(scene.meshes.size() + scene.instances.size());
+    for (size_t i = 0; i < scene.instances.size(); ++i)
+      if (meshes[scene.meshes.size() + i]) meshes[scene.instances[i].mesh.value] = true;
+    return meshes;
+  };
+  const std::vector<bool> intersect = filtered_by(impl->filters.intersect.meshes),
+                          occluded = filtered_by(impl->filters.occluded.meshes);
+  for (const Instance& instance : scene.instances) {
+    RTCScene& mesh = impl->instanced[instance.mesh.value];
+    if (!mesh) mesh = make_scene(impl->device);
   }
   for (size_t m = 0; m < scene.meshes.size(); ++m) {
     if (scene.meshes[m].empty()) continue;
     Result<RTCGeometry> geometry =
-        make_geometry(impl->device, scene.meshes[m], filtered[m] ? &impl->filter : nullptr);
+        make_geometry(impl->device, scene.meshes[m], &impl->filters, intersect[m], occluded[m]);
     if (!geometry) return geometry.error();
     if (RTCScene mesh = impl->instanced[m]) {
       attach(mesh, geometry.value(), 0);
@@ -237,21 +268,26 @@ bool EmbreeScene::intersect(const Ray& ray, Hit& hit) const {
   return true;
 }
 
-void EmbreeScene::occluded(std::span<OcclusionRay> rays) const {
+void EmbreeScene::occluded(std::span<OcclusionRay> rays, std::span<Rgb> passed) const {
   static_assert(sizeof(OcclusionRay) == sizeof(RTCRay) &&
                 alignof(OcclusionRay) == alignof(RTCRay) &&
                 offsetof(OcclusionRay, d) == offsetof(RTCRay, dir_x) &&
                 offsetof(OcclusionRay, t_max) == offsetof(RTCRay, tfar) &&
                 offsetof(OcclusionRay, flags) == offsetof(RTCRay, flags));
   RTCRay* first = reinterpret_cast<RTCRay*>(rays.data());
+  LightContext context;
+  context.passed = passed.data();
 #if RTC_VERSION_MAJOR >= 4
+  rtcInitRayQueryContext(&context.embree);
+  RTCOccludedArguments arguments;
+  rtcInitOccludedArguments(&arguments);
+  arguments.context = &context.embree;
   for (RTCRay* ray = first; ray != first + rays.size(); ++ray)
-    rtcOccluded1(static_cast<RTCScene>(scene_), ray, nullptr);
+    rtcOccluded1(static_cast<RTCScene>(scene_), ray, &arguments);
 #else
-  RTCIntersectContext context;
-  rtcInitIntersectContext(&context);
-  rtcOccluded1M(static_cast<RTCScene>(scene_), &context, first, static_cast<unsigned>(rays.size()),
-                sizeof(RTCRay));
+  rtcInitIntersectContext(&context.embree);
+  rtcOccluded1M(static_cast<RTCScene>(scene_), &context.embree, first,
+                static_cast<unsigned>(rays.size()), sizeof(RTCRay));
 #endif
 }
 

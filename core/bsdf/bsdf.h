@@ -71,6 +71,9 @@ class Bsdf {
   // (tests/stat/bsdf_chi2_test.cpp).
   virtual std::optional<BsdfSample> sample(const BsdfPoint& at, float u_lobe, Vec2 u_dir) const = 0;
   virtual BsdfParts parts(const BsdfPoint& at) const = 0;
+  // Share of the light from straight behind the surface that goes on to wo as if nothing were
+  // there: a delta lobe's, as of a pane. Black for solids, which bend it.
+  virtual Rgb straight(const BsdfPoint&) const { return {}; }
   // Share of the light from wo's direction that scatters, about; for feature pictures.
   Rgb albedo(const BsdfPoint& at) const {
     const BsdfParts both = parts(at);

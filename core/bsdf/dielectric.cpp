@@ -164,6 +164,9 @@ class ThinDielectric final : public DielectricBase {
     }
     return BsdfSample{-wo, at.sp.transmittance * (s.passed / (1 - s.reflect_chance)), 0, true};
   }
+  Rgb straight(const BsdfPoint& at) const override {
+    return at.wo.z == 0 ? Rgb{} : at.sp.transmittance * (1 - reflectance(at.wo));
+  }
 
  private:
   float reflectance(Vec3 wo) const override {

@@ -87,8 +87,7 @@ class Principled final : public Bsdf {
       if (smooth_) {
         const float chance = l.facet_chance * (reflects ? f.reflect_chance : 1 - f.reflect_chance);
         const float radiance = reflects || thin_ ? 1.0f : 1 / sqr(eta(wo));
-        const Rgb share = (reflects ? f.reflected : f.passed) *
-                          (under_coat(sp, l, wi) * under_sheen(sp, l, wi) * radiance);
+        const Rgb share = (reflects ? f.reflected : f.passed) * (under(sp, l, wi) * radiance);
         return BsdfSample{normalize(wi), share / chance, 0, true};
       }
       if (reflects != (wi.z * wo.z > 0)) return std::nullopt;
@@ -113,6 +112,12 @@ class Principled final : public Bsdf {
     return {l.diffuse_chance, l.diffuse_albedo * below,
             Rgb{l.coat} + sheen_albedo(at.sp, at.wo.z) * (1 - l.coat) +
                 (l.facets + l.through_albedo) * below};
+  }
+
+  Rgb straight(const BsdfPoint& at) const override {
+    if (!thin_ || !smooth_ || at.wo.z == 0) return {};
+    const Layers& l = at.kept<Layers>();
+    return facet(at.sp, l, at.wo, {0, 0, 1}).passed * under(at.sp, l, -at.wo);
   }
 
  private:
@@ -227,6 +232,10 @@ class Principled final : public Bsdf {
   float under_sheen(const ShadingPoint& sp, const Layers& l, Vec3 wi) const {
     if (!sheen_ || sp.sheen.is_black()) return 1;
     return 1 - std::max(l.sheen, max_component(sheen_albedo(sp, wi.z)));
+  }
+
+  float under(const ShadingPoint& sp, const Layers& l, Vec3 wi) const {
+    return under_coat(sp, l, wi) * under_sheen(sp, l, wi);
   }
 
   // A microfacet of normal h, which is on wo's side: z is up where wo is.

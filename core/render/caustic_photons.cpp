@@ -35,6 +35,7 @@ Traced trace_photon(const PreparedScene& scene, const PhotonStart& start, Sample
                                               start.u_direction, scene.bounds);
   if (!sent) return {};
   Ray ray = *sent;
+  bool turned = false;  // else light sampling finds this way, through panes as well
   for (int mirrors = 0; mirrors <= kMostBounces; ++mirrors) {
     const VertexNumbers u = VertexNumbers::draw(sampler);
     Hit hit;
@@ -52,11 +53,12 @@ Traced trace_photon(const PreparedScene& scene, const PhotonStart& start, Sample
     const BsdfPoint at =
         material->bsdf->at(scene.shading_point(*material, surface, room), frame.to_local(wo));
     if (catches_photons(at, material->bsdf->parts(at).base_chance))
-      return {mirrors > 0 ? Fate::kCaustic : Fate::kDirect, {surface.p, ray.o}};
+      return {turned ? Fate::kCaustic : Fate::kDirect, {surface.p, ray.o}};
     const std::optional<BsdfSample> next = material->bsdf->sample(at, u.u_lobe, u.u_direction);
     if (!next || !(u.u_roulette < max_component(next->weight))) return {};
     const Vec3 wi = frame.to_world(next->wi);
     if (!(dot(wi, surface.ng) * next->wi.z > 0)) return {};
+    turned |= !(next->delta && material->pane && dot(wi, surface.ng) * dot(wo, surface.ng) < 0);
     const float offset = scene.ray_offset(surface.p, hit.t);
     ray = {surface.p + surface.ng * std::copysign(offset, dot(surface.ng, wi)), wi};
   }

@@ -17,7 +17,7 @@ namespace qray {
 // until then is refused. Raise the revision when members of the same kind mean something else (a
 // unit, a count's scale), or when samples must not be added up with those of before.
 constexpr uint32_t kStateFormat = 15;
-constexpr uint32_t kStateRevision = 10;
+constexpr uint32_t kStateRevision = 11;
 
 // Who keeps states. due() is asked by worker threads before each tile, one at a time, and must
 // return at once; save() is called by the thread that renders, while no tile is worked on.

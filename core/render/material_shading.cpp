@@ -1,5 +1,7 @@
 #include "core/render/material_shading.h"
 
+#include "core/bsdf/kinds.h"
+
 namespace qray {
 
 MaterialShading material_shading(const Material& m, const Bsdf* bsdf,
@@ -35,6 +37,9 @@ MaterialShading material_shading(const Material& m, const Bsdf* bsdf,
   s.bounds_solid = m.kind == MaterialKind::kDielectric || (passes && !m.thin);
   s.opaque = !s.bounds_solid && !passes && m.kind != MaterialKind::kThinDielectric;
   s.one_sided = !m.two_sided && s.opaque;
+  s.pane =
+      m.kind == MaterialKind::kThinDielectric ||
+      (m.kind == MaterialKind::kPrincipled && m.transmission.value > 0 && m.thin && is_smooth(m));
   return s;
 }
 

@@ -24,6 +24,7 @@ struct MaterialShading {
   bool seen_whole = false;    // mirrors no eye's direction below the triangle (seen_normal)
   bool coat_bends = false;    // its coat's normal is not the shading normal
   bool bounds_solid = false;  // what passes it is inside or outside from then on
+  bool pane = false;          // some light goes straight on through it (Bsdf::straight())
 
   // Whether the place on the surface matters.
   bool needs_uv() const {

@@ -85,7 +85,7 @@ Rgb PathTracer::walk(const Ray& ray, Sampler& sampler, float pixel_deviation, Pi
     Hit hit;
     if (!intersect(path.ray, hit)) {
       add_environment(path);
-      if (path.depth == 1 && pixel.seen) *pixel.seen += path.radiance;
+      if (path.depth == 1 && path.reach == 0 && pixel.seen) *pixel.seen += path.radiance;
       break;
     }
     if (textured_) path.width += path.spread * hit.t;
@@ -96,13 +96,18 @@ Rgb PathTracer::walk(const Ray& ray, Sampler& sampler, float pixel_deviation, Pi
 
     // 2. Light that the surface emits.
     add_emission(path, hit, surface, cos_geometric);
-    if (path.depth == 1 && pixel.seen) *pixel.seen += path.radiance;
-    if (path.depth >= settings_.max_depth) break;
+    if (path.depth == 1 && path.reach == 0 && pixel.seen) *pixel.seen += path.radiance;
+    const MeshShading& mesh = scene_.meshes[hit.mesh.value];
+    if (at_most(path) && !mesh.pane) break;
 
     // 3. What the surface is made of, and what the guide knows about it.
     const MaterialShading& material = material_at(hit, wo, surface, u.u_blend);
     if (material.one_sided && cos_geometric < 0) break;
     PathVertex v = vertex_at(path, material, hit, surface, wo, room);
+    if (at_most(path)) {
+      if (!leave_by_pane(path, v, hit, u.u_lobe, u.u_direction)) break;
+      continue;
+    }
     ask_guide(path, v, cos_geometric > 0);
 
     // 4. Light straight from a light.
@@ -112,7 +117,7 @@ Rgb PathTracer::walk(const Ray& ray, Sampler& sampler, float pixel_deviation, Pi
     if (!survive(path, v, u.u_roulette)) break;
 
     // 6. The next direction.
-    if (!go_on(path, v, u.u_lobe, u.u_direction)) break;
+    if (!go_on(path, v, hit, u.u_lobe, u.u_direction)) break;
   }
   return path.radiance;
 }
@@ -121,15 +126,15 @@ void PathTracer::flush() {
   const uint64_t start = cycle_count();
   shadow_rays_.trace(*scene_.accel);
   const uint64_t traced = cycle_count();
-  shadow_rays_.for_each_free([this](const AwaitedLight& awaited) {
-    *awaited.pixel += awaited.light;
-    if (awaited.layer) *awaited.layer += awaited.light;
-    if (awaited.group) *awaited.group += awaited.light;
+  shadow_rays_.for_each_free([this](const AwaitedLight& awaited, Rgb passed) {
+    const Rgb light = awaited.light * passed, scattered = awaited.scattered * passed;
+    *awaited.pixel += light;
+    if (awaited.layer) *awaited.layer += light;
+    if (awaited.group) *awaited.group += light;
     if (awaited.vertex != PathLearner::kNoVertex)
-      learner_.direct(awaited.vertex, awaited.scattered, awaited.punctual, awaited.unguided_weight);
+      learner_.direct(awaited.vertex, scattered, awaited.punctual, awaited.unguided_weight);
+    light_learner_.sends(awaited.pick, luminance(scattered));
   });
-  shadow_rays_.for_each_blocked(
-      [this](const AwaitedLight& awaited) { light_learner_.sends(awaited.pick, 0); });
   shadow_rays_.clear();
   learner_.flush();
   light_learner_.flush();
@@ -204,8 +209,10 @@ inline void PathTracer::add_emission(PathState& path, const Hit& hit, const Surf
                           : mesh.material->emission.value;
   float mis = 1;
   if (!path.delta && settings_.nee) {
+    Hit met = hit;
+    met.t += path.reach;
     mis = power_heuristic(path.pdf_w,
-                          lights_.pdf_w_of_hit(path.from, hit, cos_light, path.from_lights));
+                          lights_.pdf_w_of_hit(path.from, met, cos_light, path.from_lights));
   }
   const Rgb light = path.throughput * emitted * mis;
   path.radiance += light;
@@ -296,7 +303,6 @@ inline bool PathTracer::add_direct_light(PathState& path, PathVertex& v, float u
     unguided_weight =
         (1 + sqr(ratio)) / (1 + sqr(v.with_caustics(light.wi, eval.pdf_w) / light.pdf_w));
   const Rgb scattered = eval.f_cos * light.radiance * mis_over_pdf;
-  light_learner_.sends(pick, luminance(scattered));
   if (scattered.is_black()) return true;
   const Rgb arriving = path.throughput * scattered;
   if (!is_finite(arriving)) {
@@ -411,10 +417,13 @@ inline float PathTracer::unguided_chance(int depth, Rgb throughput) const {
 }
 
 // The next direction.
-inline bool PathTracer::go_on(PathState& path, const PathVertex& v, float u_lobe,
+inline bool PathTracer::go_on(PathState& path, const PathVertex& v, const Hit& hit, float u_lobe,
                               Vec2 u_direction) {
   ScatterSample next;
   if (!scatter(v, u_lobe, u_direction, next)) return false;
+  const bool straight =
+      next.delta && scene_.meshes[hit.mesh.value].pane && v.is_straight(path.ray.d, next.wi);
+  if (straight) next.weight *= pane_correction(v, path.ray.d, hit);
   const bool absorbed = next.weight.is_black();
   if (!next.delta) {
     learner_.scattered(next);
@@ -423,6 +432,11 @@ inline bool PathTracer::go_on(PathState& path, const PathVertex& v, float u_lobe
   }
   if (absorbed) return false;
   path.throughput *= next.weight;
+  if (straight) {
+    go_straight(path, v, hit);
+    return true;
+  }
+  path.reach = 0;
   if (textured_ && !next.delta)
     path.spread += std::min(kSpreadOfScattering / std::sqrt(next.pdf_w), kWidestSpread);
   path.inside = v.inside_along(next.wi);
@@ -435,6 +449,34 @@ inline bool PathTracer::go_on(PathState& path, const PathVertex& v, float u_lobe
   if (!next.delta && next.bsdf_pdf_w > 0) path.guidance *= next.pdf_w / next.bsdf_pdf_w;
   ++path.depth;
   return true;
+}
+
+// As a ray to a light might have: for nee nothing was there.
+inline void PathTracer::go_straight(PathState& path, const PathVertex& v, const Hit& hit) {
+  path.ray.o = v.ray_origin(path.ray.d);
+  path.reach += hit.t;
+}
+
+// A pane after the last surface that the path may meet: behind it may be the light that nee's ray
+// from that surface finds.
+bool PathTracer::leave_by_pane(PathState& path, const PathVertex& v, const Hit& hit, float u_lobe,
+                               Vec2 u_direction) {
+  const std::optional<BsdfSample> s = v.bsdf.sample(v.bsdf_at, u_lobe, u_direction);
+  if (!s || !s->delta || !v.is_straight(path.ray.d, v.frame.to_world(s->wi))) return false;
+  const Rgb weight = s->weight * pane_correction(v, path.ray.d, hit);
+  learner_.scattered_delta(false, weight);
+  path.throughput *= weight;
+  go_straight(path, v, hit);
+  return true;
+}
+
+// What passes a pane for rays to lights, over what passes by the shading normal and by textures as
+// wide as the path sees them.
+Rgb PathTracer::pane_correction(const PathVertex& v, Vec3 d, const Hit& hit) const {
+  const Rgb drawn = v.bsdf.straight(v.bsdf_at);
+  Rgb ratio = scene_.straight(d, hit.ng, hit);
+  for (int i = 0; i < 3; ++i) ratio[i] = drawn[i] > 0 ? ratio[i] / drawn[i] : 0;
+  return ratio;
 }
 
 }  // namespace qray

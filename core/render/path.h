@@ -69,7 +69,13 @@ class PathTracer {
   bool add_direct_light(PathState& path, PathVertex& v, float u_light, Vec2 u_light_point,
                         PixelTarget pixel);
   bool survive(PathState& path, const PathVertex& v, float u_roulette);
-  bool go_on(PathState& path, const PathVertex& v, float u_lobe, Vec2 u_direction);
+  bool go_on(PathState& path, const PathVertex& v, const Hit& hit, float u_lobe, Vec2 u_direction);
+  static void go_straight(PathState& path, const PathVertex& v, const Hit& hit);
+  bool leave_by_pane(PathState& path, const PathVertex& v, const Hit& hit, float u_lobe,
+                     Vec2 u_direction);
+  Rgb pane_correction(const PathVertex& v, Vec3 d, const Hit& hit) const;
+  // Has it met as many surfaces as it may? Panes that it goes straight through do not count.
+  bool at_most(const PathState& path) const { return path.depth >= settings_.max_depth; }
 
   static Ray shadow_ray(const PathVertex& v, const LightSample& light);
   Survival survival(PathState& path, const PathVertex& v);

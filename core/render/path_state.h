@@ -45,7 +45,8 @@ struct PathState {
   // camera's.
   float pdf_w = 0;
   bool delta = true;
-  LightReceiver from{};                // the surface where it was chosen,
+  float reach = 0;       // metres that it then went straight through panes, as nee's rays do
+  LightReceiver from{};  // the surface where it was chosen,
   const float* from_lights = nullptr;  // and what is known of lights there (LightPick::sample())
   float guidance = 1;  // the densities of its directions over what the BSDFs' own were, multiplied
   // Of a sample of the pixel. Not known (0), it is guessed to be what the first place with

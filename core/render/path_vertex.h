@@ -55,6 +55,8 @@ struct PathVertex {
   // Both normals must agree on which side a direction lies, or light leaks through the surface.
   bool sides_agree(Vec3 wi, Vec3 wi_local) const { return dot(wi, surface.ng) * wi_local.z > 0; }
   Vec3 wo() const { return frame.to_world(bsdf_at.wo); }
+  // Does what arrives along d go on through the surface?
+  bool is_straight(Vec3 d, Vec3 wi) const { return dot(d, surface.ng) * dot(wi, surface.ng) > 0; }
   // What a ray that leaves along wi passes through: beyond a solid's boundary its inside or, coming
   // from there, the open (solids within solids are not kept apart).
   const Rgb* inside_along(Vec3 wi) const {

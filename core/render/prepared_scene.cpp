@@ -39,6 +39,14 @@ float ray_epsilon(const PreparedScene& prepared) {
   return largest * 0x1p-21f;
 }
 
+// Where on it, and its colour there; nothing of directions.
+SurfacePoint place_on(const MeshShading& mesh, const Hit& hit) {
+  SurfacePoint surface;
+  if (mesh.sphere) surface.uv = mesh.sphere->uv(normalize(hit.ng));
+  if (mesh.interpolated) interpolate_vertices(*mesh.mesh, hit.triangle, hit.barycentric, surface);
+  return surface;
+}
+
 MeshShading mesh_shading(const PreparedScene& prepared, const Placement& placed) {
   if (!placed.mesh) return {};
   const Mesh& mesh = *placed.mesh;
@@ -53,11 +61,19 @@ MeshShading mesh_shading(const PreparedScene& prepared, const Placement& placed)
 
 Result<std::shared_ptr<const EmbreeScene>> build_tree(const PreparedScene& prepared,
                                                       int build_threads, const BuildWatch& watch) {
-  HitFilter filter;
-  filter.passes = [&prepared](const Ray& ray, const Hit& hit) { return prepared.passes(ray, hit); };
-  for (const MeshShading& mesh : prepared.meshes) filter.meshes.push_back(mesh.masked);
+  HitFilters filters;
+  filters.intersect.passes = [&prepared](const Ray& ray, const Hit& hit) {
+    return prepared.passes(ray, hit);
+  };
+  filters.occluded.passed = [&prepared](const Ray& ray, const Hit& hit) {
+    return prepared.light_passed(ray, hit);
+  };
+  for (const MeshShading& mesh : prepared.meshes) {
+    filters.intersect.meshes.push_back(mesh.masked);
+    filters.occluded.meshes.push_back(mesh.masked || mesh.pane);
+  }
   Result<std::unique_ptr<EmbreeScene>> tree =
-      EmbreeScene::build(prepared.scene, build_threads, filter,
+      EmbreeScene::build(prepared.scene, build_threads, filters,
                          [&watch](double fraction) { return !watch || watch(fraction); });
   if (!tree.ok()) return tree.error();
   return std::shared_ptr<const EmbreeScene>(std::move(tree).value());
@@ -202,16 +218,36 @@ float PreparedScene::uv_per_metre(const MeshShading& mesh, uint32_t triangle,
 
 bool PreparedScene::passes(const Ray& ray, const Hit& hit) const {
   const MeshShading& m = meshes[hit.mesh.value];
-  SurfacePoint surface;
-  if (m.sphere) surface.uv = m.sphere->uv(normalize(hit.ng));
-  if (m.interpolated) interpolate_vertices(*m.mesh, hit.triangle, hit.barycentric, surface);
-  const float opacity = this->opacity(m, surface.uv);
+  const float opacity = this->opacity(m, place_on(m, hit).uv);
   if (opacity <= 0 || opacity >= 1) return opacity <= 0;
   uint64_t key = static_cast<uint64_t>(hit.mesh.value) << 32 | hit.triangle;
   for (int i = 0; i < 3; ++i)
     key = hash_combine(key, static_cast<uint64_t>(std::bit_cast<uint32_t>(ray.o[i])) << 32 |
                                 std::bit_cast<uint32_t>(ray.d[i]));
   return to_unit_float(static_cast<uint32_t>(key >> 32)) >= opacity;
+}
+
+Rgb PreparedScene::light_passed(const Ray& ray, const Hit& hit) const {
+  const MeshShading& m = meshes[hit.mesh.value];
+  if (m.masked && passes(ray, hit)) return Rgb{1.0f};
+  if (!m.pane) return {};
+  // An instance's ray is in its mesh's space.
+  Vec3 d = ray.d, ng = hit.ng;
+  if (const Transform* t = m.to_world) {
+    d = normalize(t->column(0) * d.x + t->column(1) * d.y + t->column(2) * d.z);
+    ng = *m.normals_to_world * ng;
+  }
+  return straight(d, ng, hit);
+}
+
+Rgb PreparedScene::straight(Vec3 d, Vec3 ng, const Hit& hit) const {
+  const MeshShading& m = meshes[hit.mesh.value];
+  const float cos = std::min(std::abs(dot(d, ng)) / length(ng), 1.0f);
+  const SurfacePoint surface = place_on(m, hit);
+  ShadingPoint room;
+  const BsdfPoint at =
+      m.bsdf->at(shading_point(m, surface, room), {std::sqrt(1 - cos * cos), 0, cos});
+  return m.bsdf->straight(at);
 }
 
 size_t PreparedScene::size_bytes() const {

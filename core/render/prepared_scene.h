@@ -128,6 +128,11 @@ struct PreparedScene {
   static TriangleEdges edges_at(const MeshShading& mesh, const Hit& hit);
   // Whether a ray passes a hit on a masked mesh: drawn by its bits, the same at every call.
   bool passes(const Ray& ray, const Hit& hit) const;
+  // What of the light on its way along a ray passes a hit on a masked mesh or a pane.
+  Rgb light_passed(const Ray& ray, const Hit& hit) const;
+  // What goes straight on through a pane, by the normal of the triangle: of rays to lights and of
+  // paths alike, so that both find the same light. World space; ng need not be unit.
+  Rgb straight(Vec3 d, Vec3 ng, const Hit& hit) const;
 
  private:
   mutable std::once_flag caustics_once_;

@@ -26,26 +26,22 @@ class ShadowRays {
  public:
   // To be filled in there, which is faster than to copy what was just written.
   AwaitedLight& add(const Ray& ray) {
-    rays_.emplace_back(ray);
+    rays_.emplace_back(ray).id = static_cast<uint32_t>(awaited_.size());
     return awaited_.emplace_back();
   }
   bool enough() const { return awaited_.size() >= kRaysAtOnce; }
   size_t size() const { return awaited_.size(); }
   void trace(const EmbreeScene& scene) {
-    if (!awaited_.empty()) scene.occluded(rays_);
+    if (awaited_.empty()) return;
+    passed_.assign(awaited_.size(), Rgb{1.0f});
+    scene.occluded(rays_, passed_);
   }
-  // Calls body(awaited) for each whose ray was traced and met something.
-  template <class Body>
-  void for_each_blocked(Body body) const {
-    for (size_t i = 0; i < awaited_.size(); ++i)
-      if (rays_[i].occluded()) body(awaited_[i]);
-  }
-  // Calls body(awaited) for each whose ray was traced and is free, in the order in which they were
-  // added.
+  // Calls body(awaited, passed) for each whose ray was traced and is free, in the order in which
+  // they were added. `passed`: what of the light the panes on its way let pass.
   template <class Body>
   void for_each_free(Body body) const {
     for (size_t i = 0; i < awaited_.size(); ++i)
-      if (!rays_[i].occluded()) body(awaited_[i]);
+      if (!rays_[i].occluded()) body(awaited_[i], passed_[i]);
   }
   void clear() {
     awaited_.clear();
@@ -56,6 +52,7 @@ class ShadowRays {
   static constexpr size_t kRaysAtOnce = 1024;
   std::vector<AwaitedLight> awaited_;
   std::vector<OcclusionRay> rays_;  // parallel
+  std::vector<Rgb> passed_;         // parallel, once traced
 };
 
 }  // namespace qray
