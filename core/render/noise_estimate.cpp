@@ -15,7 +15,10 @@ constexpr float kOverMeanDistance =
     1.2533f;                        // over the mean absolute distance (of a normal variable),
                                     // which outliers move less than the mean square
 constexpr double kTrimmed = 0.001;  // of the pixels: fireflies decide nothing
-constexpr double kMostFade = 16;    // at once: a noisy estimate must not undo a picture
+// What counts beside a mean: of the variance a part of the picture's median, so that the unit of
+// light changes nothing; of errors, as of relMSE, a luminance.
+constexpr float kDark = 0.5f, kErrorFloor = 0.1f;
+constexpr double kMostFade = 16;  // at once: a noisy estimate must not undo a picture
 
 // Means over 2 radius + 1 values along a line, fewer at its ends.
 void blur_line(float* values, int count, size_t stride, int radius, std::vector<double>& sums) {
@@ -106,8 +109,9 @@ bool NoiseEstimate::end_pass() {
   blur(deviation_, kRadiusPx);
   mean_ = means();
   blur(mean_, kRadiusPx);
-  variance_ = trimmed_mean(square_, mean_);
-  if (!first) variance_before_ = trimmed_mean(before_, mean_);
+  const float floor = kDark * median_of_lit(mean_);
+  variance_ = trimmed_mean(square_, mean_, floor);
+  if (!first) variance_before_ = trimmed_mean(before_, mean_, floor);
   guided_variance_ = unguided_variance_ = 0;
   if (guided.empty()) return true;
   std::vector<float> with(guided.size()), without(guided.size()), means(guided.size());
@@ -116,8 +120,8 @@ bool NoiseEstimate::end_pass() {
     without[n] = with[n] + saved[n];
     means[n] = mean_[guided[n]];
   }
-  guided_variance_ = trimmed_mean(with, means);
-  if (learning_) unguided_variance_ = trimmed_mean(without, means);
+  guided_variance_ = trimmed_mean(with, means, floor);
+  if (learning_) unguided_variance_ = trimmed_mean(without, means, floor);
   return true;
 }
 
@@ -172,13 +176,16 @@ double NoiseEstimate::level() const {
       const float error = own_error(x, y);
       squares[index(x, y)] = std::isfinite(error) ? sqr(error) : 0.0f;
     }
-  return std::sqrt(trimmed_mean(squares, mean_));
+  return std::sqrt(trimmed_mean(squares, mean_, kErrorFloor));
 }
 
 double NoiseEstimate::trimmed_mean(const std::vector<float>& squares,
-                                   const std::vector<float>& means) {
+                                   const std::vector<float>& means, float floor) {
   std::vector<float> relative(squares.size());
-  for (size_t i = 0; i < squares.size(); ++i) relative[i] = squares[i] / (sqr(means[i]) + 0.01f);
+  for (size_t i = 0; i < squares.size(); ++i) {
+    const float like = sqr(means[i]) + sqr(floor);
+    relative[i] = like > 0 ? squares[i] / like : 0.0f;
+  }
   const size_t kept =
       relative.size() - static_cast<size_t>(kTrimmed * static_cast<double>(relative.size()));
   std::nth_element(relative.begin(), relative.begin() + static_cast<std::ptrdiff_t>(kept - 1),

@@ -38,9 +38,9 @@ class NoiseEstimate {
   float samples(int x, int y) const {
     return all_count_[0][index(x, y)] + all_count_[1][index(x, y)];
   }
-  // Mean over pixels of a sample's variance over (mean^2 + 0.01), without the greatest 0.1 %, of
-  // the last passes; 0: not known. With the means known by now, blurred: a firefly must not hide
-  // behind itself.
+  // Mean over pixels of a sample's variance over (mean^2 + (median / 2)^2), where the median is of
+  // the means that are not black, without the greatest 0.1 %, of the last passes; 0: not known.
+  // With the means known by now, blurred: a firefly must not hide behind itself.
   double variance() const { return variance_; }
   // Of the estimate before; by the same means.
   double variance_before() const { return variance_before_; }
@@ -83,7 +83,8 @@ class NoiseEstimate {
   size_t index(int x, int y) const {
     return static_cast<size_t>(y) * static_cast<size_t>(width_) + static_cast<size_t>(x);
   }
-  static double trimmed_mean(const std::vector<float>& squares, const std::vector<float>& means);
+  static double trimmed_mean(const std::vector<float>& squares, const std::vector<float>& means,
+                             float floor);
   void blur(std::vector<float>& values, int radius) const;
   std::vector<float> means() const;  // of each pixel's luminance so far
   // Of everything that end_pass() begins anew.

@@ -14,7 +14,7 @@ struct GuidePass {
   uint64_t samples = 0;  // a pixel, so far
   bool guided = false, learned = false;
   double share = 1;     // of the pixels, for which that was so
-  double variance = 0;  // of a sample over (mean^2 + 0.01); 0: not known
+  double variance = 0;  // of a sample, as NoiseEstimate tells it; 0: not known
   // Variance x cost without the guide over the same with it; 0: not known.
   double efficiency_gain = 0;
   size_t states = 0, direction_nodes = 0, table_bytes = 0;

@@ -113,9 +113,7 @@ TEST(Light, FarTooMuchOrTooLittle) {
       EXPECT_EQ(scaled.dropped_samples, 0u) << where;
       const double z = test::expect_same_means(scaled, usual, where);
       const double error = test::median(scaled.relmse) / test::median(usual.relmse);
-      // The passes of an open guide are weighted by their variance over (mean^2 + 0.01), which is
-      // no ratio of radiances (NoiseEstimate::variance). Measured: 0.974 and 1.045.
-      EXPECT_NEAR(error, 1, method == test::kOpenGuide ? 0.06 : 0.02) << where;
+      EXPECT_NEAR(error, 1, 0.02) << where;
       mode.mean(method, label, formatted("z %.1f", z));
       mode.error(method, label, formatted("%.3f", error));
     }

@@ -13,6 +13,7 @@ namespace qray {
 namespace {
 
 constexpr int kNoiseSide = 64;
+constexpr double kLike = 1.25;  // what a variance is set against where all means are 1
 
 // A pass of samples of mean 1 and the given standard deviation, whose guide saved each so much.
 void render(NoiseEstimate& noise, uint64_t& done, int samples, bool guided, float deviation,
@@ -42,7 +43,7 @@ TEST(NoiseEstimate, TwoPassesOfOneSampleMakeAnEstimate) {
   EXPECT_FALSE(noise.end_pass());
   render(noise, done, 1, false, 0.5f, random);
   EXPECT_TRUE(noise.end_pass());
-  EXPECT_NEAR(noise.variance(), 0.25 / 1.01, 0.03);
+  EXPECT_NEAR(noise.variance(), 0.25 / kLike, 0.03);
   EXPECT_EQ(noise.guided_variance(), 0) << "no pixel was guided";
 }
 
@@ -53,8 +54,8 @@ TEST(NoiseEstimate, OnlyLearningPassesTellWhatTheGuideSaves) {
     for (int y = 0; y < kNoiseSide; ++y)
       for (int x = 0; x < kNoiseSide; ++x) noise.add(x, y, 0, 2, {0.9f, 1.1f, 1, 1}, 2 * 0.38);
     ASSERT_TRUE(noise.end_pass());
-    EXPECT_NEAR(noise.variance(), 0.02 / 1.01, 1e-6);
-    EXPECT_NEAR(noise.unguided_variance(), learning ? 0.4 / 1.01 : 0, 1e-6);
+    EXPECT_NEAR(noise.variance(), 0.02 / kLike, 1e-6);
+    EXPECT_NEAR(noise.unguided_variance(), learning ? 0.4 / kLike : 0, 1e-6);
   }
 }
 
@@ -68,9 +69,9 @@ TEST(NoiseEstimate, WhereSomePixelsAreGuidedTheyAreMeasuredAlone) {
       else
         noise.add(x, y, 0, 2, {0.5f, 1.5f, 1, 1}, std::nullopt);
   ASSERT_TRUE(noise.end_pass());
-  EXPECT_NEAR(noise.variance(), (0.02 + 3 * 0.5) / 4 / 1.01, 2e-3);
-  EXPECT_NEAR(noise.guided_variance(), 0.02 / 1.01, 1e-6);
-  EXPECT_NEAR(noise.unguided_variance(), 0.4 / 1.01, 1e-6);
+  EXPECT_NEAR(noise.variance(), (0.02 + 3 * 0.5) / 4 / kLike, 2e-3);
+  EXPECT_NEAR(noise.guided_variance(), 0.02 / kLike, 1e-6);
+  EXPECT_NEAR(noise.unguided_variance(), 0.4 / kLike, 1e-6);
 }
 
 TEST(NoiseEstimate, AnyPassTellsTheVarianceOfItsSamples) {
@@ -80,7 +81,7 @@ TEST(NoiseEstimate, AnyPassTellsTheVarianceOfItsSamples) {
     uint64_t done = 5;
     render(noise, done, samples, true, 0.3f, random);
     ASSERT_TRUE(noise.end_pass());
-    EXPECT_NEAR(noise.variance(), 0.09 / 1.01, 0.012) << samples;
+    EXPECT_NEAR(noise.variance(), 0.09 / kLike, 0.012) << samples;
   }
 }
 
@@ -104,8 +105,9 @@ TEST(NoiseEstimate, AFireflyIsItsPixelsOwnError) {
   EXPECT_FLOAT_EQ(noise.own_error(0, 0), 99) << "the mean is 101, all but 2 of it by one half";
 }
 
-TEST(NoiseEstimate, SpreadIsTheSameInAnyUnitOfLight) {
-  const auto spread = [](float unit) {
+TEST(NoiseEstimate, IsTheSameInAnyUnitOfLight) {
+  double variance = 0;
+  const auto spread = [&variance](float unit) {
     NoiseEstimate noise(kNoiseSide, kNoiseSide);
     noise.start_pass(false, false);
     for (int y = 0; y < kNoiseSide; ++y)
@@ -115,14 +117,20 @@ TEST(NoiseEstimate, SpreadIsTheSameInAnyUnitOfLight) {
         noise.add(x, y, 0, 2, {mean + off, mean - off, mean, mean}, {});
       }
     EXPECT_TRUE(noise.end_pass());
+    variance = noise.variance();
     return noise.spread();
   };
-  EXPECT_EQ(spread(1), spread(0x1p-40f));
-  EXPECT_EQ(spread(1), spread(0x1p30f));
+  const std::vector<float> of_one = spread(1);
+  const double variance_of_one = variance;
+  EXPECT_GT(variance_of_one, 0);
+  for (const float unit : {0x1p-40f, 0x1p30f}) {
+    EXPECT_EQ(spread(unit), of_one);
+    EXPECT_EQ(variance, variance_of_one);
+  }
   EXPECT_EQ(spread(0), std::vector<float>(size_t{kNoiseSide} * kNoiseSide));
+  EXPECT_EQ(variance, 0);
   // A sample's deviation is .141, which the mean distance of a normal variable makes .177. The
   // median of what is lit, 1, stands beside the mean, and alone for what is black.
-  const std::vector<float> of_one = spread(1);
   EXPECT_NEAR(of_one[10], 0.177f / std::sqrt(2.0f), 1e-3f);
   EXPECT_NEAR(of_one[kNoiseSide - 10], 0.177f, 1e-3f);
 }
