@@ -58,7 +58,8 @@ Traced trace_photon(const PreparedScene& scene, const PhotonStart& start, Sample
     if (!next || !(u.u_roulette < max_component(next->weight))) return {};
     const Vec3 wi = frame.to_world(next->wi);
     if (!(dot(wi, surface.ng) * next->wi.z > 0)) return {};
-    turned |= !(next->delta && material->pane && dot(wi, surface.ng) * dot(wo, surface.ng) < 0);
+    turned |= !(next->delta && scene.meshes[hit.mesh.value].pane &&
+                dot(wi, surface.ng) * dot(wo, surface.ng) < 0);
     const float offset = scene.ray_offset(surface.p, hit.t);
     ray = {surface.p + surface.ng * std::copysign(offset, dot(surface.ng, wi)), wi};
   }

@@ -84,8 +84,7 @@ Rgb PathTracer::walk(const Ray& ray, Sampler& sampler, float pixel_deviation, Pi
     // 1. The next surface, or the way out.
     Hit hit;
     if (!intersect(path.ray, hit)) {
-      add_environment(path);
-      if (path.depth == 1 && path.reach == 0 && pixel.seen) *pixel.seen += path.radiance;
+      add_environment(path, pixel);
       break;
     }
     if (textured_) path.width += path.spread * hit.t;
@@ -95,8 +94,7 @@ Rgb PathTracer::walk(const Ray& ray, Sampler& sampler, float pixel_deviation, Pi
     absorb(path, hit.t);
 
     // 2. Light that the surface emits.
-    add_emission(path, hit, surface, cos_geometric);
-    if (path.depth == 1 && path.reach == 0 && pixel.seen) *pixel.seen += path.radiance;
+    add_emission(path, hit, surface, cos_geometric, pixel);
     const MeshShading& mesh = scene_.meshes[hit.mesh.value];
     if (at_most(path) && !mesh.pane) break;
 
@@ -167,12 +165,13 @@ inline float PathTracer::mixture_pdf_w(const PathVertex& v, Vec3 wi, float bsdf_
 
 // The light that a path meets where it leaves the scene, weighted against nee having drawn this
 // direction.
-inline void PathTracer::add_environment(PathState& path) {
-  if (!lights_.has_environment() || (hides_lights_ && path.depth == 1)) return;
+inline void PathTracer::add_environment(PathState& path, PixelTarget pixel) {
+  if (!lights_.has_environment() || hides_lights_to(path)) return;
   const auto [emitted, nee_pdf_w] = lights_.from_environment(path.ray.d, path.from_lights);
   const float mis = path.delta || !settings_.nee ? 1.0f : power_heuristic(path.pdf_w, nee_pdf_w);
   const Rgb light = path.throughput * emitted * mis;
   path.radiance += light;
+  if (path.depth == 1 && pixel.seen) *pixel.seen += light;
   if (split_) pay_by_layer(path.depth - 1, lights_.environment_source(), light);
   learner_.emitted(emitted, mis);
 }
@@ -200,9 +199,9 @@ inline void PathTracer::absorb(PathState& path, float distance) {
 
 // Light that the surface emits, weighted against nee having drawn this point.
 inline void PathTracer::add_emission(PathState& path, const Hit& hit, const SurfacePoint& surface,
-                                     float cos_light) {
+                                     float cos_light, PixelTarget pixel) {
   const MeshShading& mesh = scene_.meshes[hit.mesh.value];
-  if (!mesh.emits || (hides_lights_ && path.depth == 1)) return;
+  if (!mesh.emits || hides_lights_to(path)) return;
   if (!(cos_light > 0 || mesh.material->emission_two_sided)) return;
   const Rgb emitted = mesh.emission_textured()
                           ? scene_.textures->color(mesh.material->emission, surface.uv)
@@ -216,6 +215,7 @@ inline void PathTracer::add_emission(PathState& path, const Hit& hit, const Surf
   }
   const Rgb light = path.throughput * emitted * mis;
   path.radiance += light;
+  if (path.depth == 1 && pixel.seen) *pixel.seen += light;
   if (split_) pay_by_layer(path.depth - 1, hit.mesh.value, light);
   learner_.emitted(emitted, mis);
 }

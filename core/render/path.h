@@ -58,9 +58,13 @@ class PathTracer {
   // The steps of walk(). Those that return false end the path.
   Rgb walk(const Ray& ray, Sampler& sampler, float pixel_deviation, PixelTarget pixel);
   bool intersect(const Ray& ray, Hit& hit);
-  void add_environment(PathState& path);
+  void add_environment(PathState& path, PixelTarget pixel);
   void absorb(PathState& path, float distance);
-  void add_emission(PathState& path, const Hit& hit, const SurfacePoint& surface, float cos_light);
+  void add_emission(PathState& path, const Hit& hit, const SurfacePoint& surface, float cos_light,
+                    PixelTarget pixel);
+  bool hides_lights_to(const PathState& path) const {
+    return hides_lights_ && path.depth == 1 && path.reach == 0;
+  }
   const MaterialShading& material_at(const Hit& hit, Vec3 wo, SurfacePoint& surface,
                                      float u_blend) const;
   PathVertex vertex_at(const PathState& path, const MaterialShading& material, const Hit& hit,
