@@ -77,18 +77,18 @@ Scene room_under_panes() {
   return scene;
 }
 
-constexpr int kRegions = 4;  // of a side
+constexpr int kPaneRegions = 4;  // of a side
 
-std::vector<test::Moments> by_region(const PreparedScene& scene, const std::string& method,
-                                     bool nee, uint64_t first_seed) {
+std::vector<test::Moments> under_panes(const PreparedScene& scene, const std::string& method,
+                                       bool nee, uint64_t first_seed) {
   constexpr int kSide = 32, kSeeds = 16;
-  std::vector<test::Moments> regions(kRegions * kRegions);
+  std::vector<test::Moments> regions(kPaneRegions * kPaneRegions);
   for (uint64_t seed = first_seed; seed < first_seed + kSeeds; ++seed) {
     RenderSettings settings = test::small_settings(method, kSide, 32, seed);
     settings.nee = nee;
     settings.max_depth = 3;  // what passes panes counts for both alike
     const std::vector<double> means =
-        test::region_luminances(test::render(scene, settings).image, kRegions);
+        test::region_luminances(test::render(scene, settings).image, kPaneRegions);
     for (size_t i = 0; i < means.size(); ++i) regions[i].add(means[i]);
   }
   return regions;
@@ -96,10 +96,10 @@ std::vector<test::Moments> by_region(const PreparedScene& scene, const std::stri
 
 TEST(Pane, RaysToLightsAndPathsFindTheSameLight) {
   const auto scene = test::prepare(room_under_panes());
-  const double level = test::significance(2 * kRegions * kRegions);
-  const std::vector<test::Moments> paths = by_region(*scene, "none", false, 1);
+  const double level = test::significance(2 * kPaneRegions * kPaneRegions);
+  const std::vector<test::Moments> paths = under_panes(*scene, "none", false, 1);
   for (const char* method : {"none", "adaptive"}) {
-    const std::vector<test::Moments> both = by_region(*scene, method, true, 101);
+    const std::vector<test::Moments> both = under_panes(*scene, method, true, 101);
     double variance = 0, variance_of_paths = 0;
     for (size_t i = 0; i < both.size(); ++i) {
       EXPECT_GT(test::z_test(both[i], paths[i]).p_value, level)
