@@ -111,8 +111,8 @@ Rgb PathTracer::walk(const Ray& ray, Sampler& sampler, float pixel_deviation, Pi
     // 4. Light straight from a light.
     if (!add_direct_light(path, v, u.u_light, u.u_light_point, pixel)) break;
 
-    // 5. Russian roulette.
-    if (!survive(path, v, u.u_roulette)) break;
+    // 5. Russian roulette, but not at panes: a path of fewer surfaces meets the last one without.
+    if (!(mesh.pane && v.kind == BsdfKind::kDelta) && !survive(path, v, u.u_roulette)) break;
 
     // 6. The next direction.
     if (!go_on(path, v, hit, u.u_lobe, u.u_direction)) break;

@@ -37,12 +37,12 @@ Outcome run(const PreparedScene& scene, const RenderSettings& settings, int thre
 Scene lit_room() {
   Scene scene = test::room();
   const MaterialId blue = test::add_material(scene, Rgb{0.2f}, {0.5f, 1, 6});
-  test::add_quad(scene, blue, {-0.95f, 0.2f, -0.5f}, {0, 0.5f, 0}, {0, 0, 0.5f});
-  scene.materials[2].light_group = "ceiling";
-  scene.materials[3].light_group = "wall";
   const MaterialId pane = test::add_material(scene, Rgb{0.0f});
   scene.materials[pane.value].kind = MaterialKind::kThinDielectric;
   test::add_quad(scene, pane, {-0.7f, 0.1f, -0.4f}, {0, 0.8f, 0}, {0, 0, 0.8f});
+  test::add_quad(scene, blue, {-0.95f, 0.2f, -0.5f}, {0, 0.5f, 0}, {0, 0, 0.5f});
+  scene.materials[2].light_group = "ceiling";
+  scene.materials[3].light_group = "wall";
   PunctualLight spot;
   spot.kind = LightKind::kSpot;
   spot.position = {0.5f, 1.9f, 0.5f};
