@@ -98,8 +98,7 @@ constexpr Text kModes[] = {
      "the server take no table of another scene (`table_fits`)."},
     {"extreme-emission", "Emission of 1e10 and of 1e-10",
      "Each method's picture is scaled and nothing else changes: after scaling back, the mean is "
-     "the same and the error is the same within 2 %. With an open guide the error is the same "
-     "within 6 %."},
+     "the same and the error is the same within 2 %."},
     {"concurrent-jobs", "Concurrent jobs on one table",
      "All jobs succeed. Each leaves a table of its own with the same parent. Pictures and tables "
      "have the bits of jobs that run one after the other."},
