@@ -21,9 +21,9 @@ class AliasTable {
     float probability = 0;
   };
   Pick sample(float u) const {
-    const float scaled = u * static_cast<float>(bins_.size());
-    const uint32_t slot =
-        std::min(static_cast<uint32_t>(scaled), static_cast<uint32_t>(bins_.size() - 1));
+    const uint32_t bins = static_cast<uint32_t>(bins_.size());
+    const float scaled = u * static_cast<float>(bins);
+    const uint32_t slot = std::min(static_cast<uint32_t>(scaled), bins - 1);
     const Bin& bin = bins_[slot];
     const uint32_t index = scaled - static_cast<float>(slot) < bin.keep ? slot : bin.alias;
     return {index, bins_[index].probability};

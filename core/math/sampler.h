@@ -31,9 +31,7 @@ class Sampler {
     const uint64_t h0 = next_hash(), h1 = next_hash();
     const U32x4 seed{static_cast<uint32_t>(h0), static_cast<uint32_t>(h0 >> 32),
                      static_cast<uint32_t>(h1), static_cast<uint32_t>(h1 >> 32)};
-    const U32x4 index = reverse_bits(laine_karras(U32x4{} + reversed_index_, seed));
-    const U32x4 x = reverse_bits(laine_karras(index, first_seed(seed)));
-    const U32x4 y = reverse_bits(laine_karras(pascal(index), second_seed(seed)));
+    const auto [x, y] = point(U32x4{} + reversed_index_, seed);
     const F32x4 fx = to_unit_floats(x), fy = to_unit_floats(y);
     return {{fx[0], fy[0]}, {fx[1], fy[1]}, {fx[2], fy[2]}, {fx[3], fy[3]}};
   }
@@ -41,15 +39,17 @@ class Sampler {
   // One pair of dimensions.
   Vec2 next_2d() {
     const uint32_t seed = static_cast<uint32_t>(next_hash());
-    const uint32_t index = reverse_bits(laine_karras(reversed_index_, seed));
-    return {to_unit_float(reverse_bits(laine_karras(index, first_seed(seed)))),
-            to_unit_float(reverse_bits(laine_karras(pascal(index), second_seed(seed))))};
+    const auto [x, y] = point(reversed_index_, seed);
+    return {to_unit_float(x), to_unit_float(y)};
   }
 
  private:
+  friend class WideSampler;
   typedef uint32_t U32x4 __attribute__((vector_size(16)));
   typedef int32_t I32x4 __attribute__((vector_size(16)));
   typedef uint8_t U8x16 __attribute__((vector_size(16)));
+  typedef uint32_t U32x8 __attribute__((vector_size(32)));
+  typedef char S8x32 __attribute__((vector_size(32)));
   typedef float F32x4 __attribute__((vector_size(16)));
 
   static F32x4 to_unit_floats(U32x4 v) {
@@ -71,7 +71,34 @@ class Sampler {
     return (U32x4)__builtin_shuffle((U8x16)turned, kOrder);
   }
 
-  // The following hold for one number and for four.
+  static U32x8 reverse_bits(const U32x8& v) {
+#ifdef __AVX2__
+    constexpr S8x32 kNibble{0, 8, 4, 12, 2, 10, 6, 14, 1, 9, 5, 13, 3, 11, 7, 15,
+                            0, 8, 4, 12, 2, 10, 6, 14, 1, 9, 5, 13, 3, 11, 7, 15};
+    constexpr S8x32 kOrder{3, 2, 1, 0, 7, 6, 5, 4, 11, 10, 9, 8, 15, 14, 13, 12,
+                           3, 2, 1, 0, 7, 6, 5, 4, 11, 10, 9, 8, 15, 14, 13, 12};
+    const S8x32 low = (S8x32)(v & 0x0f0f0f0fu), high = (S8x32)(v >> 4 & 0x0f0f0f0fu);
+    const U32x8 turned = (U32x8)__builtin_ia32_pshufb256(kNibble, low) << 4 |
+                         (U32x8)__builtin_ia32_pshufb256(kNibble, high);
+    return (U32x8)__builtin_ia32_pshufb256((S8x32)turned, kOrder);
+#else
+    U32x8 reversed;
+    for (int i = 0; i < 8; ++i) reversed[i] = reverse_bits(static_cast<uint32_t>(v[i]));
+    return reversed;
+#endif
+  }
+
+  // The following hold for one number and for several.
+  template <class U>
+  struct Point {
+    U x, y;
+  };
+  template <class U>
+  static Point<U> point(const U& reversed_index, const U& seed) {
+    const U index = reverse_bits(laine_karras(reversed_index, seed));
+    return {reverse_bits(laine_karras(index, first_seed(seed))),
+            reverse_bits(laine_karras(pascal(index), second_seed(seed)))};
+  }
   // Owen scrambling of a bit-reversed number: every bit is flipped by a hash of the bits below.
   template <class U>
   static U laine_karras(U v, U seed) {
@@ -94,7 +121,10 @@ class Sampler {
     return v;
   }
 
-  uint64_t next_hash() { return mix64(key_ + 0x9e3779b97f4a7c15ull * ++pair_); }
+  static uint64_t hash(uint64_t key, uint64_t pair) {
+    return mix64(key + 0x9e3779b97f4a7c15ull * pair);
+  }
+  uint64_t next_hash() { return hash(key_, ++pair_); }
   // The two coordinates of a pair are scrambled apart from each other and from the shuffle.
   template <class U>
   static U first_seed(U seed) {
