@@ -6,9 +6,11 @@
 #include <embree3/rtcore.h>
 #endif
 
+#include <algorithm>
 #include <atomic>
 #include <cstddef>
 #include <cstring>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -266,6 +268,53 @@ bool EmbreeScene::intersect(const Ray& ray, Hit& hit) const {
   }
   hit.triangle = query.hit.primID;
   return true;
+}
+
+uint32_t EmbreeScene::intersect(const Vec3Lanes& o, const Vec3Lanes& d, uint32_t lanes,
+                                HitLanes& hits) const {
+  static_assert(kWidth == 8);
+  RTCRayHit8 query;
+  const auto copy = [](float* to, const FloatLanes& from) {
+    std::memcpy(to, from.v, sizeof from.v);
+  };
+  copy(query.ray.org_x, o.x), copy(query.ray.org_y, o.y), copy(query.ray.org_z, o.z);
+  copy(query.ray.dir_x, d.x), copy(query.ray.dir_y, d.y), copy(query.ray.dir_z, d.z);
+  std::fill_n(query.ray.tnear, kWidth, 0.0f);
+  std::fill_n(query.ray.tfar, kWidth, std::numeric_limits<float>::infinity());
+  std::fill_n(query.ray.time, kWidth, 0.0f);
+  std::fill_n(query.ray.mask, kWidth, ~0u);
+  std::fill_n(query.ray.id, kWidth, 0u);
+  std::fill_n(query.ray.flags, kWidth, 0u);
+  std::fill_n(query.hit.geomID, kWidth, RTC_INVALID_GEOMETRY_ID);
+  std::fill_n(query.hit.instID[0], kWidth, RTC_INVALID_GEOMETRY_ID);
+  const WideInt valid = mask_of(lanes);
+#if RTC_VERSION_MAJOR >= 4
+  rtcIntersect8(reinterpret_cast<const int*>(&valid), static_cast<RTCScene>(scene_), &query,
+                nullptr);
+#else
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  rtcIntersect8(reinterpret_cast<const int*>(&valid), static_cast<RTCScene>(scene_), &context,
+                &query);
+#endif
+  std::memcpy(hits.t.v, query.ray.tfar, sizeof hits.t.v);
+  std::memcpy(hits.second.v, query.hit.u, sizeof hits.t.v);
+  std::memcpy(hits.third.v, query.hit.v, sizeof hits.t.v);
+  std::memcpy(hits.ng.x.v, query.hit.Ng_x, sizeof hits.t.v);
+  std::memcpy(hits.ng.y.v, query.hit.Ng_y, sizeof hits.t.v);
+  std::memcpy(hits.ng.z.v, query.hit.Ng_z, sizeof hits.t.v);
+  std::memcpy(hits.mesh.data(), query.hit.geomID, sizeof hits.mesh);
+  std::memcpy(hits.triangle.data(), query.hit.primID, sizeof hits.triangle);
+  uint32_t found = 0;
+  for_each_lane(lanes, [&](int i) {
+    if (query.hit.geomID[i] == RTC_INVALID_GEOMETRY_ID) return;
+    found |= 1u << i;
+    const unsigned instance = query.hit.instID[0][i];
+    if (instance == RTC_INVALID_GEOMETRY_ID) return;
+    hits.mesh[static_cast<size_t>(i)] = instance;
+    hits.ng.set(i, impl_->normals_to_world[instance - impl_->mesh_count] * hits.ng[i]);
+  });
+  return found;
 }
 
 void EmbreeScene::occluded(std::span<OcclusionRay> rays, std::span<Rgb> passed) const {

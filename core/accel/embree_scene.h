@@ -2,12 +2,14 @@
 // place that includes rtcore.h is embree_scene.cpp. Built once; queries: any thread.
 #pragma once
 
+#include <array>
 #include <functional>
 #include <memory>
 #include <span>
 
 #include "core/base/result.h"
 #include "core/math/ray.h"
+#include "core/math/wide.h"
 #include "core/scene/scene.h"
 
 namespace qray {
@@ -18,6 +20,18 @@ struct Hit {
   Vec3 ng;           // geometric normal by the winding, of a sphere outward; not unit
   MeshId mesh;       // of the scene's meshes; from their count on, of its instances
   uint32_t triangle = 0;
+};
+
+// Hits of rays side by side.
+struct HitLanes {
+  FloatLanes t;
+  FloatLanes second, third;  // barycentric
+  Vec3Lanes ng;
+  std::array<uint32_t, kWidth> mesh{}, triangle{};
+  Hit operator[](int lane) const {
+    const auto i = static_cast<size_t>(lane);
+    return {t[lane], {second[lane], third[lane]}, ng[lane], MeshId(mesh[i]), triangle[i]};
+  }
 };
 
 // An occlusion query that waits to be answered with others. Laid out as Embree's RTCRay.
@@ -69,6 +83,8 @@ class EmbreeScene {
   size_t size_bytes() const;  // of memory
 
   bool intersect(const Ray& ray, Hit& hit) const;  // nearest hit in (0, t_max)
+  // The same of several rays at once, of these lanes; the lanes that have a hit come back.
+  uint32_t intersect(const Vec3Lanes& o, const Vec3Lanes& d, uint32_t lanes, HitLanes& hits) const;
   // Any hit in (0, t_max)? Embree 3 answers a thousand in 2/3 of the time of one by one. Each ray's
   // `id` is its number among `passed`, which what the ray passes is multiplied into.
   void occluded(std::span<OcclusionRay> rays, std::span<Rgb> passed) const;

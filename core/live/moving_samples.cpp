@@ -104,7 +104,7 @@ void MovingSamples::sample_tile(const Frame& frame, int tile, double per_block, 
     const int x = static_cast<int>(pixels[i] % static_cast<size_t>(view.width));
     const int y = static_cast<int>(pixels[i] / static_cast<size_t>(view.width));
     sampler.sample(x, y, next_sample_[pixels[i]]++, learn, deviation(view, frame.blocks, x, y),
-                   {light[i]});
+                   {&light[i]});
   }
   tracer.flush();
   for (size_t i = 0; i < pixels.size(); ++i)

@@ -22,6 +22,17 @@
 
 namespace qray {
 
+struct EmittingTriangle {
+  Vec3 p0, e1, e2;  // a vertex and two edges
+  Vec3 n;           // unit, front
+  float area = 0;
+  Rgb emission;
+  float brightness = 0;  // luminance of a side, the mean over it
+  bool two_sided = false, varies = false;
+  MeshId mesh;
+  uint32_t index = 0;  // in its mesh
+};
+
 struct LightSample {
   Vec3 wi;                // unit, from the shaded point to the light
   float distance = 0;     // metres; infinite for the environment
@@ -36,6 +47,9 @@ struct LightSample {
   // The clusters that were picked on the way to it, or until none was left that sends anything.
   std::array<ClusterPick, 3> clusters;
   uint32_t cluster_count = 0;
+
+  // choose() alone: a point on it is still to be drawn, pdf_w is the probability that it is picked.
+  const EmittingTriangle* on = nullptr;
 
   std::span<const ClusterPick> picked() const { return {clusters.data(), cluster_count}; }
   void add(ClusterPick pick) { clusters[cluster_count++] = pick; }
@@ -65,6 +79,12 @@ class LightPick {
   // False: this choice of light sends nothing to the point (it faces away). `weights`: of
   // clusters(), as LightImportance has them for the place; null: they are not asked for.
   bool sample(const LightReceiver& at, float u_light, Vec2 u, LightSample& out,
+              const float* weights = nullptr) const {
+    if (!choose(at, u_light, u, out, weights)) return false;
+    return !out.on || sample_triangle(*out.on, out.pdf_w, at.p, u, out);
+  }
+  // The same, but for the point on a triangle, which many may then draw side by side.
+  bool choose(const LightReceiver& at, float u_light, Vec2 u, LightSample& out,
               const float* weights = nullptr) const {
     if (weights) return sample_clusters(at, u_light, u, out, weights);
     if (tree_) return sample_by_tree(at, u_light, u, out);
@@ -99,16 +119,6 @@ class LightPick {
   float member_prior(uint32_t member) const;
   float member_chance(uint32_t member, const float* weights) const;
 
-  struct EmittingTriangle {
-    Vec3 p0, e1, e2;  // a vertex and two edges
-    Vec3 n;           // unit, front
-    float area = 0;
-    Rgb emission;
-    float brightness = 0;  // luminance of a side, the mean over it
-    bool two_sided = false, varies = false;
-    MeshId mesh;
-    uint32_t index = 0;  // in its mesh
-  };
   // From outside, what is seen of it is drawn by solid angle; from inside, points by area.
   struct EmittingSphere {
     Sphere shape;
@@ -124,8 +134,11 @@ class LightPick {
     float area() const { return 4 * kPi * sqr(shape.radius); }
   };
   bool sample_of(AliasTable::Pick pick, const LightReceiver& at, Vec2 u, LightSample& out) const {
-    if (pick.index < triangles_.size())
-      return sample_triangle(triangles_[pick.index], pick.probability, at.p, u, out);
+    if (pick.index < triangles_.size()) {
+      out.on = &triangles_[pick.index];
+      out.pdf_w = pick.probability;
+      return true;
+    }
     size_t rest = pick.index - triangles_.size();
     if (rest < spheres_.size())
       return sample_sphere(spheres_[rest], pick.probability, at.p, u, out);

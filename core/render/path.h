@@ -1,6 +1,6 @@
-// One path: unidirectional path tracing with next event estimation and multiple importance sampling
+// Paths: unidirectional path tracing with next event estimation and multiple importance sampling
 // (Veach 1997, power heuristic), directions drawn from the BSDF, the guide, or a mixture of both.
-// One PathTracer per worker thread.
+// Eight are under way at a time, side by side (path_lanes.h). One PathTracer per worker thread.
 #pragma once
 
 #include "core/guide/guide.h"
@@ -8,6 +8,7 @@
 #include "core/render/light_learner.h"
 #include "core/render/light_split.h"
 #include "core/render/path_counters.h"
+#include "core/render/path_lanes.h"
 #include "core/render/path_learner.h"
 #include "core/render/path_state.h"
 #include "core/render/path_vertex.h"
@@ -28,18 +29,21 @@ class PathTracer {
              const Guide* guide, const LightSplit* split = nullptr,
              const CausticMap* caustics = nullptr);
 
-  // Adds the radiance arriving at the ray's origin along it to `pixel`, some of it only at flush():
-  // rays to lights are traced many at once. A sample that is not finite adds nothing and is
-  // counted. When `learn` is given, the path's scattering events are
-  // recorded there by flush(). `pixel_deviation`: of a sample of this pixel, about; 0: not known.
-  void sample(const Ray& ray, Sampler& sampler, GuideDelta* learn, float pixel_deviation,
+  // Adds the radiance arriving at the ray's origin along it to `pixel`, by flush() at the latest.
+  // A sample that is not finite adds nothing and is counted. When `learn` is given, the path's
+  // scattering events are recorded there by flush(). The sampler's next numbers are the path's.
+  // `pixel_deviation`: of a sample of this pixel, about; 0: not known.
+  void sample(const Ray& ray, const Sampler& sampler, GuideDelta* learn, float pixel_deviation,
               PixelTarget pixel);
   void flush();
   void discard();  // instead of flush()
 
-  // Whether paths draw from the guide, and whether it learns from them.
+  // Whether paths that start from now on draw from the guide, and whether it learns from them.
   void set_guiding(bool guided, bool learning) {
-    guiding_ = guided ? Guiding::kOn : learning ? Guiding::kWatch : Guiding::kOff;
+    guiding_ = !guide_    ? Guiding::kOff
+               : guided   ? Guiding::kOn
+               : learning ? Guiding::kWatch
+                          : Guiding::kOff;
   }
 
   // What lights and the environment show of themselves to the camera is left out: it is known
@@ -55,44 +59,58 @@ class PathTracer {
     float chance = 1;
     Rgb control;
   };
-  // The steps of walk(). Those that return false end the path.
-  Rgb walk(const Ray& ray, Sampler& sampler, float pixel_deviation, PixelTarget pixel);
-  bool intersect(const Ray& ray, Hit& hit);
-  void add_environment(PathState& path, PixelTarget pixel);
-  void absorb(PathState& path, float distance);
-  void add_emission(PathState& path, const Hit& hit, const SurfacePoint& surface, float cos_light,
-                    PixelTarget pixel);
-  bool hides_lights_to(const PathState& path) const {
-    return hides_lights_ && path.depth == 1 && path.reach == 0;
-  }
-  const MaterialShading& material_at(const Hit& hit, Vec3 wo, SurfacePoint& surface,
-                                     float u_blend) const;
-  PathVertex vertex_at(const PathState& path, const MaterialShading& material, const Hit& hit,
-                       const SurfacePoint& surface, Vec3 wo, ShadingPoint& room) const;
-  void ask_guide(const PathState& path, PathVertex& v, bool from_front);
-  bool add_direct_light(PathState& path, PathVertex& v, float u_light, Vec2 u_light_point,
-                        PixelTarget pixel);
-  bool survive(PathState& path, const PathVertex& v, float u_roulette);
-  bool go_on(PathState& path, const PathVertex& v, const Hit& hit, float u_lobe, Vec2 u_direction);
-  static void go_straight(PathState& path, const PathVertex& v, const Hit& hit);
-  bool leave_by_pane(PathState& path, const PathVertex& v, const Hit& hit, float u_lobe,
-                     Vec2 u_direction);
-  Rgb pane_correction(const PathVertex& v, Vec3 d, const Hit& hit) const;
-  // Has it met as many surfaces as it may? Panes that it goes straight through do not count.
-  bool at_most(const PathState& path) const { return path.depth >= settings_.max_depth; }
+  // A step of every path in flight, and its stages. Sets of lanes are bits; what comes back are
+  // those whose paths go on.
+  void advance();
+  uint32_t intersect(uint32_t lanes);
+  uint32_t arrive(uint32_t lanes);
+  uint32_t add_direct_light(uint32_t lanes);
+  uint32_t survive(uint32_t lanes);
+  uint32_t scatter(uint32_t lanes);
+  void go_on(uint32_t lanes);
+  void finish(int lane);
+  void trace_shadow_rays();
 
-  static Ray shadow_ray(const PathVertex& v, const LightSample& light);
-  Survival survival(PathState& path, const PathVertex& v);
-  float unguided_chance(int depth, Rgb throughput) const;  // of roulette
-  // These fill `next`, which comes empty. False: the BSDF absorbs the path, whatever direction it
-  // might have taken.
+  // Parts of arrive().
+  void add_environment(int lane);
+  void absorb(int lane, float distance);
+  void add_emission(int lane, const MeshShading& mesh, const SurfacePoint& surface);
+  bool hides_lights_to(int lane) const {
+    return hides_lights_ && path_.depth[index(lane)] == 1 && path_.reach[lane] == 0;
+  }
+  const MaterialShading& material_at(int lane, Vec3 wo, SurfacePoint& surface) const;
+  bool is_plain(int lane, const MaterialShading& material) const;
+  void make_vertex(int lane);
+  void ask_guide(int lane);
+  bool leave_by_pane(int lane);
+  Rgb pane_correction(int lane, const PathVertex& v) const;
+  // Has it met as many surfaces as it may? Panes that it goes straight through do not count.
+  bool at_most(int lane) const { return path_.depth[index(lane)] >= settings_.max_depth; }
+
+  // Parts of add_direct_light().
+  uint32_t choose_lights(uint32_t lanes);
+  uint32_t choose_points(uint32_t lanes);
+  uint32_t scatter_light(uint32_t lanes);
+  uint32_t weigh_light(uint32_t lanes);
+  void aim_at_lights();
+  void await(int lane, Rgb arriving);
+  float mixture_pdf_w(const PathVertex& v, Vec3 wi, float bsdf_pdf_w, float base_pdf_w);
+
+  // Parts of survive().
+  bool survive(int lane);
+  Survival survival(int lane);
+  float unguided_chance(int depth, Rgb throughput) const;
+
+  // Parts of scatter(). False: the BSDF absorbs the path, whatever direction it might have taken.
+  bool scatter_one(int lane);
+  void scatter_plain();
   bool scatter(const PathVertex& v, float u_lobe, Vec2 u_direction, ScatterSample& next);
   bool scatter_by_bsdf_or_guide(const PathVertex& v, float u_lobe, Vec2 u_direction,
                                 ScatterSample& next);
   void scatter_by_bsdf(const PathVertex& v, const BsdfSample& s, ScatterSample& next);
   void scatter_to_caustics(const PathVertex& v, Vec2 u_direction, ScatterSample& next);
   void scatter_by_guide(const PathVertex& v, Vec2 u_direction, ScatterSample& next);
-  float mixture_pdf_w(const PathVertex& v, Vec3 wi, float bsdf_pdf_w, float base_pdf_w);
+  void go_straight(int lane);
 
   // The layers that light of the source, scattered so often, goes into; -1: into none.
   struct LayersOf {
@@ -100,7 +118,10 @@ class PathTracer {
   };
   LayersOf layers_of(int scattered, uint32_t source) const;
   bool has_groups() const { return split_ && split_->layers.groups > 0; }
-  void pay_by_layer(int scattered, uint32_t source, Rgb light);
+  void pay_by_layer(int lane, int scattered, uint32_t source, Rgb light);
+
+  static size_t index(int lane) { return static_cast<size_t>(lane); }
+  PathLearner& learner(int lane) { return learners_[index(lane)]; }
 
   const PreparedScene& scene_;
   const LightPick& lights_;
@@ -110,12 +131,15 @@ class PathTracer {
   const PixelCone pixel_;
   const GuideSampler* guide_;
   const bool guide_expects_;
-  enum class Guiding { kOff, kWatch, kOn };  // kWatch only looks up, so that the guide can learn
-  Guiding guiding_ = Guiding::kOn;
+  Guiding guiding_;            // of paths that start
   bool hides_lights_ = false;  // from the camera
   PathCounters counters_;
-  bool timed_ = false;  // the path under way is
-  PathLearner learner_;
+  uint64_t steps_ = 0;
+  bool timed_ = false;  // the step under way is
+  PathLanes path_;
+  VertexLanes vertex_;
+  LightLanes light_;
+  std::vector<PathLearner> learners_;  // by lane
   LightLearner light_learner_;
   ShadowRays shadow_rays_;
   const LightSplit* split_;
@@ -124,7 +148,7 @@ class PathTracer {
     int layer;
     Rgb light;
   };
-  std::vector<Paid> paid_;  // of the path under way
+  std::array<std::vector<Paid>, kWidth> paid_;  // of the paths under way
 };
 
 }  // namespace qray

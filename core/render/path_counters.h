@@ -9,7 +9,7 @@ struct PathCounters {
   uint64_t paths = 0, rays = 0, dropped_samples = 0;
   uint64_t guided_paths = 0, guided_rays = 0;  // of those, that asked the guide for directions
   uint64_t lookups = 0;                        // surfaces where the guide was asked
-  // Cycles of the timed paths (one in 64): in all, in ray queries, in the guide.
+  // Cycles of the timed steps (one in 64): in all, in ray queries, in the guide.
   uint64_t timed_total = 0, timed_tracing = 0, timed_guiding = 0;
 
   PathCounters& operator+=(const PathCounters& o);

@@ -11,9 +11,11 @@ void PathLearner::begin(GuideDelta* delta, double* saved) {
 
 void PathLearner::end() {
   if (has_vertex()) paths_.push_back({begin_, vertices_.size(), delta_, saved_});
+  begin_ = vertices_.size();
+  delta_ = nullptr;
 }
 
-void PathLearner::vertex(const GuidePoint& at, Vec3 p, const PathState& path) {
+void PathLearner::vertex(const GuidePoint& at, Vec3 p, float survival_chance, Rgb throughput) {
   if (has_vertex()) notes_.back().lands = vertices_.back().transition.lands = true;
   // Copies of empty ones: g++ clears this much memory in a slower way.
   static const GuideVertex empty_vertex;
@@ -22,8 +24,8 @@ void PathLearner::vertex(const GuidePoint& at, Vec3 p, const PathState& path) {
   v.at = at;
   v.p = p;
   GuideSavings& savings = notes_.emplace_back(empty_note).savings;
-  savings.reached = path.survival_chance;
-  savings.throughput = path.throughput;
+  savings.reached = survival_chance;
+  savings.throughput = throughput;
 }
 
 void PathLearner::emitted(Rgb radiance, float mis) {
@@ -98,7 +100,11 @@ void PathLearner::flush() {
     if (path.saved) *path.saved += saved_by(path);
     guide_->record(std::span(vertices_).subspan(path.begin, path.end - path.begin), *path.delta);
   }
-  discard();
+  paths_.clear();
+  const auto ended = static_cast<std::ptrdiff_t>(begin_);
+  vertices_.erase(vertices_.begin(), vertices_.begin() + ended);
+  notes_.erase(notes_.begin(), notes_.begin() + ended);
+  begin_ = 0;
 }
 
 double PathLearner::saved_by(const Path& path) const {
@@ -109,6 +115,8 @@ double PathLearner::saved_by(const Path& path) const {
 }
 
 void PathLearner::discard() {
+  delta_ = nullptr;
+  begin_ = 0;
   vertices_.clear();
   notes_.clear();
   paths_.clear();

@@ -26,7 +26,7 @@ class PathLearner {
 
   // The path's next vertex where a guide may learn. Mirrors and clear glass are passed over: what
   // is seen in them counts as seen directly.
-  void vertex(const GuidePoint& at, Vec3 p, const PathState& path);
+  void vertex(const GuidePoint& at, Vec3 p, float survival_chance, Rgb throughput);
   // Luminance of that vertex' surface, if the guide wants it.
   bool wants_albedo() const { return needs_.transition; }
   void albedo(float albedo) { vertices_.back().transition.albedo = albedo; }
@@ -59,7 +59,8 @@ class PathLearner {
   // light: for those who learn from what is hit, the surface is what emits.
   void direct(uint32_t vertex, Rgb radiance, bool punctual, float unguided_weight);
 
-  // All direct light is there: records the paths, and sums what guiding saved them.
+  // All direct light so far is there: records the paths that ended, and sums what guiding saved
+  // them. What current() told before means nothing from then on.
   void flush();
   void discard();  // forget them
 
@@ -86,7 +87,7 @@ class PathLearner {
 
   const GuideLearner* guide_;
   const GuideNeeds needs_;
-  GuideDelta* delta_ = nullptr;
+  GuideDelta* delta_ = nullptr;  // of the path under way; null: it is not learned from
   double* saved_ = nullptr;
   size_t begin_ = 0;
   std::vector<GuideVertex> vertices_;

@@ -30,7 +30,7 @@ void PathTracer::scatter_to_caustics(const PathVertex& v, Vec2 u_direction, Scat
   const Vec3 wi_local = v.frame.to_local(wi);
   const BsdfEval eval = v.eval(wi_local);
   const float of_lobes = CausticMap::pdf_w(*v.caustics.lobes, v.surface.p, wi);
-  if (v.mixture.guide > 0 || (learner_.on() && learner_.wants_bsdf())) {
+  if (v.mixture.guide > 0 || v.learns_bsdf) {
     const CycleScope guiding(timed_, counters_.timed_guiding);
     next.guide_pdf_w = guide_->pdf_w(v.at, wi);
   }
@@ -79,8 +79,7 @@ inline void PathTracer::scatter_by_bsdf(const PathVertex& v, const BsdfSample& s
   next.base_pdf_w = s.base_pdf_w;
   next.lobes_weight = s.weight - s.base_weight;
   next.delta = s.delta;
-  if (!next.delta &&
-      (mixture.guide > 0 || (learner_.on() && learner_.wants_bsdf() && v.parts.base_chance < 1))) {
+  if (!next.delta && (mixture.guide > 0 || (v.learns_bsdf && v.parts.base_chance < 1))) {
     const CycleScope guiding(timed_, counters_.timed_guiding);
     next.guide_pdf_w = guide_->pdf_w(v.at, next.wi);
   }

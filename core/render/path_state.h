@@ -1,11 +1,8 @@
-// What a path carries from step to step: its random numbers, its state and the direction chosen.
-// Values of one path, one thread.
+// Values of one path: the random numbers of a vertex, where its light goes, and a direction chosen.
 #pragma once
 
-#include "core/math/ray.h"
 #include "core/math/sampler.h"
 #include "core/math/vec.h"
-#include "core/render/light_tree.h"
 
 namespace qray {
 
@@ -29,37 +26,9 @@ struct VertexNumbers {
   }
 };
 
-// A path so far.
-struct PathState {
-  Ray ray;                      // to what comes next
-  float spread;                 // metres of width that the ray gains each metre
-  float width = 0;              // metres that the ray stands for, across it
-  int depth = 1;                // the surface that comes next, from 1 on
-  Rgb radiance{};               // that the pixel is paid
-  Rgb throughput{1.0f};         // of what arrives along the ray
-  const Rgb* inside = nullptr;  // absorption along the ray, per metre; null: none
-  // Radiance is that much more where the ray is than in the open, as the square of the index is;
-  // throughput is as much less, which says nothing of what the path may bring.
-  float eta_scale = 1;
-  // The ray's direction: its density, and whether nee could not have made it. It cannot make the
-  // camera's.
-  float pdf_w = 0;
-  bool delta = true;
-  float reach = 0;       // metres that it then went straight through panes, as nee's rays do
-  LightReceiver from{};  // the surface where it was chosen,
-  const float* from_lights = nullptr;  // and what is known of lights there (LightPick::sample())
-  float guidance = 1;  // the densities of its directions over what the BSDFs' own were, multiplied
-  // Of a sample of the pixel. Not known (0), it is guessed to be what the first place with
-  // expectations may bring.
-  float pixel_deviation = 0;
-  bool deviation_guessed = false;
-  float survival_chance = 1;           // that it got so far
-  float unguided_survival_chance = 1;  // that it would have without a guide's expectations
-};
-
 // Where a pixel's samples go, which must live until the tracer's flush().
 struct PixelTarget {
-  Rgb& radiance;  // their sum
+  Rgb* radiance = nullptr;  // their sum
   // The sum of what guiding saved each of them, of the second moment of its luminance; null: not
   // wanted (guide_savings.h).
   double* saved = nullptr;

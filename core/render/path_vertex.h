@@ -9,7 +9,6 @@
 #include "core/guide/guide.h"
 #include "core/math/frame.h"
 #include "core/render/caustic_map.h"
-#include "core/render/light_learner.h"
 #include "core/render/material_shading.h"
 #include "core/scene/surface.h"
 
@@ -24,12 +23,11 @@ struct PathVertex {
   float ray_offset;   // metres off the surface where rays may start
   const MaterialShading& material;
   const Rgb* inside;  // absorption where the path comes from, per metre; null: none
-  LightReceiver receiver;
   GuidePoint at{};
   BsdfParts parts{};  // found for guides that expect, and of Lambert surfaces
   GuideMixture mixture{};
   CausticMap::Place caustics{};
-  LightLearner::Place lights{};  // found where lights are connected to
+  bool learns_bsdf = false;  // the guide learns here how the surface scatters (GuideNeeds::bsdf)
 
   GuidedSurface guided_surface() const { return {parts.base_chance, kind == BsdfKind::kMixed}; }
 

@@ -60,7 +60,12 @@ struct PreparedScene {
   SurfacePoint surface_at(const Ray& ray, const Hit& hit, float ray_width = 0) const {
     const Vec3 ng = normalize(hit.ng);
     SurfacePoint surface{ray.o + ray.d * hit.t, ng, ng};
-    const MeshShading& m = meshes[hit.mesh.value];
+    complete(meshes[hit.mesh.value], hit, -ray.d, ray_width, surface);
+    return surface;
+  }
+  // The surface has its place and the triangle's normal: adds what its mesh knows of it.
+  void complete(const MeshShading& m, const Hit& hit, Vec3 wo, float ray_width,
+                SurfacePoint& surface) const {
     if (m.sphere) {
       put_on_sphere(m, surface);
     } else if (m.interpolated) {
@@ -72,8 +77,7 @@ struct PreparedScene {
       if (!m.mesh->second_uvs.empty())
         surface.uv.second_width = ray_width * uv_per_metre(m, hit.triangle, m.mesh->second_uvs);
     }
-    if (m.bends) bend(m, hit, -ray.d, surface);
-    return surface;
+    if (m.bends) bend(m, hit, wo, surface);
   }
   // What is near the sphere, exactly there.
   static void put_on_sphere(const MeshShading& mesh, SurfacePoint& surface);
@@ -85,15 +89,18 @@ struct PreparedScene {
   }
   Frame turned_frame(const MaterialShading& material, const Hit& hit, Vec3 n,
                      TexturePoint uv) const;
+  static Vec3 scattering_normal(const MaterialShading& material, Vec3 wo,
+                                const SurfacePoint& surface) {
+    const bool shading_normal_usable = dot(wo, surface.ns) * dot(wo, surface.ng) > 0;
+    return material.seen_whole     ? seen_normal(surface.ns, surface.ng, wo)
+           : shading_normal_usable ? surface.ns
+                                   : surface.ng;
+  }
   // In which a path that comes from wo scatters: about the shading normal, if wo lies on the same
   // side of it as of the triangle, or can be made to.
   Frame scattering_frame(const MaterialShading& material, const Hit& hit, Vec3 wo,
                          const SurfacePoint& surface) const {
-    const bool shading_normal_usable = dot(wo, surface.ns) * dot(wo, surface.ng) > 0;
-    const Vec3 normal = material.seen_whole     ? seen_normal(surface.ns, surface.ng, wo)
-                        : shading_normal_usable ? surface.ns
-                                                : surface.ng;
-    return frame_at(material, hit, normal, surface.uv);
+    return frame_at(material, hit, scattering_normal(material, wo, surface), surface.uv);
   }
   // Metres off the surface where rays may start after a hit at distance t: more than the rounding
   // noise of o + t d and of the largest triangle's coordinates.

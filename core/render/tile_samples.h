@@ -38,7 +38,7 @@ class TileSamples {
   // `count` from number `first` on; stays until start().
   PixelTarget target(int x, int y, uint32_t first, uint32_t count, uint32_t number) {
     const bool later = number - first >= even_count(first, count);
-    return {quarters_[index(x, y)][2 * later + (number & 1)], &saved_[index(x, y)],
+    return {&quarters_[index(x, y)][2 * later + (number & 1)], &saved_[index(x, y)],
             &seen_[index(x, y)], layer_count_ > 0 ? &layers_[index(x, y) * layer_count_] : nullptr};
   }
   // How many of them have even numbers; as many are earlier ones.

@@ -19,6 +19,15 @@ void record(RTCScene scene, const RTCRay& r, float t_max) {
   recording->push_back({{r.org_x, r.org_y, r.org_z}, {r.dir_x, r.dir_y, r.dir_z}, t_max});
 }
 
+void record(RTCScene scene, const int* valid, const RTCRay8& r) {
+  for (int i = 0; i < 8; ++i) {
+    if (!valid[i]) continue;
+    recorded_scene = scene;
+    recording->push_back(
+        {{r.org_x[i], r.org_y[i], r.org_z[i]}, {r.dir_x[i], r.dir_y[i], r.dir_z[i]}, -1});
+  }
+}
+
 RTCRay to_rtc(const qray::bench::RecordedRay& ray) {
   RTCRay r;
   r.org_x = ray.o.x;
@@ -46,6 +55,12 @@ void __wrap_rtcIntersect1(RTCScene scene, RTCRayHit* query, RTCIntersectArgument
   if (recording) record(scene, query->ray, -1);
   __real_rtcIntersect1(scene, query, arguments);
 }
+void __real_rtcIntersect8(const int*, RTCScene, RTCRayHit8*, RTCIntersectArguments*);
+void __wrap_rtcIntersect8(const int* valid, RTCScene scene, RTCRayHit8* query,
+                          RTCIntersectArguments* arguments) {
+  if (recording) record(scene, valid, query->ray);
+  __real_rtcIntersect8(valid, scene, query, arguments);
+}
 void __wrap_rtcOccluded1(RTCScene scene, RTCRay* ray, RTCOccludedArguments* arguments) {
   if (recording) record(scene, *ray, ray->tfar);
   __real_rtcOccluded1(scene, ray, arguments);
@@ -57,6 +72,12 @@ void __real_rtcOccluded1M(RTCScene, RTCIntersectContext*, RTCRay*, unsigned, siz
 void __wrap_rtcIntersect1(RTCScene scene, RTCIntersectContext* context, RTCRayHit* query) {
   if (recording) record(scene, query->ray, -1);
   __real_rtcIntersect1(scene, context, query);
+}
+void __real_rtcIntersect8(const int*, RTCScene, RTCIntersectContext*, RTCRayHit8*);
+void __wrap_rtcIntersect8(const int* valid, RTCScene scene, RTCIntersectContext* context,
+                          RTCRayHit8* query) {
+  if (recording) record(scene, valid, query->ray);
+  __real_rtcIntersect8(valid, scene, context, query);
 }
 void __wrap_rtcOccluded1(RTCScene scene, RTCIntersectContext* context, RTCRay* ray) {
   if (recording) record(scene, *ray, ray->tfar);

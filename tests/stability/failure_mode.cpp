@@ -32,7 +32,7 @@ constexpr Text kModes[] = {
      "values them at over 20 times that light. The mean equals the mean of `none` all the same."},
     {"gamma-one", "gamma = 1 with albedo 1",
      "Four jobs in a chain learn in a closed white room with alpha 0.2. No sample is NaN and all "
-     "values are finite. At depth 5 the mean equals the mean of `none`. If the lamp reflects "
+     "values are finite. At depth 3 the mean equals the mean of `none`. If the lamp reflects "
      "nothing, the values of `huang` stay below the lamp's radiance. If the lamp is white too, "
      "the values of `huang` grow with every job, each update adding at most alpha times the "
      "lamp's radiance."},

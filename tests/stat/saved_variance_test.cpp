@@ -36,7 +36,7 @@ SecondMoments measure(const PreparedScene& scene, const RenderSettings& settings
           sampler.start(static_cast<uint32_t>(x), static_cast<uint32_t>(y), batch * kSamples + i);
           const Ray ray = camera.ray({static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f},
                                      {0.5f, 0.5f});
-          tracer.sample(ray, sampler, delta.get(), deviation, {light[i], &saved[i]});
+          tracer.sample(ray, sampler, delta.get(), deviation, {&light[i], &saved[i]});
         }
         tracer.flush();
         for (uint32_t i = 0; i < kSamples; ++i) {

@@ -110,7 +110,8 @@ double mean_of_rare_light(const RenderSettings& settings, Sampler& random) {
       const uint32_t first = plan.first(x, y), count = plan.count(x, y);
       tile.set_count(x, y, count);
       for (uint32_t n = first; n < first + count; ++n)
-        tile.target(x, y, first, count, n).radiance += Rgb{random.next_2d().x < 0.01f ? 100 : 0.0f};
+        *tile.target(x, y, first, count, n).radiance +=
+            Rgb{random.next_2d().x < 0.01f ? 100 : 0.0f};
       const SampleHalves<Rgb> of = tile.halves(x, y);
       noise.add(x, y, first, count, {of.even.r, of.odd.r, of.earlier.r, of.later.r}, {});
       return true;
