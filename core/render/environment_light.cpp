@@ -183,28 +183,31 @@ inline EnvironmentLight::Place EnvironmentLight::place_in(const Tile& t, Vec2 of
           0};
 }
 
-EnvironmentLight::Sample EnvironmentLight::sample(Vec2 u, Vec3 normal) const {
+EnvironmentLight::Drawn EnvironmentLight::draw(Vec2 u, Vec3 normal) const {
   const CdfPick row = pick_by_cdf(row_cdf_, row_guide_, u.y);
   const size_t columns = static_cast<size_t>(tile_columns_) + 1, r = static_cast<size_t>(row.index);
   const CdfPick column =
       pick_by_cdf(std::span(tile_cdf_).subspan(r * columns, columns),
                   std::span(tile_guide_).subspan(r * guide_size_, guide_size_), u.x);
-  return sample_tile(row, column, normal);
+  return draw_in_tile(row, column, normal);
 }
 
-EnvironmentLight::Sample EnvironmentLight::sample_tile(CdfPick row, CdfPick column,
+EnvironmentLight::Drawn EnvironmentLight::draw_in_tile(CdfPick row, CdfPick column,
                                                        Vec3 normal) const {
   if (is_behind(column.index, row.index, normal)) return {};
-  const Tile t = tile(column.index, row.index);
-  Place at = place_in(t, {column.offset, row.offset});
-  Corners c;
-  const bool even = block_of_tile_[t.index] == kEven;
-  if (!even) {
-    c = corners(at.column, at.row);
+  const Place at = place_in(tile(column.index, row.index), {column.offset, row.offset});
+  prefetch(at.column, at.row);
+  return {at.column, at.row, at.offset};
+}
+
+EnvironmentLight::Sample EnvironmentLight::sample_of(const Drawn& drawn) const {
+  if (drawn.row < 0) return {};
+  const Tile t = tile(drawn.column >> shift_, drawn.row >> shift_);
+  const Corners c = corners(drawn.column, drawn.row);
+  Place at{drawn.column, drawn.row, drawn.offset, 0};
+  if (block_of_tile_[t.index] != kEven) {
     const float y = sample_linear(at.offset.y, c.n00 + c.n10, c.n01 + c.n11);
     at.offset = {sample_linear(at.offset.x, lerp(y, c.n00, c.n01), lerp(y, c.n10, c.n11)), y};
-  } else {
-    prefetch(at.column, at.row);
   }
   const float y = at.offset.y;
 
@@ -219,7 +222,7 @@ EnvironmentLight::Sample EnvironmentLight::sample_tile(CdfPick row, CdfPick colu
   at.sin_theta = std::sin(theta);
   const Vec3 d{at.sin_theta * std::sin(phi), (south ? -1 : 1) * std::cos(theta),
                -at.sin_theta * std::cos(phi)};
-  return {environment_.to_world * d, pdf_w(at, t, even ? nullptr : &c)};
+  return {environment_.to_world * d, pdf_w(at, t, c) / drawn.of_cell, radiance(at, c)};
 }
 
 void EnvironmentLight::fill_centers() {
@@ -252,7 +255,7 @@ EnvironmentLight::Arriving EnvironmentLight::at(Vec3 wi) const {
   if (even()) return {radiance(wi), 0};
   const Place at = place(wi);
   const Corners c = corners(at.column, at.row);
-  return {radiance(at, c), pdf_w(at, tile(at.column >> shift_, at.row >> shift_), &c)};
+  return {radiance(at, c), pdf_w(at, tile(at.column >> shift_, at.row >> shift_), c)};
 }
 
 Rgb EnvironmentLight::radiance(Vec3 wi) const {
@@ -270,15 +273,14 @@ inline float EnvironmentLight::cell_probability(const Tile& t, const Place& at) 
 }
 
 // Probabilities are read from the tables that sample() walks: what rounding does to the one it does
-// to the other. `corners` are not needed where the tile is even.
-inline float EnvironmentLight::pdf_w(const Place& at, const Tile& t, const Corners* corners) const {
+// to the other.
+inline float EnvironmentLight::pdf_w(const Place& at, const Tile& t, const Corners& c) const {
   if (!(at.sin_theta > 0)) return 0;
   const size_t row = t.index / static_cast<size_t>(tile_columns_);
   float probability =
       (row_cdf_[row + 1] - row_cdf_[row]) * (tile_cdf_[t.in_cdf + 1] - tile_cdf_[t.in_cdf]);
   float cells = static_cast<float>(t.cells());
   if (block_of_tile_[t.index] != kEven) {
-    const Corners& c = *corners;
     const float mean = 0.25f * (c.n00 + c.n10 + c.n01 + c.n11);
     if (!(mean > 0)) return 0;
     const float value =
@@ -334,7 +336,7 @@ float EnvironmentLight::cell_chance(uint32_t cell) const {
   return cell_begin_[cell] < cell_begin_[cell + 1] ? cell_rows_[cell_begin_[cell + 1] - 1] : 0;
 }
 
-EnvironmentLight::Sample EnvironmentLight::sample_in(uint32_t index, Vec2 u, Vec3 normal) const {
+EnvironmentLight::Drawn EnvironmentLight::draw_in(uint32_t index, Vec2 u, Vec3 normal) const {
   const float chance = cell_chance(index);
   if (!(chance > 0)) return {};
   const CellTiles cell = tiles_of(index);
@@ -352,9 +354,9 @@ EnvironmentLight::Sample EnvironmentLight::sample_in(uint32_t index, Vec2 u, Vec
   const CdfPick column =
       pick_by_cdf(cdf, std::span(tile_guide_).subspan(r * guide_size_, guide_size_),
                   std::clamp(from + u.x * (to - from), from, std::nextafter(to, from)));
-  Sample s = sample_tile(row, column, normal);
-  s.pdf_w /= chance;
-  return s;
+  Drawn drawn = draw_in_tile(row, column, normal);
+  drawn.of_cell = chance;
+  return drawn;
 }
 
 EnvironmentLight::InCell EnvironmentLight::in_cell(Vec3 wi) const {
@@ -363,7 +365,7 @@ EnvironmentLight::InCell EnvironmentLight::in_cell(Vec3 wi) const {
   const int column = at.column >> shift_, row = at.row >> shift_;
   const uint32_t cell = cell_of(column, row);
   const float chance = cell_chance(cell);
-  return {radiance(at, c), chance > 0 ? pdf_w(at, tile(column, row), &c) / chance : 0, cell};
+  return {radiance(at, c), chance > 0 ? pdf_w(at, tile(column, row), c) / chance : 0, cell};
 }
 
 float EnvironmentLight::brightest() const {

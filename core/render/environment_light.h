@@ -23,10 +23,20 @@ class EnvironmentLight {
   struct Sample {
     Vec3 wi;          // unit, world
     float pdf_w = 0;  // 0: no light there
+    Rgb radiance;     // that arrives from there
   };
   // `normal`: directions behind the surface are not wanted, and may come with pdf_w = 0; zero: all
   // are.
-  Sample sample(Vec2 u, Vec3 normal = {}) const;
+  Sample sample(Vec2 u, Vec3 normal = {}) const { return sample_of(draw(u, normal)); }
+  // The same in two steps. Memory is asked for what the second one reads, so that many may be drawn
+  // before any waits.
+  struct Drawn {
+    int column = 0, row = -1;  // of a cell; -1: no light there
+    Vec2 offset;               // in the cell, 0..1, as long as its light is even
+    float of_cell = 1;         // the chance of the cells that are drawn from
+  };
+  Drawn draw(Vec2 u, Vec3 normal = {}) const;
+  Sample sample_of(const Drawn& drawn) const;
   // What arrives from there, and the density with which sample() makes it.
   struct Arriving {
     Rgb radiance;
@@ -39,7 +49,10 @@ class EnvironmentLight {
   static constexpr uint32_t kCellRows = 8, kCellColumns = 16, kCells = kCellRows * kCellColumns;
   float cell_chance(uint32_t cell) const;
   // pdf_w: of the cell's directions alone
-  Sample sample_in(uint32_t cell, Vec2 u, Vec3 normal = {}) const;
+  Sample sample_in(uint32_t cell, Vec2 u, Vec3 normal = {}) const {
+    return sample_of(draw_in(cell, u, normal));
+  }
+  Drawn draw_in(uint32_t cell, Vec2 u, Vec3 normal = {}) const;
   struct InCell {
     Rgb radiance;
     float pdf_w = 0;  // of sample_in() for this cell
@@ -83,8 +96,8 @@ class EnvironmentLight {
   Tile tile(int tile_column, int tile_row) const;
   float add_tile(const Tile& tile);  // to blocks_; returns its weight
   Place place_in(const Tile& tile, Vec2 offset) const;
-  float pdf_w(const Place& place, const Tile& tile, const Corners* corners) const;
-  Sample sample_tile(CdfPick row, CdfPick column, Vec3 normal) const;
+  float pdf_w(const Place& place, const Tile& tile, const Corners& corners) const;
+  Drawn draw_in_tile(CdfPick row, CdfPick column, Vec3 normal) const;
   void fill_centers();
   bool is_behind(int tile_column, int tile_row, Vec3 normal) const;
   struct CellTiles {

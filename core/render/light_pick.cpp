@@ -261,19 +261,21 @@ bool LightPick::sample_punctual(const PunctualLight& light, float probability, V
   return !out.radiance.is_black();
 }
 
-bool LightPick::sample_environment(float probability, Vec3 normal, Vec2 u, LightSample& out) const {
-  return put_environment(environment_->sample(u, normal), probability, out);
+bool LightPick::put_environment(const EnvironmentLight::Drawn& drawn, float probability,
+                                LightSample& out) const {
+  out.drawn = drawn;
+  out.distance = std::numeric_limits<float>::infinity();
+  out.source = environment_source_;
+  out.pdf_w = probability;
+  return drawn.row >= 0;
 }
 
-bool LightPick::put_environment(const EnvironmentLight::Sample& s, float probability,
-                                LightSample& out) const {
-  if (!(s.pdf_w > 0)) return false;
+bool LightPick::finish_environment(LightSample& out) const {
+  const EnvironmentLight::Sample s = environment_->sample_of(out.drawn);
   out.wi = s.wi;
-  out.distance = std::numeric_limits<float>::infinity();
-  out.varies = true;
-  out.source = environment_source_;
-  out.pdf_w = probability * s.pdf_w;
-  return true;
+  out.radiance = s.radiance;
+  out.pdf_w *= s.pdf_w;
+  return s.pdf_w > 0;
 }
 
 LightBounds LightPick::bounds_of(const EmittingTriangle& t) {
@@ -486,7 +488,7 @@ bool LightPick::sample_cell(float probability, Vec3 normal, Vec2 u_point, LightS
   const AliasTable::Pick cell = pick_cell(chances, u_point);
   const float prior = chance_of(plain_weights_.data() + first_cell_, cell.index);
   out.add({first_cell_ + cell.index, probability * cell.probability / prior * cell_scale_});
-  return put_environment(environment_->sample_in(cell.index, u_point, normal),
+  return put_environment(environment_->draw_in(cell.index, u_point, normal),
                          probability * cell.probability, out);
 }
 

@@ -39,17 +39,19 @@ struct LightSample {
   Rgb radiance;           // that arrives if nothing is in the way; punctual: irradiance facing it
   float pdf_w = 0;        // per steradian, the choice of light counted; punctual: of it alone
   bool punctual = false;  // no other sampling finds it
-  bool varies = false;    // over the light: `radiance` is to be looked up at the point
+  bool varies = false;    // over its mesh: `radiance` is to be looked up at the point
   uint32_t source = 0;    // the light's number (light_split.h)
-  MeshId mesh;            // not valid: the environment
+  MeshId mesh;
   uint32_t triangle = 0;
   Vec2 barycentric;  // of a sphere: uv
   // The clusters that were picked on the way to it, or until none was left that sends anything.
   std::array<ClusterPick, 3> clusters;
   uint32_t cluster_count = 0;
 
-  // choose() alone: a point on it is still to be drawn, pdf_w is the probability that it is picked.
+  // choose() alone: a point on the triangle is still to be drawn, or a direction of the environment
+  // to be finished. pdf_w is then the probability that this light is picked.
   const EmittingTriangle* on = nullptr;
+  EnvironmentLight::Drawn drawn;
 
   std::span<const ClusterPick> picked() const { return {clusters.data(), cluster_count}; }
   void add(ClusterPick pick) { clusters[cluster_count++] = pick; }
@@ -81,9 +83,11 @@ class LightPick {
   bool sample(const LightReceiver& at, float u_light, Vec2 u, LightSample& out,
               const float* weights = nullptr) const {
     if (!choose(at, u_light, u, out, weights)) return false;
+    if (out.drawn.row >= 0) return finish_environment(out);
     return !out.on || sample_triangle(*out.on, out.pdf_w, at.p, u, out);
   }
-  // The same, but for the point on a triangle, which many may then draw side by side.
+  // The same, but for the point on a triangle, which many may then draw side by side, and for the
+  // end of what is drawn from the environment, for which many may wait at once.
   bool choose(const LightReceiver& at, float u_light, Vec2 u, LightSample& out,
               const float* weights = nullptr) const {
     if (weights) return sample_clusters(at, u_light, u, out, weights);
@@ -98,6 +102,8 @@ class LightPick {
   // `cos_light`: of that direction's opposite with the front's normal.
   float pdf_w_of_hit(const LightReceiver& at, const Hit& hit, float cos_light,
                      const float* weights = nullptr) const;
+  // What choose() left: sets direction, radiance and density. False: nothing comes from there.
+  bool finish_environment(LightSample& s) const;
   EnvironmentLight::Arriving from_environment(Vec3 wi, const float* weights = nullptr) const;
   uint32_t environment_source() const { return environment_source_; }  // LightSample::source
   Rgb environment_radiance(Vec3 wi) const { return environment_->radiance(wi); }
@@ -143,7 +149,8 @@ class LightPick {
     if (rest < spheres_.size())
       return sample_sphere(spheres_[rest], pick.probability, at.p, u, out);
     rest -= spheres_.size();
-    if (rest == punctual_.size()) return sample_environment(pick.probability, at.n, u, out);
+    if (rest == punctual_.size())
+      return put_environment(environment_->draw(u, at.n), pick.probability, out);
     out.source = punctual_sources_[rest];
     return sample_punctual(punctual_[rest], pick.probability, at.p, out);
   }
@@ -169,9 +176,8 @@ class LightPick {
   }
   static bool sample_punctual(const PunctualLight& light, float probability, Vec3 p,
                               LightSample& out);
-  bool put_environment(const EnvironmentLight::Sample& s, float probability,
+  bool put_environment(const EnvironmentLight::Drawn& drawn, float probability,
                        LightSample& out) const;
-  bool sample_environment(float probability, Vec3 normal, Vec2 u, LightSample& out) const;
 
   std::vector<EmittingTriangle> triangles_;
   std::vector<EmittingSphere> spheres_;

@@ -37,6 +37,7 @@ void PathTracer::sample(const Ray& ray, const Sampler& sampler, GuideDelta* lear
   const int lane = std::countr_one(path_.in_flight);
   path_.start(lane, ray, pixel_, sampler, pixel_deviation, pixel, guiding_);
   learner(lane).begin(learn, guide_expects_ ? pixel.saved : nullptr);  // others are not judged
+  if (learn || guiding_ != Guiding::kOff) path_.with_guide |= 1u << lane;
 }
 
 void PathLanes::start(int lane, const Ray& ray, const PixelCone& cone, const Sampler& sampler,
@@ -44,6 +45,7 @@ void PathLanes::start(int lane, const Ray& ray, const PixelCone& cone, const Sam
   const auto i = static_cast<size_t>(lane);
   const uint32_t bit = 1u << lane;
   in_flight |= bit;
+  with_guide &= ~bit;
   pixel[i] = target;
   guiding[i] = how;
   samplers.set(lane, sampler);
@@ -72,10 +74,18 @@ void PathLanes::start(int lane, const Ray& ray, const PixelCone& cone, const Sam
 void PathTracer::advance() {
   timed_ = steps_++ % kTimedEvery == 0;
   const CycleScope scope(timed_, counters_.timed_total);
-  path_.samplers.next_pairs(vertex_.u);
 
   // The next surfaces, or the way out, and light that they emit.
   uint32_t lanes = intersect(path_.in_flight);
+  const auto for_each_interpolated = [&](auto ask) {
+    for_each_lane(lanes, [&](int lane) {
+      const MeshShading& mesh = scene_.meshes[vertex_.hit.mesh[index(lane)]];
+      if (mesh.interpolated) ask(*mesh.mesh, vertex_.hit.triangle[index(lane)]);
+    });
+  };
+  for_each_interpolated(prefetch_triangle);
+  path_.samplers.next_pairs(vertex_.u);
+  for_each_interpolated(prefetch_vertices);
   for_each_lane(path_.in_flight & ~lanes, [this](int lane) { add_environment(lane); });
   lanes = arrive(lanes);
   // A pane after the last surface that a path may meet: behind it may be the light that nee's ray

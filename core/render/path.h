@@ -97,6 +97,7 @@ class PathTracer {
   float mixture_pdf_w(const PathVertex& v, Vec3 wi, float bsdf_pdf_w, float base_pdf_w);
 
   // Parts of survive().
+  uint32_t end_by_throughput(uint32_t lanes);
   bool survive(int lane);
   Survival survival(int lane);
   float unguided_chance(int depth, Rgb throughput) const;

@@ -64,8 +64,8 @@ const MaterialShading& PathTracer::material_at(int lane, Vec3 wo, SurfacePoint& 
 
 bool PathTracer::is_plain(int lane, const MaterialShading& material) const {
   return material.kind == BsdfKind::kDiffuse && !material.anisotropic && !material.seen_whole &&
-         material.opaque && path_.guiding[index(lane)] == Guiding::kOff && !caustics_ &&
-         !path_.inside[index(lane)] && !learners_[index(lane)].on();
+         material.opaque && !(path_.with_guide >> lane & 1) && !caustics_ &&
+         !path_.inside[index(lane)];
 }
 
 uint32_t PathTracer::arrive(uint32_t lanes) {

@@ -23,7 +23,8 @@ enum class Guiding : uint8_t { kOff, kWatch, kOn };  // kWatch: looks up, so tha
 
 // Paths so far.
 struct PathLanes {
-  uint32_t in_flight = 0;  // the lanes that have a path
+  uint32_t in_flight = 0;   // the lanes that have a path
+  uint32_t with_guide = 0;  // those whose paths ask the guide, or that it learns from
   std::array<PixelTarget, kWidth> pixel{};
   std::array<Guiding, kWidth> guiding{};
   WideSampler samplers;

@@ -43,7 +43,7 @@ uint32_t PathTracer::add_direct_light(uint32_t lanes) {
 uint32_t PathTracer::choose_lights(uint32_t lanes) {
   static const LightSample no_sample{};  // copied: g++ clears memory by a slower instruction
   LightLanes& l = light_;
-  uint32_t sending = 0, on_triangle = 0;
+  uint32_t sending = 0, on_triangle = 0, in_environment = 0;
   l.varies = 0;
   for_each_lane(lanes, [&](int lane) {
     const size_t i = index(lane);
@@ -67,9 +67,20 @@ uint32_t PathTracer::choose_lights(uint32_t lanes) {
       return l.put(lane, *s.on);
     }
     if (s.varies) l.varies |= bit;
-    l.wi.set(lane, s.wi);
     l.distance[lane] = s.distance;
+    if (s.drawn.row >= 0) {
+      in_environment |= bit;
+      return;
+    }
+    l.wi.set(lane, s.wi);
     l.radiance.set(lane, s.radiance);
+  });
+  for_each_lane(in_environment, [&](int lane) {
+    LightSample& s = l.light[index(lane)];
+    if (!lights_.finish_environment(s)) sending &= ~(1u << lane);
+    l.wi.set(lane, s.wi);
+    l.radiance.set(lane, s.radiance);
+    l.pdf_w[lane] = s.pdf_w;
   });
   return on_triangle ? sending & (~on_triangle | choose_points(on_triangle)) : sending;
 }
@@ -122,13 +133,12 @@ uint32_t PathTracer::scatter_light(uint32_t lanes) {
   return lanes & ~lanes_of(is_black(l.f_cos.wide()));
 }
 
-// By the power heuristic. Light that varies over its source is looked up here, once it counts.
+// By the power heuristic. Light that varies over its mesh is looked up here, once it counts.
 uint32_t PathTracer::weigh_light(uint32_t lanes) {
   LightLanes& l = light_;
   for_each_lane(lanes & l.varies, [&](int lane) {
     const LightSample& s = l.light[index(lane)];
-    l.radiance.set(lane, s.mesh.valid() ? scene_.emission_at(s.mesh, s.triangle, s.barycentric)
-                                        : lights_.environment_radiance(l.wi[lane]));
+    l.radiance.set(lane, scene_.emission_at(s.mesh, s.triangle, s.barycentric));
   });
   for_each_lane(lanes & ~vertex_.plain, [&](int lane) {
     const Rgb* inside = vertex_.at(lane).inside_along(l.wi[lane]);

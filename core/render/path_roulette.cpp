@@ -9,6 +9,7 @@ namespace qray {
 namespace {
 
 constexpr float kLeastSurvival = 0.05f;
+constexpr float kMostSurvival = 0.95f;  // by throughput
 // The root of the cost of a path so far over that of its going on, were noises known exactly (Rath
 // et al. 2022); they are not: see docs/measurements/guiding.md.
 constexpr float kRouletteFactor = 4;
@@ -17,13 +18,36 @@ constexpr float kRouletteFactor = 4;
 
 // Not at panes: a path of fewer surfaces meets the last one without.
 uint32_t PathTracer::survive(uint32_t lanes) {
-  uint32_t left = lanes;
-  for_each_lane(lanes, [&](int lane) {
-    if (vertex_.is_delta(lane) && scene_.meshes[vertex_.hit.mesh[index(lane)]].pane) return;
-    if (vertex_.plain >> lane & 1 && path_.depth[index(lane)] < kRouletteFromDepth) return;
-    if (!survive(lane)) left &= ~(1u << lane);
+  uint32_t playing = lanes;
+  for_each_lane(lanes & ~vertex_.plain, [&](int lane) {
+    if (vertex_.is_delta(lane) && scene_.meshes[vertex_.hit.mesh[index(lane)]].pane)
+      playing &= ~(1u << lane);
   });
-  return left;
+  uint32_t ended = end_by_throughput(playing & ~path_.with_guide);
+  for_each_lane(playing & path_.with_guide, [&](int lane) {
+    if (!survive(lane)) ended |= 1u << lane;
+  });
+  return lanes & ~ended;
+}
+
+// What survive() comes to without a guide. What comes back are the lanes whose paths end.
+uint32_t PathTracer::end_by_throughput(uint32_t lanes) {
+  if (!settings_.russian_roulette) return 0;
+  uint32_t deep = 0;
+  for_each_lane(lanes, [&](int lane) {
+    if (path_.depth[index(lane)] >= kRouletteFromDepth) deep |= 1u << lane;
+  });
+  if (deep == 0) return 0;
+  const WideRgb throughput = path_.throughput.wide();
+  const WideRgb brings =
+      throughput * (path_.eta_scale.wide() * max(wide(1), path_.guidance.wide()));
+  const Wide chance = min(wide(kMostSurvival), max(max(brings.r, brings.g), brings.b));
+  const WideInt plays = mask_of(deep);
+  const uint32_t ended = deep & ~lanes_of(vertex_.u.d.x.wide() < chance);
+  const Wide survivors = plays ? 1 / chance : wide(1);
+  path_.survival_chance = path_.survival_chance.wide() * (plays ? chance : wide(1));
+  path_.throughput = throughput * survivors;
+  return ended;
 }
 
 bool PathTracer::survive(int lane) {
@@ -108,7 +132,7 @@ PathTracer::Survival PathTracer::survival(int lane) {
 
 float PathTracer::unguided_chance(int depth, Rgb throughput) const {
   if (!settings_.russian_roulette || depth < kRouletteFromDepth) return 1;
-  return std::min(0.95f, max_component(throughput));
+  return std::min(kMostSurvival, max_component(throughput));
 }
 
 }  // namespace qray
