@@ -87,13 +87,6 @@ inline EnvironmentLight::Corners EnvironmentLight::corners(int column, int row) 
   return c;
 }
 
-// Asks the memory for what corners() will read of the picture.
-inline void EnvironmentLight::prefetch(int column, int row) const {
-  const Image& image = environment_.image;
-  for (const int y : {std::max(row - 1, 0), std::min(row, height_ - 1)})
-    __builtin_prefetch(image.pixel(column, y));
-}
-
 inline EnvironmentLight::Tile EnvironmentLight::tile(int tile_column, int tile_row) const {
   const int column = tile_column << shift_, row = tile_row << shift_, side = 1 << shift_;
   const size_t index = static_cast<size_t>(tile_row) * static_cast<size_t>(tile_columns_) +
@@ -195,16 +188,31 @@ EnvironmentLight::Drawn EnvironmentLight::draw(Vec2 u, Vec3 normal) const {
 EnvironmentLight::Drawn EnvironmentLight::draw_in_tile(CdfPick row, CdfPick column,
                                                        Vec3 normal) const {
   if (is_behind(column.index, row.index, normal)) return {};
-  const Place at = place_in(tile(column.index, row.index), {column.offset, row.offset});
-  prefetch(at.column, at.row);
-  return {at.column, at.row, at.offset};
+  const Drawn drawn{column.index, row.index, {column.offset, row.offset}};
+  __builtin_prefetch(&block_of_tile_[tile(drawn.column, drawn.row).index]);
+  return drawn;
+}
+
+void EnvironmentLight::prefetch_tile(const Drawn& drawn) const {
+  const uint32_t block = block_of_tile_[tile(drawn.column, drawn.row).index];
+  if (block == kEven) return;
+  constexpr size_t kLine = 64 / sizeof(float);
+  const size_t count = size_t{1} << 2 * shift_;
+  for (size_t i = 0; i < count; i += kLine) __builtin_prefetch(&blocks_[block * count + i]);
+}
+
+void EnvironmentLight::prefetch_picture(const Drawn& drawn) const {
+  const Place at = place_in(tile(drawn.column, drawn.row), drawn.offset);
+  const Image& image = environment_.image;
+  for (const int y : {std::max(at.row - 1, 0), std::min(at.row, height_ - 1)})
+    __builtin_prefetch(image.pixel(at.column, y));
 }
 
 EnvironmentLight::Sample EnvironmentLight::sample_of(const Drawn& drawn) const {
-  if (drawn.row < 0) return {};
-  const Tile t = tile(drawn.column >> shift_, drawn.row >> shift_);
-  const Corners c = corners(drawn.column, drawn.row);
-  Place at{drawn.column, drawn.row, drawn.offset, 0};
+  if (!drawn.exists()) return {};
+  const Tile t = tile(drawn.column, drawn.row);
+  Place at = place_in(t, drawn.offset);
+  const Corners c = corners(at.column, at.row);
   if (block_of_tile_[t.index] != kEven) {
     const float y = sample_linear(at.offset.y, c.n00 + c.n10, c.n01 + c.n11);
     at.offset = {sample_linear(at.offset.x, lerp(y, c.n00, c.n01), lerp(y, c.n10, c.n11)), y};

@@ -28,14 +28,17 @@ class EnvironmentLight {
   // `normal`: directions behind the surface are not wanted, and may come with pdf_w = 0; zero: all
   // are.
   Sample sample(Vec2 u, Vec3 normal = {}) const { return sample_of(draw(u, normal)); }
-  // The same in two steps. Memory is asked for what the second one reads, so that many may be drawn
-  // before any waits.
+  // The same in steps, of which each asks memory for what the next one reads: many directions may
+  // be drawn at once before any of them waits.
   struct Drawn {
-    int column = 0, row = -1;  // of a cell; -1: no light there
-    Vec2 offset;               // in the cell, 0..1, as long as its light is even
-    float of_cell = 1;         // the chance of the cells that are drawn from
+    int column = 0, row = -1;  // of a tile; -1: no light there
+    Vec2 offset;               // in the tile, 0..1, of its weight above and to the left
+    float of_cell = 1;         // the chance of the cell whose directions are drawn from
+    bool exists() const { return row >= 0; }
   };
   Drawn draw(Vec2 u, Vec3 normal = {}) const;
+  void prefetch_tile(const Drawn& drawn) const;
+  void prefetch_picture(const Drawn& drawn) const;
   Sample sample_of(const Drawn& drawn) const;
   // What arrives from there, and the density with which sample() makes it.
   struct Arriving {
@@ -82,7 +85,6 @@ class EnvironmentLight {
   };
   Place place(Vec3 wi) const;
   Corners corners(int column, int row) const;
-  void prefetch(int column, int row) const;
   float node(Rgb texel, int row) const {
     return std::max(luminance(texel) - left_out_, 0.0f) * row_sine_[static_cast<size_t>(row)];
   }

@@ -267,7 +267,7 @@ bool LightPick::put_environment(const EnvironmentLight::Drawn& drawn, float prob
   out.distance = std::numeric_limits<float>::infinity();
   out.source = environment_source_;
   out.pdf_w = probability;
-  return drawn.row >= 0;
+  return drawn.exists();
 }
 
 bool LightPick::finish_environment(LightSample& out) const {

@@ -83,7 +83,7 @@ class LightPick {
   bool sample(const LightReceiver& at, float u_light, Vec2 u, LightSample& out,
               const float* weights = nullptr) const {
     if (!choose(at, u_light, u, out, weights)) return false;
-    if (out.drawn.row >= 0) return finish_environment(out);
+    if (out.drawn.exists()) return finish_environment(out);
     return !out.on || sample_triangle(*out.on, out.pdf_w, at.p, u, out);
   }
   // The same, but for the point on a triangle, which many may then draw side by side, and for the
@@ -104,6 +104,7 @@ class LightPick {
                      const float* weights = nullptr) const;
   // What choose() left: sets direction, radiance and density. False: nothing comes from there.
   bool finish_environment(LightSample& s) const;
+  const EnvironmentLight& environment() const { return *environment_; }
   EnvironmentLight::Arriving from_environment(Vec3 wi, const float* weights = nullptr) const;
   uint32_t environment_source() const { return environment_source_; }  // LightSample::source
   Rgb environment_radiance(Vec3 wi) const { return environment_->radiance(wi); }

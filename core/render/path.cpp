@@ -88,17 +88,20 @@ void PathTracer::advance() {
   for_each_interpolated(prefetch_vertices);
   for_each_lane(path_.in_flight & ~lanes, [this](int lane) { add_environment(lane); });
   lanes = arrive(lanes);
-  // A pane after the last surface that a path may meet: behind it may be the light that nee's ray
-  // from that surface finds.
   uint32_t last = 0, leaving = 0;
   for_each_lane(lanes, [&](int lane) {
     if (at_most(lane)) last |= 1u << lane;
   });
   lanes &= ~last;
+  // Lights come first: while surfaces are made, memory brings what is read of the environment.
+  const uint32_t lit = choose_lights(lanes);
+  make_vertices(lanes | last);
+  // A pane after the last surface that a path may meet: behind it may be the light that nee's ray
+  // from that surface finds.
   for_each_lane(last, [&](int lane) {
     if (leave_by_pane(lane)) leaving |= 1u << lane;
   });
-  lanes = add_direct_light(lanes);
+  lanes = add_direct_light(lanes, lit);
   lanes = survive(lanes);
   lanes = scatter(lanes);
   go_on(lanes);

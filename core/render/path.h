@@ -64,7 +64,9 @@ class PathTracer {
   void advance();
   uint32_t intersect(uint32_t lanes);
   uint32_t arrive(uint32_t lanes);
-  uint32_t add_direct_light(uint32_t lanes);
+  uint32_t choose_lights(uint32_t lanes);
+  void make_vertices(uint32_t lanes);
+  uint32_t add_direct_light(uint32_t lanes, uint32_t lit);
   uint32_t survive(uint32_t lanes);
   uint32_t scatter(uint32_t lanes);
   void go_on(uint32_t lanes);
@@ -80,6 +82,8 @@ class PathTracer {
   }
   const MaterialShading& material_at(int lane, Vec3 wo, SurfacePoint& surface) const;
   bool is_plain(int lane, const MaterialShading& material) const;
+
+  // Parts of make_vertices().
   void make_vertex(int lane);
   void ask_guide(int lane);
   bool leave_by_pane(int lane);
@@ -88,8 +92,8 @@ class PathTracer {
   bool at_most(int lane) const { return path_.depth[index(lane)] >= settings_.max_depth; }
 
   // Parts of add_direct_light().
-  uint32_t choose_lights(uint32_t lanes);
   uint32_t choose_points(uint32_t lanes);
+  uint32_t choose_on_triangles(uint32_t lanes);
   uint32_t scatter_light(uint32_t lanes);
   uint32_t weigh_light(uint32_t lanes);
   void aim_at_lights();

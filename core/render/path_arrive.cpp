@@ -82,6 +82,7 @@ uint32_t PathTracer::arrive(uint32_t lanes) {
   if (textured_) path_.width = path_.width.wide() + path_.spread.wide() * t;
   v.plain = 0;
   uint32_t exact = 0;  // whose normals are settled
+  uint32_t open = 0;   // that light crosses
   for_each_lane(lanes, [&](int lane) {
     const size_t i = index(lane);
     const MeshShading& mesh = scene_.meshes[v.hit.mesh[i]];
@@ -117,6 +118,7 @@ uint32_t PathTracer::arrive(uint32_t lanes) {
       exact |= bit;
       surface.ns = PreparedScene::scattering_normal(material, wo_one, surface);
     }
+    if (!material.opaque) open |= bit;
     v.ns.set(lane, surface.ns);
     if (is_plain(lane, material)) {
       v.plain |= bit;
@@ -132,16 +134,20 @@ uint32_t PathTracer::arrive(uint32_t lanes) {
   const Wide largest = max(max(max(abs(p.x), abs(p.y)), abs(p.z)), t);
   v.ray_offset = max(largest * kRayOffset, wide(scene_.ray_epsilon));
   const WideVec3 wo_local = frame.to_local(wo);
-  v.receiver_n = frame.z * copysign(wide(1), wo_local.z);
+  v.receiver_n = select(mask_of(open), WideVec3{}, frame.z * copysign(wide(1), wo_local.z));
   v.x = frame.x;
   v.y = frame.y;
   v.z = frame.z;
   v.wo_local = wo_local;
-  for_each_lane(lanes & ~v.plain, [this](int lane) {
+  return lanes;
+}
+
+// Of surfaces that are not plain.
+void PathTracer::make_vertices(uint32_t lanes) {
+  for_each_lane(lanes & ~vertex_.plain, [this](int lane) {
     make_vertex(lane);
     if (!at_most(lane)) ask_guide(lane);
   });
-  return lanes;
 }
 
 void PathTracer::make_vertex(int lane) {
@@ -157,7 +163,6 @@ void PathTracer::make_vertex(int lane) {
     frame = scene_.turned_frame(material, hit, frame.z, surface.uv);
     wo_local = frame.to_local(wo);
   }
-  if (!material.opaque) v.receiver_n.set(lane, {});
   ShadingPoint& room = v.room[i];
   const ShadingPoint* sp = &scene_.shading_point(material, surface, room);
   if (material.coat_bends) {

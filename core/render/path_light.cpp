@@ -22,9 +22,8 @@ float PathTracer::mixture_pdf_w(const PathVertex& v, Vec3 wi, float bsdf_pdf_w, 
 
 // Nothing else finds a light without an extent. A path whose light is no number ends: its sample
 // will be dropped.
-uint32_t PathTracer::add_direct_light(uint32_t lanes) {
-  if (!connects_) return lanes;
-  uint32_t lit = choose_lights(lanes);
+uint32_t PathTracer::add_direct_light(uint32_t lanes, uint32_t lit) {
+  if (lit) lit = choose_points(lit);
   if (lit) lit = scatter_light(lit);
   if (lit) lit = weigh_light(lit);
   if (lit == 0) return lanes;
@@ -39,12 +38,13 @@ uint32_t PathTracer::add_direct_light(uint32_t lanes) {
   return lanes & ~ended;
 }
 
-// A light of each, and a point on it. What comes back are the lanes to which it sends something.
+// A light of each. What comes back are the lanes to which it may send something.
 uint32_t PathTracer::choose_lights(uint32_t lanes) {
+  if (!connects_) return 0;
   static const LightSample no_sample{};  // copied: g++ clears memory by a slower instruction
   LightLanes& l = light_;
-  uint32_t sending = 0, on_triangle = 0, in_environment = 0;
-  l.varies = 0;
+  uint32_t sending = 0;
+  l.varies = l.on_triangle = l.in_environment = 0;
   for_each_lane(lanes, [&](int lane) {
     const size_t i = index(lane);
     if (vertex_.is_delta(lane)) return;
@@ -63,30 +63,43 @@ uint32_t PathTracer::choose_lights(uint32_t lanes) {
     l.pdf_w[lane] = s.pdf_w;
     l.with_extent[lane] = s.punctual ? 0.0f : 1.0f;
     if (s.on) {
-      on_triangle |= bit;
+      l.on_triangle |= bit;
       return l.put(lane, *s.on);
     }
     if (s.varies) l.varies |= bit;
     l.distance[lane] = s.distance;
-    if (s.drawn.row >= 0) {
-      in_environment |= bit;
+    if (s.drawn.exists()) {
+      l.in_environment |= bit;
       return;
     }
     l.wi.set(lane, s.wi);
     l.radiance.set(lane, s.radiance);
   });
-  for_each_lane(in_environment, [&](int lane) {
+  for_each_lane(l.in_environment, [&](int lane) {
+    lights_.environment().prefetch_tile(l.light[index(lane)].drawn);
+  });
+  return sending;
+}
+
+// A point on each of the lights.
+uint32_t PathTracer::choose_points(uint32_t lanes) {
+  LightLanes& l = light_;
+  for_each_lane(l.in_environment, [&](int lane) {
+    lights_.environment().prefetch_picture(l.light[index(lane)].drawn);
+  });
+  if (l.on_triangle) lanes &= ~l.on_triangle | choose_on_triangles(l.on_triangle);
+  for_each_lane(l.in_environment, [&](int lane) {
     LightSample& s = l.light[index(lane)];
-    if (!lights_.finish_environment(s)) sending &= ~(1u << lane);
+    if (!lights_.finish_environment(s)) lanes &= ~(1u << lane);
     l.wi.set(lane, s.wi);
     l.radiance.set(lane, s.radiance);
     l.pdf_w[lane] = s.pdf_w;
   });
-  return on_triangle ? sending & (~on_triangle | choose_points(on_triangle)) : sending;
+  return lanes;
 }
 
 // LightPick::sample_triangle().
-uint32_t PathTracer::choose_points(uint32_t lanes) {
+uint32_t PathTracer::choose_on_triangles(uint32_t lanes) {
   LightLanes& l = light_;
   const WideVec2 b = square_to_triangle(vertex_.u.a.x.wide(), vertex_.u.a.y.wide());
   const WideVec3 to_light = l.p0.wide() + l.e1.wide() * b.x + l.e2.wide() * b.y - vertex_.p.wide();
