@@ -287,8 +287,8 @@ LightBounds LightPick::bounds_of(const EmittingTriangle& t) {
   return b;
 }
 
-bool LightPick::sample_by_tree(const LightReceiver& at, float u_light, Vec2 u,
-                               LightSample& out) const {
+bool LightPick::choose_by_tree(const LightReceiver& at, float u_light, Vec2 u, LightSample& out,
+                               LightTree::Search& search) const {
   if (!(u_light < tree_probability_)) {
     const float rest = (u_light - tree_probability_) / (1 - tree_probability_);
     AliasTable::Pick pick = outside_.sample(rest);
@@ -296,10 +296,17 @@ bool LightPick::sample_by_tree(const LightReceiver& at, float u_light, Vec2 u,
     pick.probability *= 1 - tree_probability_;
     return sample_of(pick, at, u, out);
   }
-  const LightTree::Pick pick =
-      tree_->sample(at, std::min(finer(u_light, u) / double{tree_probability_}, 1.0));
-  if (!(pick.probability > 0)) return false;
-  return sample_of({pick.light, pick.probability * tree_probability_}, at, u, out);
+  search = {.at = at, .u = std::min(finer(u_light, u) / double{tree_probability_}, 1.0)};
+  out.in_tree = true;
+  out.pdf_w = tree_probability_;
+  return true;
+}
+
+bool LightPick::finish_search(const LightTree::Search& search, Vec2 u, LightSample& out) const {
+  for (uint32_t i = 0; i < search.passed_count; ++i)
+    out.add({first_of_tree_ + search.passed[i].cluster, out.pdf_w * search.passed[i].scale});
+  if (!(search.pick.probability > 0)) return false;
+  return sample_of({search.pick.light, search.pick.probability * out.pdf_w}, search.at, u, out);
 }
 
 LightBounds LightPick::bounds_of(const EmittingSphere& s) {
@@ -457,30 +464,24 @@ EnvironmentLight::Arriving LightPick::from_environment(Vec3 wi, const float* wei
   return {in.radiance, chance * in.pdf_w};
 }
 
-bool LightPick::sample_clusters(const LightReceiver& at, float u_light, Vec2 u, LightSample& out,
-                                const float* weights) const {
+bool LightPick::choose_by_clusters(const LightReceiver& at, float u_light, Vec2 u, LightSample& out,
+                                   const float* weights, LightTree::Search& search) const {
   AliasTable::Pick pick{0, 1};
   if (first_member_ != kNone) {
     pick = pick_by_chances(weights + first_member_, clusters_.groups[0].count, u_light);
     out.add(
         {first_member_ + pick.index, pick.probability / member_prior(pick.index) * member_scale_});
   }
-  if (tree_ && pick.index == 0)
-    return sample_tree(at, pick.probability, u_light, u, out, weights + first_of_tree_);
+  if (tree_ && pick.index == 0) {
+    search = {.at = at, .u = std::min(finer(u_light, u), 1.0), .factors = weights + first_of_tree_};
+    out.in_tree = true;
+    out.pdf_w = pick.probability;
+    return true;
+  }
   if (first_cell_ != kNone && pick.index + 1 == members())
     return sample_cell(pick.probability, at.n, u, out, weights + first_cell_);
   if (tree_) pick.index += static_cast<uint32_t>(in_tree_) - 1;
   return sample_of(pick, at, u, out);
-}
-
-bool LightPick::sample_tree(const LightReceiver& at, float probability, float u, Vec2 u_point,
-                            LightSample& out, const float* factors) const {
-  LightTree::Passed passed;
-  const LightTree::Pick pick = tree_->sample(at, std::min(finer(u, u_point), 1.0), factors, passed);
-  for (size_t i = 0; i < passed.count; ++i)
-    out.add({first_of_tree_ + passed.picks[i].cluster, probability * passed.picks[i].scale});
-  if (!(pick.probability > 0)) return false;
-  return sample_of({pick.light, pick.probability * probability}, at, u_point, out);
 }
 
 bool LightPick::sample_cell(float probability, Vec3 normal, Vec2 u_point, LightSample& out,

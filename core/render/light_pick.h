@@ -48,8 +48,10 @@ struct LightSample {
   std::array<ClusterPick, 3> clusters;
   uint32_t cluster_count = 0;
 
-  // choose() alone: a point on the triangle is still to be drawn, or a direction of the environment
-  // to be finished. pdf_w is then the probability that this light is picked.
+  // choose() alone: a light of the tree is still to be searched, a point on the triangle to be
+  // drawn, or a direction of the environment to be finished. pdf_w is then the probability that the
+  // tree or this light is picked.
+  bool in_tree = false;
   const EmittingTriangle* on = nullptr;
   EnvironmentLight::Drawn drawn;
 
@@ -82,18 +84,28 @@ class LightPick {
   // clusters(), as LightImportance has them for the place; null: they are not asked for.
   bool sample(const LightReceiver& at, float u_light, Vec2 u, LightSample& out,
               const float* weights = nullptr) const {
-    if (!choose(at, u_light, u, out, weights)) return false;
+    LightTree::Search search;
+    bool sends = choose(at, u_light, u, out, weights, search);
+    if (out.in_tree) {
+      tree_->run({&search, 1}, 1);
+      sends = finish_search(search, u, out);
+    }
+    if (!sends) return false;
     if (out.drawn.exists()) return finish_environment(out);
     return !out.on || sample_triangle(*out.on, out.pdf_w, at.p, u, out);
   }
-  // The same, but for the point on a triangle, which many may then draw side by side, and for the
-  // end of what is drawn from the environment, for which many may wait at once.
+  // The same, but for what many may then do side by side: searches of the tree, points on
+  // triangles, and the end of what is drawn from the environment. `search`: set where a light of
+  // the tree is still to be searched, which goes before the rest.
   bool choose(const LightReceiver& at, float u_light, Vec2 u, LightSample& out,
-              const float* weights = nullptr) const {
-    if (weights) return sample_clusters(at, u_light, u, out, weights);
-    if (tree_) return sample_by_tree(at, u_light, u, out);
+              const float* weights, LightTree::Search& search) const {
+    if (weights) return choose_by_clusters(at, u_light, u, out, weights, search);
+    if (tree_) return choose_by_tree(at, u_light, u, out, search);
     return sample_of(picker_.sample(u_light), at, u, out);
   }
+  const LightTree& tree() const { return *tree_; }
+  // The search is over: what choose() would have said of the light.
+  bool finish_search(const LightTree::Search& search, Vec2 u, LightSample& out) const;
   // A ray that a light sends, lights by their power. None: the light picked has no extent, so that
   // no path meets it. `bounds`: of the scene, into which the environment sends.
   std::optional<Ray> emit(float u_light, float u_side, Vec2 u_point, Vec2 u_direction,
@@ -115,10 +127,10 @@ class LightPick {
   void set_tree(std::span<const float> powers, float together);  // metres
   void set_brightest(float radius);
   void set_clusters(const Bounds3& bounds, std::span<const float> powers);
-  bool sample_clusters(const LightReceiver& at, float u_light, Vec2 u, LightSample& out,
-                       const float* weights) const;
-  bool sample_tree(const LightReceiver& at, float probability, float u, Vec2 u_point,
-                   LightSample& out, const float* factors) const;
+  bool choose_by_clusters(const LightReceiver& at, float u_light, Vec2 u, LightSample& out,
+                          const float* weights, LightTree::Search& search) const;
+  bool choose_by_tree(const LightReceiver& at, float u_light, Vec2 u, LightSample& out,
+                      LightTree::Search& search) const;
   bool sample_cell(float probability, Vec3 normal, Vec2 u_point, LightSample& out,
                    const float* chances) const;
   // Lights as one picks among them: the tree as one, first, then what is not in it.
@@ -155,7 +167,6 @@ class LightPick {
     out.source = punctual_sources_[rest];
     return sample_punctual(punctual_[rest], pick.probability, at.p, out);
   }
-  bool sample_by_tree(const LightReceiver& at, float u_light, Vec2 u, LightSample& out) const;
   static LightBounds bounds_of(const EmittingTriangle& t);
   static LightBounds bounds_of(const EmittingSphere& s);
   static bool sample_sphere(const EmittingSphere& s, float probability, Vec3 p, Vec2 u,

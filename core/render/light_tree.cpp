@@ -16,25 +16,14 @@ namespace {
 constexpr float kSlack = 1e-3f;
 constexpr float kTiny = 1e-30f;
 
-using Vec8 = float __attribute__((vector_size(32)));
-
-inline Vec8 load(const float* from) {
-  Vec8 v;
-  std::memcpy(&v, from, sizeof v);
+inline Wide load(const std::array<float, kWidth>& from) {
+  Wide v;
+  std::memcpy(&v, from.data(), sizeof v);
   return v;
 }
-inline Vec8 load(const std::array<float, 8>& from) { return load(from.data()); }
-inline float sum_of(const std::array<float, 8>& v) {
+inline float sum_of(const std::array<float, kWidth>& v) {
   return ((v[0] + v[4]) + (v[2] + v[6])) + ((v[1] + v[5]) + (v[3] + v[7]));
 }
-inline Vec8 root(const Vec8& v) {
-  std::array<float, 8> values;
-  std::memcpy(values.data(), &v, sizeof v);
-  for (float& x : values) x = std::sqrt(x);
-  return load(values);
-}
-inline Vec8 larger(const Vec8& a, const Vec8& b) { return a > b ? a : b; }
-inline Vec8 smaller(const Vec8& a, const Vec8& b) { return a < b ? a : b; }
 
 }  // namespace
 
@@ -57,37 +46,36 @@ bool differ(std::span<const LightBounds> lights, float apart) {
 // are kept times the distance, and their products times its square, so that no root waits for
 // another and there is one division.
 inline LightTree::Weights LightTree::weigh(const Node& node, const LightReceiver& at) {
-  const Vec8 zero{};
-  const Vec8 x = at.p.x - load(node.x), y = at.p.y - load(node.y), z = at.p.z - load(node.z);
-  const Vec8 d2 = larger(x * x + y * y + z * z, zero + kTiny), over_d2 = 1 / d2;
-  const Vec8 slack = d2 * kSlack;
-  const Vec8 radius = load(node.radius), radius2 = radius * radius;
-  const Vec8 sphere = root(larger(d2 - radius2, zero));  // d times the cosine at the sphere's edge
+  const Wide zero{};
+  const Wide x = at.p.x - load(node.x), y = at.p.y - load(node.y), z = at.p.z - load(node.z);
+  const Wide d2 = max(x * x + y * y + z * z, wide(kTiny)), over_d2 = 1 / d2;
+  const Wide slack = d2 * kSlack;
+  const Wide radius = load(node.radius), radius2 = radius * radius;
+  const Wide sphere = sqrt(max(d2 - radius2, zero));  // d times the cosine at the sphere's edge
 
   // The least angle between where the light goes and the cone.
-  const Vec8 plain = x * load(node.axis_x) + y * load(node.axis_y) + z * load(node.axis_z);
-  const Vec8 axis = load(node.two_sided) > 0 ? larger(plain, -plain) : plain;
-  const Vec8 off_axis = root(larger(d2 - axis * axis, zero));
-  const Vec8 cos_spread = load(node.cos_spread), sin_spread = load(node.sin_spread);
-  const Vec8 past = axis * cos_spread + off_axis * sin_spread;
-  const Vec8 off_past = off_axis * cos_spread - axis * sin_spread;
-  const auto within = d2 <= radius2;
-  const auto in_cone =
-      axis * larger(axis, -axis) >= d2 * cos_spread * larger(cos_spread, -cos_spread);
-  const Vec8 leaving =
+  const Wide plain = x * load(node.axis_x) + y * load(node.axis_y) + z * load(node.axis_z);
+  const Wide axis = load(node.two_sided) > 0 ? max(plain, -plain) : plain;
+  const Wide off_axis = sqrt(max(d2 - axis * axis, zero));
+  const Wide cos_spread = load(node.cos_spread), sin_spread = load(node.sin_spread);
+  const Wide past = axis * cos_spread + off_axis * sin_spread;
+  const Wide off_past = off_axis * cos_spread - axis * sin_spread;
+  const WideInt within = d2 <= radius2;
+  const WideInt in_cone = axis * max(axis, -axis) >= d2 * cos_spread * max(cos_spread, -cos_spread);
+  const Wide leaving =
       (within | in_cone | (past >= sphere)) != 0 ? d2 : past * sphere + off_past * radius;
-  const Vec8 sent = leaving > load(node.cos_emission) * d2 ? larger(leaving, slack) : zero;
+  const Wide sent = leaving > load(node.cos_emission) * d2 ? max(leaving, slack) : zero;
 
   // The least angle between where it comes from and the normal.
-  const Vec8 normal = x * -at.n.x + y * -at.n.y + z * -at.n.z;
-  const Vec8 off_normal = root(larger(d2 - normal * normal, zero));
-  const Vec8 arriving =
+  const Wide normal = x * -at.n.x + y * -at.n.y + z * -at.n.z;
+  const Wide off_normal = sqrt(max(d2 - normal * normal, zero));
+  const Wide arriving =
       (within | (normal >= sphere)) != 0 ? d2 : normal * sphere + off_normal * radius;
-  Vec8 received = arriving > -slack ? larger(arriving, slack) : zero;
+  Wide received = arriving > -slack ? max(arriving, slack) : zero;
   if (at.n.x == 0 && at.n.y == 0 && at.n.z == 0) received = d2;
 
-  const Vec8 weight = load(node.intensity) * (sent * over_d2) * (received * over_d2) *
-                      smaller(over_d2, load(node.over_radius2));
+  const Wide weight = load(node.intensity) * (sent * over_d2) * (received * over_d2) *
+                      min(over_d2, load(node.over_radius2));
   Weights w;
   std::memcpy(w.of.data(), &weight, sizeof weight);
   w.sum = sum_of(w.of);
@@ -95,7 +83,9 @@ inline LightTree::Weights LightTree::weigh(const Node& node, const LightReceiver
 }
 
 inline void LightTree::scale(Weights& w, const float* factors) {
-  const Vec8 scaled = load(w.of) * load(factors);
+  Wide scales;
+  std::memcpy(&scales, factors, sizeof scales);
+  const Wide scaled = load(w.of) * scales;
   std::memcpy(w.of.data(), &scaled, sizeof scaled);
   w.sum = sum_of(w.of);
 }
@@ -126,40 +116,41 @@ inline LightTree::LaneAt LightTree::lane_at(const Weights& w, double u) {
   return {lane, std::clamp((target - below[lane]) / double{w.of[lane]}, 0.0, 1.0)};
 }
 
-template <bool kByClusters>
-LightTree::Pick LightTree::pick(const LightReceiver& at, double u, const float* factors,
-                                Passed* passed) const {
-  float probability = 1;
-  for (uint32_t index = 0;;) {
-    const Node& node = nodes_[index];
-    Weights w = weigh(node, at);
-    const uint32_t cluster = kByClusters ? first_cluster(index) : kNoGroup;
-    [[maybe_unused]] Lanes plain;
-    if constexpr (kByClusters) {
-      plain = w.of;
-      if (cluster != kNoGroup) scale(w, factors + cluster);
-    }
-    if (!(w.sum > 0) || !std::isfinite(w.sum)) return {};
-    const LaneAt at_lane = lane_at(w, u);
-    const size_t lane = at_lane.lane;
-    u = at_lane.u;
-    probability *= w.of[lane] / w.sum;
-    if constexpr (kByClusters)
-      if (cluster != kNoGroup)
-        passed->picks[passed->count++] = {cluster + static_cast<uint32_t>(lane),
-                                          probability / plain[lane]};
-    if (node.child[lane] & kLight) return {node.child[lane] & ~kLight, probability};
-    index = node.child[lane];
+inline bool LightTree::go_down(Search& search) const {
+  const Node& node = nodes_[search.node];
+  Weights w = weigh(node, search.at);
+  const uint32_t cluster = search.factors ? first_cluster(search.node) : kNoGroup;
+  Lanes plain;
+  if (cluster != kNoGroup) {
+    plain = w.of;
+    scale(w, search.factors + cluster);
   }
+  if (!(w.sum > 0) || !std::isfinite(w.sum)) {
+    search.pick = {};
+    return false;
+  }
+  const LaneAt at_lane = lane_at(w, search.u);
+  const size_t lane = at_lane.lane;
+  search.u = at_lane.u;
+  search.pick.probability *= w.of[lane] / w.sum;
+  if (cluster != kNoGroup)
+    search.passed[search.passed_count++] = {cluster + static_cast<uint32_t>(lane),
+                                            search.pick.probability / plain[lane]};
+  search.node = node.child[lane];
+  if (search.node & kLight) {
+    search.pick.light = search.node & ~kLight;
+    return false;
+  }
+  const auto* next = reinterpret_cast<const std::byte*>(&nodes_[search.node]);
+  for (size_t line = 0; line < sizeof(Node); line += 64) __builtin_prefetch(next + line);
+  return true;
 }
 
-LightTree::Pick LightTree::sample(const LightReceiver& at, double u) const {
-  return pick<false>(at, u, nullptr, nullptr);
-}
-
-LightTree::Pick LightTree::sample(const LightReceiver& at, double u, const float* factors,
-                                  Passed& passed) const {
-  return pick<true>(at, u, factors, &passed);
+void LightTree::run(std::span<Search> searches, uint32_t lanes) const {
+  while (lanes)
+    for_each_lane(lanes, [&](int lane) {
+      if (!go_down(searches[static_cast<size_t>(lane)])) lanes &= ~(1u << lane);
+    });
 }
 
 float LightTree::probability(const LightReceiver& at, uint32_t light, const float* factors) const {

@@ -12,6 +12,7 @@
 
 #include "core/guide/light_clusters.h"
 #include "core/math/ray.h"
+#include "core/math/wide.h"
 
 namespace qray {
 
@@ -44,7 +45,11 @@ class LightTree {
     uint32_t light = 0;
     float probability = 0;  // 0: no light sends anything there
   };
-  Pick sample(const LightReceiver& at, double u) const;
+  Pick sample(const LightReceiver& at, double u) const {
+    Search search{.at = at, .u = u};
+    run({&search, 1}, 1);
+    return search.pick;
+  }
   float probability(const LightReceiver& at, uint32_t light) const {  // that sample() picks it
     return probability(at, light, nullptr);
   }
@@ -52,19 +57,26 @@ class LightTree {
   // The clusters on its two uppermost levels: the root's children, then those of each of these in
   // turn that is no light. `factors`: of each cluster's weight, over 0.
   std::vector<uint32_t> clusters() const;  // how many each group has
-  // `passed`: room for two picks, filled with the clusters that were picked until the light was, or
-  // until none was left that sends anything; their scale is chance over weight.
-  struct Passed {
-    std::array<ClusterPick, 2> picks;
-    size_t count = 0;
+  // A search for a light.
+  struct Search {
+    LightReceiver at;
+    double u = 0;                    // [0, 1]
+    const float* factors = nullptr;  // null: all are 1, and nothing is `passed`
+    Pick pick{0, 1};
+    // The clusters that were picked until the light was, or until none was left that sends
+    // anything; their scale is chance over weight.
+    std::array<ClusterPick, 2> passed{};
+    uint32_t passed_count = 0;
+    uint32_t node = 0;  // where it is
   };
-  Pick sample(const LightReceiver& at, double u, const float* factors, Passed& passed) const;
+  // Of several, those whose bits are set, in turns of one node: none waits for another's numbers.
+  void run(std::span<Search> searches, uint32_t lanes) const;
   float probability(const LightReceiver& at, uint32_t light, const float* factors) const;
   uint64_t fingerprint() const;  // of those clusters
   size_t size_bytes() const;
 
  private:
-  static constexpr size_t kLanes = 8;
+  static constexpr size_t kLanes = kWidth;
   static constexpr uint32_t kLight = 1u << 31;  // of Node::child: a light, else a node
   static constexpr uint32_t kNoChild = 0;       // the root is nobody's
   using Lanes = std::array<float, kLanes>;
@@ -89,8 +101,7 @@ class LightTree {
   static Weights weigh(const Node& node, const LightReceiver& at);
   static void scale(Weights& weights, const float* factors);
   static LaneAt lane_at(const Weights& weights, double u);
-  template <bool kByClusters>
-  Pick pick(const LightReceiver& at, double u, const float* factors, Passed* passed) const;
+  bool go_down(Search& search) const;  // by a node; false: it is at its end
   static constexpr uint32_t kNoGroup = ~0u;
   // The first cluster of a node's children; kNoGroup below the two levels.
   uint32_t first_cluster(uint32_t node) const {

@@ -64,12 +64,13 @@ struct PathLanes {
 // A light of each surface that the paths have met, and what it sends there, within one step.
 struct LightLanes {
   std::array<LightSample, kWidth> light;
+  std::array<LightTree::Search, kWidth> search;
   std::array<uint32_t, kWidth> pick;  // LightLearner::picked()
   Vec3Lanes p0, e1, e2, n;            // EmittingTriangle, where the light is one
   FloatLanes area, two_sided;         // the same; two_sided: 1 or 0
   // Lanes: whose radiance is still to be looked up; where the light is a triangle, the environment.
   uint32_t varies = 0, on_triangle = 0, in_environment = 0;
-  Vec3Lanes wi;                       // the rest as LightSample has it,
+  Vec3Lanes wi;  // the rest as LightSample has it,
   FloatLanes distance, pdf_w;
   FloatLanes with_extent;  // but 0 for punctual ones, else 1
   RgbLanes radiance;

@@ -43,21 +43,41 @@ uint32_t PathTracer::choose_lights(uint32_t lanes) {
   if (!connects_) return 0;
   static const LightSample no_sample{};  // copied: g++ clears memory by a slower instruction
   LightLanes& l = light_;
-  uint32_t sending = 0;
-  l.varies = l.on_triangle = l.in_environment = 0;
+  uint32_t asking = 0, chosen = 0, searching = 0;
   for_each_lane(lanes, [&](int lane) {
     const size_t i = index(lane);
     if (vertex_.is_delta(lane)) return;
+    const uint32_t bit = 1u << lane;
+    asking |= bit;
     const LightReceiver receiver = vertex_.receiver(lane);
-    const bool learns = learner(lane).on();
     LightLearner::Place& place = vertex_.lights[i];
-    place = light_learner_.place(receiver, learns);
+    place = light_learner_.place(receiver, learner(lane).on());
     LightSample& s = l.light[i];
     s = no_sample;
-    const bool sends =
-        lights_.choose(receiver, vertex_.u.c.x[lane], vertex_.u.a[lane], s, place.weights);
-    l.pick[i] = learns ? light_learner_.picked(place, s) : LightLearner::kNoPick;
-    if (!sends || (!settings_.nee && !s.punctual)) return;
+    if (lights_.choose(receiver, vertex_.u.c.x[lane], vertex_.u.a[lane], s, place.weights,
+                       l.search[i]))
+      chosen |= bit;
+    if (s.in_tree) searching |= bit;
+  });
+  if (searching) {
+    lights_.tree().run(l.search, searching);
+    for_each_lane(searching, [&](int lane) {
+      const size_t i = index(lane);
+      if (!lights_.finish_search(l.search[i], vertex_.u.a[lane], l.light[i]))
+        chosen &= ~(1u << lane);
+    });
+  }
+  for_each_lane(asking, [&](int lane) {
+    const size_t i = index(lane);
+    l.pick[i] = learner(lane).on() ? light_learner_.picked(vertex_.lights[i], l.light[i])
+                                   : LightLearner::kNoPick;
+  });
+
+  uint32_t sending = 0;
+  l.varies = l.on_triangle = l.in_environment = 0;
+  for_each_lane(chosen, [&](int lane) {
+    LightSample& s = l.light[index(lane)];
+    if (!settings_.nee && !s.punctual) return;
     const uint32_t bit = 1u << lane;
     sending |= bit;
     l.pdf_w[lane] = s.pdf_w;
@@ -75,9 +95,8 @@ uint32_t PathTracer::choose_lights(uint32_t lanes) {
     l.wi.set(lane, s.wi);
     l.radiance.set(lane, s.radiance);
   });
-  for_each_lane(l.in_environment, [&](int lane) {
-    lights_.environment().prefetch_tile(l.light[index(lane)].drawn);
-  });
+  for_each_lane(l.in_environment,
+                [&](int lane) { lights_.environment().prefetch_tile(l.light[index(lane)].drawn); });
   return sending;
 }
 

@@ -149,10 +149,10 @@ TEST(LightImportanceSampling, ATreesPicksFollowTheirProbabilities) {
   }
   expected.back() = std::max(0.0, kPicks - sum);
   for (int i = 0; i < kPicks; ++i) {
-    LightTree::Passed passed;
-    const LightTree::Pick pick = tree.sample(at, double{random.next()}, factors.data(), passed);
-    EXPECT_GE(passed.count, 1u);
-    ++observed[pick.probability > 0 ? pick.light : all.size()];
+    LightTree::Search search{.at = at, .u = double{random.next()}, .factors = factors.data()};
+    tree.run({&search, 1}, 1);
+    EXPECT_GE(search.passed_count, 1u);
+    ++observed[search.pick.probability > 0 ? search.pick.light : all.size()];
   }
   const test::Chi2 chi2 = test::chi2_counts(observed, expected);
   EXPECT_GT(chi2.p_value, test::significance(1)) << chi2.table;
