@@ -83,9 +83,9 @@ void PathTracer::advance() {
       if (mesh.interpolated) ask(*mesh.mesh, vertex_.hit.triangle[index(lane)]);
     });
   };
-  for_each_interpolated(prefetch_triangle);
+  for_each_interpolated([](const Mesh& mesh, uint32_t i) { prefetch_triangle(mesh, i); });
   path_.samplers.next_pairs(vertex_.u);
-  for_each_interpolated(prefetch_vertices);
+  for_each_interpolated([](const Mesh& mesh, uint32_t i) { prefetch_vertices(mesh, i); });
   for_each_lane(path_.in_flight & ~lanes, [this](int lane) { add_environment(lane); });
   lanes = arrive(lanes);
   uint32_t last = 0, leaving = 0;
