@@ -30,7 +30,7 @@ std::vector<Rgb> trace(const PreparedScene& scene, const RenderSettings& setting
 }
 
 TEST(PathTracer, BringsTheSameAloneAndSideBySide) {
-  for (const char* name : {"cornell-box", "lamp-room", "glass-caustic", "furnace"}) {
+  for (const char* name : {"cornell-box", "lamp-room", "many-lights", "glass-caustic", "furnace"}) {
     SCOPED_TRACE(name);
     const auto scene = test::included_scene(name);
     const RenderSettings settings = test::small_settings("none", 48, 1);
