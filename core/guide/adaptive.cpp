@@ -24,6 +24,17 @@ Frame frame_of(Vec3 n, int face) {
   return {turned(f.x, axis), turned(f.y, axis), n};
 }
 
+WideFrame frame_of(const WideVec3& n, const SpatialTree::WideFace& face) {
+  const auto turned = [&](const WideVec3& v) {
+    return select(face.along_x, {v.z, v.x, v.y}, select(face.along_y, {v.y, v.z, v.x}, v));
+  };
+  WideFrame f(select(face.along_x, {n.y, n.z, n.x}, select(face.along_y, {n.z, n.x, n.y}, n)));
+  f.x = turned(f.x);
+  f.y = turned(f.y);
+  f.z = n;
+  return f;
+}
+
 }  // namespace
 
 AdaptiveGuide::AdaptiveGuide(const GuideSetup& setup)
@@ -73,6 +84,31 @@ GuidePoint AdaptiveGuide::find(Vec3 p, Vec3 n) const {
   const State& state = states_[leaf];
   directions_.prefetch(state.root);
   return {StateId(leaf), state.key, frame_of(n, face)};
+}
+
+void AdaptiveGuide::find_each(const Vec3Lanes& p, const Vec3Lanes& n, uint32_t lanes,
+                              std::array<GuidePoint, kWidth>& found) const {
+  const WideVec3 normal = n.wide();
+  const SpatialTree::WideFace face = SpatialTree::face_of(normal);
+  SpatialTree::Searches searches;
+  tree_.search_for(p.wide() + normal * wide(tree_.off_surface()), face, lanes, searches);
+  uint32_t leaves[kWidth];
+  for_each_lane(lanes, [&](int i) {
+    SpatialTree::Search& search = searches[static_cast<size_t>(i)];
+    while (tree_.go_down(search)) {
+    }
+    leaves[i] = search.leaf;
+    __builtin_prefetch(&states_[search.leaf]);
+  });
+  const WideFrame frame = frame_of(normal, face);
+  Vec3Lanes x, y;
+  x = frame.x;
+  y = frame.y;
+  for_each_lane(lanes, [&](int i) {
+    const State& state = states_[leaves[i]];
+    directions_.prefetch(state.root);
+    found[static_cast<size_t>(i)] = {StateId(leaves[i]), state.key, {x[i], y[i], n[i]}};
+  });
 }
 
 // The base is the guide's alone: its density is a Lambert surface's at least. Lobes are their own,

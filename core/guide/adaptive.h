@@ -29,6 +29,8 @@ class AdaptiveGuide final : public Guide, private GuideShare {
   bool unbiased() const override { return true; }
 
   GuidePoint find(Vec3 p, Vec3 n) const override;
+  void find_each(const Vec3Lanes& p, const Vec3Lanes& n, uint32_t lanes,
+                 std::array<GuidePoint, kWidth>& found) const override;
   GuideMixture mixture(const GuidePoint& point, const GuidedSurface& surface) const override;
   GuideSample sample(const GuidePoint& point, Vec2 u) const override;
   float pdf_w(const GuidePoint& point, Vec3 wi) const override;

@@ -3,8 +3,11 @@
 // and says so by unbiased()). Any thread, also while the guide learns, but not during end_pass().
 #pragma once
 
+#include <array>
+
 #include "core/guide/guide_point.h"
 #include "core/guide/light_importance.h"
+#include "core/math/wide.h"
 
 namespace qray {
 
@@ -18,6 +21,12 @@ class GuideSampler {
   // p: metres. n: unit geometric normal on the side that the light is reflected to. The answer's
   // domain holds the directions that the other calls are about.
   virtual GuidePoint find(Vec3 p, Vec3 n) const = 0;
+  // The same of several points, those whose bits are set. A guide may search for them in turns, so
+  // that none waits for what memory brings the others.
+  virtual void find_each(const Vec3Lanes& p, const Vec3Lanes& n, uint32_t lanes,
+                         std::array<GuidePoint, kWidth>& found) const {
+    for_each_lane(lanes, [&](int i) { found[static_cast<size_t>(i)] = find(p[i], n[i]); });
+  }
   // How directions are drawn there, on such a surface.
   virtual GuideMixture mixture(const GuidePoint& point, const GuidedSurface& surface) const = 0;
   // These two are asked only where the mixture has a guide. u: uniform in [0, 1)^2.

@@ -50,6 +50,32 @@ uint64_t SpatialTree::code_of(Vec3 p) const {
   return spread(cell(0)) << 2 | spread(cell(1)) << 1 | spread(cell(2));
 }
 
+// As code_of(). A vector of 32 bits holds half of each code.
+void SpatialTree::search_for(const WideVec3& p, const WideFace& trees, uint32_t lanes,
+                             Searches& searches) const {
+  static_assert(kMaxDepth == 42);
+  constexpr float kLast = (1 << kMaxDepth / 3) - 1;
+  const auto cell = [&](const Wide& at, float origin) {
+    const Wide in_cube = (at - origin) * inverse_cell_;
+    return (WideUint) __builtin_convertvector(min(max(in_cube, Wide{}), wide(kLast)), WideInt);
+  };
+  const auto spread_seven = [](WideUint v) {
+    v = (v | v << 8) & 0x0000700fu;
+    v = (v | v << 4) & 0x000430c3u;
+    return (v | v << 2) & 0x00049249u;
+  };
+  const WideUint x = cell(p.x, origin_.x), y = cell(p.y, origin_.y), z = cell(p.z, origin_.z);
+  const auto half = [&](int shift) {
+    return spread_seven(x >> shift & 127) << 2 | spread_seven(y >> shift & 127) << 1 |
+           spread_seven(z >> shift & 127);
+  };
+  const WideUint upper = half(7), lower = half(0);
+  for_each_lane(lanes, [&](int i) {
+    searches[static_cast<size_t>(i)] =
+        search_for(uint64_t{upper[i]} << 21 | lower[i], trees.face[i]);
+  });
+}
+
 uint32_t SpatialTree::split(uint32_t leaf) {
   const uint32_t first = static_cast<uint32_t>(links_.size());
   const uint32_t upper_leaf = static_cast<uint32_t>(leaves_.size());

@@ -10,6 +10,7 @@
 
 #include "core/base/ids.h"
 #include "core/math/ray.h"
+#include "core/math/wide.h"
 
 namespace qray {
 
@@ -29,19 +30,52 @@ class SpatialTree {
     if (y >= z) return 2 + (n.y < 0);
     return 4 + (n.z < 0);
   }
+  // The same of several, each nearest to +-x, +-y, or else +-z.
+  struct WideFace {
+    WideInt along_x, along_y, face;
+  };
+  static WideFace face_of(const WideVec3& n) {
+    const Wide x = abs(n.x), y = abs(n.y), z = abs(n.z);
+    const WideInt along_x = (x >= y) & (x >= z), along_y = ~along_x & (y >= z);
+    const Wide along = along_x ? n.x : along_y ? n.y : n.z;
+    const WideInt first = along_x ? WideInt{} : along_y ? WideInt{} + 2 : WideInt{} + 4;
+    return {along_x, along_y, first - (along < 0)};
+  }
   // The leaf that holds p; points outside count to the nearest cell. Leaves are numbered as they
   // come to be: the first are the trees themselves.
   uint32_t leaf_at(Vec3 p, int tree = 0) const {
-    const uint64_t code = code_of(p);
-    uint32_t link =
-        top_[static_cast<uint64_t>(tree) << top_depth_ | code >> (kMaxDepth - top_depth_)];
-    for (int bit = kMaxDepth - 1 - top_depth_; !(link & kLeaf); --bit)
-      link = links_[link + static_cast<uint32_t>(code >> bit & 1)];
-    return link & ~kLeaf;
+    Search search = search_for(p, tree);
+    while (go_down(search)) {
+    }
+    return search.leaf;
+  }
+  // The same step by step. Each asks memory for what the next one reads, so that searches for
+  // several points, which take turns, do not wait for each other's.
+  struct Search {
+    uint64_t code = 0;
+    const uint32_t* link = nullptr;
+    int bit = 0;  // of the code, for the next link
+    uint32_t leaf = 0;
+  };
+  Search search_for(Vec3 p, int tree) const { return search_for(code_of(p), tree); }
+  // Of several, those whose bits are set.
+  using Searches = std::array<Search, kWidth>;
+  void search_for(const WideVec3& p, const WideFace& trees, uint32_t lanes,
+                  Searches& searches) const;
+  bool go_down(Search& search) const {  // false: it is at the leaf
+    const uint32_t link = *search.link;
+    if (link & kLeaf) {
+      search.leaf = link & ~kLeaf;
+      return false;
+    }
+    search.link = &links_[link + static_cast<uint32_t>(search.code >> search.bit-- & 1)];
+    __builtin_prefetch(search.link);
+    return true;
   }
   // A point of a surface, taken off it along n: where the surface lies in the plane of a cut,
   // rounding would scatter its points over both sides.
   Vec3 beside(Vec3 p, Vec3 n) const { return p + n * off_surface_; }
+  float off_surface() const { return off_surface_; }  // metres
   // Whether p lies in the upper half of its leaf, which split() would make a leaf of its own.
   bool in_upper_half(Vec3 p, uint32_t leaf) const {
     return code_of(p) >> (kMaxDepth - 1 - leaves_[leaf].depth) & 1;
@@ -100,6 +134,12 @@ class SpatialTree {
     }
   };
   uint64_t code_of(Vec3 p) const;
+  Search search_for(uint64_t code, int tree) const {
+    const uint32_t* link =
+        &top_[static_cast<uint64_t>(tree) << top_depth_ | code >> (kMaxDepth - top_depth_)];
+    __builtin_prefetch(link);
+    return {code, link, kMaxDepth - 1 - top_depth_, 0};
+  }
 
   Vec3 origin_;  // metres
   int exponent_ = 0;

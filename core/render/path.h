@@ -84,6 +84,7 @@ class PathTracer {
   bool is_plain(int lane, const MaterialShading& material) const;
 
   // Parts of make_vertices().
+  void find_in_guide(uint32_t lanes);
   void make_vertex(int lane);
   void ask_guide(int lane);
   bool leave_by_pane(int lane);

@@ -1,4 +1,5 @@
 // Where paths arrive: the environment or a surface, what it emits, and what it is made of.
+#include <bit>
 #include <cmath>
 #include <new>
 
@@ -144,10 +145,27 @@ uint32_t PathTracer::arrive(uint32_t lanes) {
 
 // Of surfaces that are not plain.
 void PathTracer::make_vertices(uint32_t lanes) {
+  find_in_guide(lanes & path_.with_guide);
   for_each_lane(lanes & ~vertex_.plain, [this](int lane) {
     make_vertex(lane);
     if (!at_most(lane)) ask_guide(lane);
   });
+}
+
+// Where paths will ask it: memory brings what is known there while surfaces are made.
+void PathTracer::find_in_guide(uint32_t lanes) {
+  uint32_t asking = 0;
+  for_each_lane(lanes, [&](int lane) {
+    if (path_.guiding[index(lane)] != Guiding::kOff && !vertex_.is_delta(lane) && !at_most(lane))
+      asking |= 1u << lane;
+  });
+  if (asking == 0) return;
+  counters_.lookups += static_cast<uint64_t>(std::popcount(asking));
+  const CycleScope scope(timed_, counters_.timed_guiding);
+  const WideVec3 ng = vertex_.ng.wide();
+  Vec3Lanes facing;
+  facing = select(vertex_.cos_geometric.wide() > 0, ng, -ng);
+  guide_->find_each(vertex_.p, facing, asking, vertex_.in_guide);
 }
 
 void PathTracer::make_vertex(int lane) {
@@ -179,7 +197,8 @@ void PathTracer::make_vertex(int lane) {
                                                                 : material.bsdf->at(*sp, wo_local),
                  .ray_offset = v.ray_offset[lane],
                  .material = material,
-                 .inside = path_.inside[i]};
+                 .inside = path_.inside[i],
+                 .at = v.in_guide[i]};
 }
 
 void PathTracer::ask_guide(int lane) {
@@ -191,11 +210,7 @@ void PathTracer::ask_guide(int lane) {
   if (caustics_ && catches_photons(v.bsdf_at, v.parts.base_chance))
     v.caustics = caustics_->find(v.surface.p);
   if (!asks) return;
-  ++counters_.lookups;
   const CycleScope scope(timed_, counters_.timed_guiding);
-  const bool from_front = vertex_.cos_geometric[lane] > 0;
-  // In place: a copy of what was just written would wait for it (docs/measurements/paths.md).
-  new (&v.at) GuidePoint(guide_->find(v.surface.p, from_front ? v.surface.ng : -v.surface.ng));
   if (guiding == Guiding::kOn) v.mixture = guide_->mixture(v.at, v.guided_surface());
   PathLearner& learner = this->learner(lane);
   if (!learner.on()) return;

@@ -116,6 +116,7 @@ struct VertexLanes {
     std::byte bytes[sizeof(PathVertex)];
   };
   std::array<Storage, kWidth> vertex;
+  std::array<GuidePoint, kWidth> in_guide;  // of paths that ask it
 
   std::array<const MaterialShading*, kWidth> material{};
   std::array<LightLearner::Place, kWidth> lights{};  // found where lights are connected to

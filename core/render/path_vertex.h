@@ -22,9 +22,9 @@ struct PathVertex {
   BsdfPoint bsdf_at;  // wo is to the previous vertex
   float ray_offset;   // metres off the surface where rays may start
   const MaterialShading& material;
-  const Rgb* inside;  // absorption where the path comes from, per metre; null: none
-  GuidePoint at{};
-  BsdfParts parts{};  // found for guides that expect, and of Lambert surfaces
+  const Rgb* inside;     // absorption where the path comes from, per metre; null: none
+  const GuidePoint& at;  // what the guide knows there, where it is asked
+  BsdfParts parts{};     // found for guides that expect, and of Lambert surfaces
   GuideMixture mixture{};
   CausticMap::Place caustics{};
   bool learns_bsdf = false;  // the guide learns here how the surface scatters (GuideNeeds::bsdf)

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <set>
+
 #include "core/base/byte_io.h"
 #include "core/math/warp.h"
 #include "tests/support/random.h"
@@ -88,6 +90,31 @@ TEST(Adaptive, PlacesThatAreHitOftenAreCutFiner) {
   EXPECT_FALSE(guide->expectation(below).credible);
   EXPECT_GT(guide->stats().states, 20u);
   EXPECT_EQ(guide->stats().samples_seen, 12u * 20000);
+}
+
+TEST(Adaptive, FindsEachOfSeveralPointsAsItFindsOne) {
+  AdaptiveGuide guide(setup_with());
+  for (uint64_t pass = 0; pass < 4; ++pass) teach(guide, pass, 20000);
+  test::Random random(9);
+  std::set<uint32_t> met;
+  for (uint32_t lanes = 0; lanes <= kAllLanes; ++lanes) {
+    Vec3Lanes p, n;
+    for (int i = 0; i < kWidth; ++i) {
+      p.set(i, {4 * random.next(), 2 * random.next(), 3 * random.next()});
+      n.set(i, square_to_uniform_sphere(random.next_2d()));
+    }
+    std::array<GuidePoint, kWidth> found;
+    guide.find_each(p, n, lanes, found);
+    for_each_lane(lanes, [&](int i) {
+      const GuidePoint one = guide.find(p[i], n[i]), &each = found[static_cast<size_t>(i)];
+      ASSERT_EQ(each.state, one.state);
+      EXPECT_EQ(each.key, one.key);
+      EXPECT_EQ(each.frame.x, one.frame.x);
+      EXPECT_EQ(each.frame.z, n[i]);
+      met.insert(one.state.value);
+    });
+  }
+  EXPECT_GT(met.size(), 20u);
 }
 
 TEST(Adaptive, WhereAllDirectionsPayAlikeItDrawsFromTheBsdf) {
