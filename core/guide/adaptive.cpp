@@ -12,6 +12,7 @@ namespace {
 
 constexpr size_t kLightsShare = 8;    // of the memory, that what is learned of lights may take
 constexpr float kMaxInversePdf = 64;  // of the cosine density over the one drawn from
+constexpr float kLeastCosine2 = 1e-9f;
 
 // A frame about n that turns smoothly with it for all n of a face: Frame's own turns over where n.z
 // changes its sign, so axes are exchanged to have the face's first.
@@ -33,6 +34,17 @@ WideFrame frame_of(const WideVec3& n, const SpatialTree::WideFace& face) {
   f.y = turned(f.y);
   f.z = n;
   return f;
+}
+
+WideFrame frames_of(const GuidePoints& points) {
+  Vec3Lanes x, y, z;
+  for (int i = 0; i < kWidth; ++i) {
+    const Frame& frame = points[static_cast<size_t>(i)].frame;
+    x.set(i, frame.x);
+    y.set(i, frame.y);
+    z.set(i, frame.z);
+  }
+  return {x.wide(), y.wide(), z.wide()};
 }
 
 }  // namespace
@@ -87,7 +99,7 @@ GuidePoint AdaptiveGuide::find(Vec3 p, Vec3 n) const {
 }
 
 void AdaptiveGuide::find_each(const Vec3Lanes& p, const Vec3Lanes& n, uint32_t lanes,
-                              std::array<GuidePoint, kWidth>& found) const {
+                              GuidePoints& found) const {
   const WideVec3 normal = n.wide();
   const SpatialTree::WideFace face = SpatialTree::face_of(normal);
   SpatialTree::Searches searches;
@@ -125,7 +137,7 @@ GuideSample AdaptiveGuide::sample(const GuidePoint& point, Vec2 u) const {
   float density;
   const Vec2 square = directions_.sample(states_[point.state.value].root, u, density);
   const Vec2 d = square_to_disk(square);
-  const float cos_theta = std::sqrt(std::max(1e-9f, 1 - d.x * d.x - d.y * d.y));
+  const float cos_theta = std::sqrt(std::max(kLeastCosine2, 1 - d.x * d.x - d.y * d.y));
   return {point.frame.to_world({d.x, d.y, cos_theta}), density * cos_theta * kInvPi};
 }
 
@@ -134,6 +146,35 @@ float AdaptiveGuide::pdf_w(const GuidePoint& point, Vec3 wi) const {
   if (w.z <= 0) return 0;
   return directions_.pdf(states_[point.state.value].root, disk_to_square({w.x, w.y})) * w.z *
          kInvPi;
+}
+
+void AdaptiveGuide::sample_each(const GuidePoints& points, const Vec2Lanes& u, uint32_t lanes,
+                                Vec3Lanes& wi, FloatLanes& pdf_w) const {
+  Vec2Lanes square;
+  for_each_lane(lanes, [&](int i) {
+    const Vec2 s = directions_.sample(states_[points[static_cast<size_t>(i)].state.value].root,
+                                      u[i], pdf_w[i]);
+    square.x[i] = s.x;
+    square.y[i] = s.y;
+  });
+  const WideVec2 d = square_to_disk(square.x.wide(), square.y.wide());
+  const Wide cos_theta = sqrt(max(wide(kLeastCosine2), 1 - d.x * d.x - d.y * d.y));
+  wi = frames_of(points).to_world({d.x, d.y, cos_theta});
+  pdf_w = pdf_w.wide() * cos_theta * kInvPi;
+}
+
+void AdaptiveGuide::pdf_w_each(const GuidePoints& points, const Vec3Lanes& wi, uint32_t lanes,
+                               FloatLanes& pdf_w) const {
+  const WideVec3 w = frames_of(points).to_local(wi.wide());
+  const WideVec2 wide_square = disk_to_square(w.x, w.y);
+  Vec2Lanes square;
+  square.x = wide_square.x;
+  square.y = wide_square.y;
+  pdf_w = Wide{};
+  for_each_lane(lanes & lanes_of(w.z > 0), [&](int i) {
+    pdf_w[i] = directions_.pdf(states_[points[static_cast<size_t>(i)].state.value].root, square[i]);
+  });
+  pdf_w = pdf_w.wide() * w.z * kInvPi;
 }
 
 float AdaptiveGuide::gain(const GuidePoint& point) const {

@@ -30,10 +30,14 @@ class AdaptiveGuide final : public Guide, private GuideShare {
 
   GuidePoint find(Vec3 p, Vec3 n) const override;
   void find_each(const Vec3Lanes& p, const Vec3Lanes& n, uint32_t lanes,
-                 std::array<GuidePoint, kWidth>& found) const override;
+                 GuidePoints& found) const override;
   GuideMixture mixture(const GuidePoint& point, const GuidedSurface& surface) const override;
   GuideSample sample(const GuidePoint& point, Vec2 u) const override;
   float pdf_w(const GuidePoint& point, Vec3 wi) const override;
+  void sample_each(const GuidePoints& points, const Vec2Lanes& u, uint32_t lanes, Vec3Lanes& wi,
+                   FloatLanes& pdf_w) const override;
+  void pdf_w_each(const GuidePoints& points, const Vec3Lanes& wi, uint32_t lanes,
+                  FloatLanes& pdf_w) const override;
   const LightImportance* light_importance() const override { return &lights_; }
   bool expects() const override { return true; }
   bool aims_at_caustics() const override { return true; }

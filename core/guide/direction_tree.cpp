@@ -6,7 +6,6 @@
 #include <cmath>
 
 #include "core/base/check.h"
-#include "core/math/warp.h"
 
 namespace qray {
 namespace {
@@ -14,26 +13,6 @@ namespace {
 constexpr float kChance = 1.0f / DirectionTrees::kChances;
 constexpr size_t kMaxNodes = 0xffff;  // of one tree: Node::first has 16 bits
 
-}  // namespace
-
-Vec2 disk_to_square(Vec2 d) {
-  const float ax = std::abs(d.x), ay = std::abs(d.y);
-  const float hi = std::max(ax, ay), lo = std::min(ax, ay);
-  if (hi == 0) return {0.5f, 0.5f};
-  const float r = std::sqrt(ax * ax + ay * ay), t = lo / hi, t2 = t * t;
-  // 4/pi atan(t) on [0, 1] (Abramowitz and Stegun 4.4.49, shortened).
-  const float angle =
-      t * (1.2732104f + t2 * (-0.42350938f +
-                              t2 * (0.24642503f +
-                                    t2 * (-0.14824690f + t2 * (0.06704038f + t2 * -0.01492391f)))));
-  const float far = r, near = angle * r;
-  const float a = std::copysign(select(ax >= ay, far, near), d.x);
-  const float b = std::copysign(select(ax >= ay, near, far), d.y);
-  return {std::clamp(0.5f * (a + 1), 0.0f, kOneMinusEpsilon),
-          std::clamp(0.5f * (b + 1), 0.0f, kOneMinusEpsilon)};
-}
-
-namespace {
 // 2^32 / n.
 constexpr auto kInverses = [] {
   std::array<uint64_t, DirectionTrees::kChances + 1> all{};

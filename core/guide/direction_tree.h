@@ -22,9 +22,6 @@
 
 namespace qray {
 
-// The inverse of square_to_disk(); within 2e-5. Results lie in [0, 1).
-Vec2 disk_to_square(Vec2 d);
-
 class DirectionTrees {
  public:
   // What a cell was hit by: n samples; S = sum Y/p, p in the square's measure.

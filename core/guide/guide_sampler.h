@@ -11,6 +11,8 @@
 
 namespace qray {
 
+using GuidePoints = std::array<GuidePoint, kWidth>;
+
 class GuideSampler {
  public:
   virtual ~GuideSampler() = default;
@@ -24,7 +26,7 @@ class GuideSampler {
   // The same of several points, those whose bits are set. A guide may search for them in turns, so
   // that none waits for what memory brings the others.
   virtual void find_each(const Vec3Lanes& p, const Vec3Lanes& n, uint32_t lanes,
-                         std::array<GuidePoint, kWidth>& found) const {
+                         GuidePoints& found) const {
     for_each_lane(lanes, [&](int i) { found[static_cast<size_t>(i)] = find(p[i], n[i]); });
   }
   // How directions are drawn there, on such a surface.
@@ -33,6 +35,20 @@ class GuideSampler {
   virtual GuideSample sample(const GuidePoint& point, Vec2 u) const = 0;
   // Integrates to 1 over the point's domain, and is 0 outside of it.
   virtual float pdf_w(const GuidePoint& point, Vec3 wi) const = 0;
+  // The same at several points, those whose bits are set. Others' answers mean nothing.
+  virtual void sample_each(const GuidePoints& points, const Vec2Lanes& u, uint32_t lanes,
+                           Vec3Lanes& wi, FloatLanes& pdf_w) const {
+    for_each_lane(lanes, [&](int i) {
+      const GuideSample s = sample(points[static_cast<size_t>(i)], u[i]);
+      wi.set(i, s.wi);
+      pdf_w[i] = s.pdf_w;
+    });
+  }
+  virtual void pdf_w_each(const GuidePoints& points, const Vec3Lanes& wi, uint32_t lanes,
+                          FloatLanes& pdf_w) const {
+    for_each_lane(lanes,
+                  [&](int i) { pdf_w[i] = this->pdf_w(points[static_cast<size_t>(i)], wi[i]); });
+  }
 
   // Which lights send how much where; null: the method does not learn it.
   virtual const LightImportance* light_importance() const { return nullptr; }

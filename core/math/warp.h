@@ -52,6 +52,28 @@ inline Vec2 square_to_disk(Vec2 u) {
   return {longer * select(wide, s.cos, s.sin), longer * select(wide, s.sin, s.cos)};
 }
 
+// 4/pi atan(t) for t in [0, 1] (Abramowitz and Stegun 1964, 4.4.49, shortened).
+template <class Value>
+constexpr Value disk_angle(const Value& t) {
+  const Value t2 = t * t;
+  return t *
+         (1.2732104f +
+          t2 * (-0.42350938f +
+                t2 * (0.24642503f + t2 * (-0.14824690f + t2 * (0.06704038f + t2 * -0.01492391f)))));
+}
+
+// The inverse of square_to_disk(); within 2e-5. Results lie in [0, 1).
+inline Vec2 disk_to_square(Vec2 d) {
+  const float ax = std::abs(d.x), ay = std::abs(d.y);
+  const float hi = std::max(ax, ay), lo = std::min(ax, ay);
+  if (hi == 0) return {0.5f, 0.5f};
+  const float far = std::sqrt(ax * ax + ay * ay), near = disk_angle(lo / hi) * far;
+  const float a = std::copysign(select(ax >= ay, far, near), d.x);
+  const float b = std::copysign(select(ax >= ay, near, far), d.y);
+  return {std::clamp(0.5f * (a + 1), 0.0f, kOneMinusEpsilon),
+          std::clamp(0.5f * (b + 1), 0.0f, kOneMinusEpsilon)};
+}
+
 // Density cos(theta) / pi.
 inline Vec3 square_to_cosine_hemisphere(Vec2 u) {
   const Vec2 d = square_to_disk(u);

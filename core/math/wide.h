@@ -10,7 +10,7 @@
 #include <cstring>
 #include <limits>
 
-#include "core/math/vec.h"
+#include "core/math/warp.h"
 
 namespace qray {
 
@@ -103,6 +103,11 @@ struct alignas(4 * kWidth) FloatLanes {
     return w;
   }
 };
+struct Vec2Lanes {
+  FloatLanes x, y;
+
+  Vec2 operator[](int lane) const { return {x[lane], y[lane]}; }
+};
 struct Vec3Lanes {
   FloatLanes x, y, z;
 
@@ -124,6 +129,7 @@ struct RgbLanes {
 struct WideFrame {
   WideVec3 x, y, z;
 
+  WideFrame(const WideVec3& x_, const WideVec3& y_, const WideVec3& z_) : x(x_), y(y_), z(z_) {}
   explicit WideFrame(const WideVec3& n) : z(n) {
     const Wide sign = copysign(qray::wide(1), n.z);
     const Wide a = -1 / (sign + n.z);
@@ -135,8 +141,8 @@ struct WideFrame {
   WideVec3 to_world(const WideVec3& v) const { return x * v.x + y * v.y + z * v.z; }
 };
 
-// square_to_cosine_hemisphere(), of the points (u, v).
-inline WideVec3 square_to_cosine_hemisphere(const Wide& u, const Wide& v) {
+// square_to_disk(), of the points (u, v).
+inline WideVec2 square_to_disk(const Wide& u, const Wide& v) {
   const Wide a = 2 * u - 1, b = 2 * v - 1;
   const WideInt wide_one = abs(a) > abs(b);
   const Wide longer = wide_one ? a : b, shorter = wide_one ? b : a;
@@ -145,8 +151,26 @@ inline WideVec3 square_to_cosine_hemisphere(const Wide& u, const Wide& v) {
   const Wide sin =
       x * (1 + x2 * (-1 / 6.0f + x2 * (1 / 120.0f + x2 * (-1 / 5040.0f + x2 / 362880))));
   const Wide cos = 1 + x2 * (-1 / 2.0f + x2 * (1 / 24.0f + x2 * (-1 / 720.0f + x2 / 40320)));
-  const Wide dx = longer * (wide_one ? cos : sin), dy = longer * (wide_one ? sin : cos);
-  return {dx, dy, sqrt(max(Wide{}, 1 - dx * dx - dy * dy))};
+  return {longer * (wide_one ? cos : sin), longer * (wide_one ? sin : cos)};
+}
+
+// square_to_cosine_hemisphere(), of the points (u, v).
+inline WideVec3 square_to_cosine_hemisphere(const Wide& u, const Wide& v) {
+  const WideVec2 d = square_to_disk(u, v);
+  return {d.x, d.y, sqrt(max(Wide{}, 1 - d.x * d.x - d.y * d.y))};
+}
+
+// disk_to_square(), of the points (x, y).
+inline WideVec2 disk_to_square(const Wide& x, const Wide& y) {
+  const Wide ax = abs(x), ay = abs(y), hi = max(ax, ay), lo = min(ax, ay);
+  const Wide r = sqrt(ax * ax + ay * ay), t = lo / hi;
+  const Wide angle = disk_angle(t) * r;
+  const WideInt along_x = ax >= ay;
+  const auto side = [&](const Wide& a, const Wide& sign) {
+    const Wide u = 0.5f * (copysign(a, sign) + 1);
+    return hi == 0 ? wide(0.5f) : min(max(u, Wide{}), wide(kOneMinusEpsilon));
+  };
+  return {side(along_x ? r : angle, x), side(along_x ? angle : r, y)};
 }
 
 // square_to_triangle(), of the points (u, v).

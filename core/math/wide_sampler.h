@@ -8,12 +8,8 @@ namespace qray {
 
 class WideSampler {
  public:
-  struct Pair {
-    FloatLanes x, y;
-    Vec2 operator[](int lane) const { return {x[lane], y[lane]}; }
-  };
   struct Pairs {
-    Pair a, b, c, d;
+    Vec2Lanes a, b, c, d;
   };
 
   // The lane goes on as `sampler` would.
@@ -35,7 +31,7 @@ class WideSampler {
     }
     WideUint index;
     std::memcpy(&index, reversed_index_, sizeof index);
-    Pair* const all[4] = {&pairs.a, &pairs.b, &pairs.c, &pairs.d};
+    Vec2Lanes* const all[4] = {&pairs.a, &pairs.b, &pairs.c, &pairs.d};
     for (int k = 0; k < 4; ++k) {
       WideUint seed;
       std::memcpy(&seed, seeds[k], sizeof seed);

@@ -81,12 +81,14 @@ class PathTracer {
     return hides_lights_ && path_.depth[index(lane)] == 1 && path_.reach[lane] == 0;
   }
   const MaterialShading& material_at(int lane, Vec3 wo, SurfacePoint& surface) const;
-  bool is_plain(int lane, const MaterialShading& material) const;
+  bool is_lambert(int lane, const MaterialShading& material) const;
 
   // Parts of make_vertices().
   void find_in_guide(uint32_t lanes);
   void make_vertex(int lane);
   void ask_guide(int lane);
+  void ask_guide_at_lambert(int lane);
+  void tell_learner(int lane, const GuidedSurface& surface, Rgb albedo);
   bool leave_by_pane(int lane);
   Rgb pane_correction(int lane, const PathVertex& v) const;
   // Has it met as many surfaces as it may? Panes that it goes straight through do not count.
@@ -101,6 +103,11 @@ class PathTracer {
   void await(int lane, Rgb arriving);
   float mixture_pdf_w(const PathVertex& v, Vec3 wi, float bsdf_pdf_w, float base_pdf_w);
 
+  BsdfParts parts_at(int lane) {  // found for guides that expect
+    return vertex_.lambert >> lane & 1 ? BsdfParts{1, vertex_.reflectance[lane], {}}
+                                       : vertex_.at(lane).parts;
+  }
+
   // Parts of survive().
   uint32_t end_by_throughput(uint32_t lanes);
   bool survive(int lane);
@@ -109,7 +116,9 @@ class PathTracer {
 
   // Parts of scatter(). False: the BSDF absorbs the path, whatever direction it might have taken.
   bool scatter_one(int lane);
-  void scatter_plain();
+  void scatter_lambert(uint32_t lanes);
+  void scatter_lambert_by_guide(uint32_t lanes);
+  void tell_learner_of_lambert(uint32_t lanes);
   bool scatter(const PathVertex& v, float u_lobe, Vec2 u_direction, ScatterSample& next);
   bool scatter_by_bsdf_or_guide(const PathVertex& v, float u_lobe, Vec2 u_direction,
                                 ScatterSample& next);

@@ -63,10 +63,9 @@ const MaterialShading& PathTracer::material_at(int lane, Vec3 wo, SurfacePoint& 
   return part;
 }
 
-bool PathTracer::is_plain(int lane, const MaterialShading& material) const {
+bool PathTracer::is_lambert(int lane, const MaterialShading& material) const {
   return material.kind == BsdfKind::kDiffuse && !material.anisotropic && !material.seen_whole &&
-         material.opaque && !(path_.with_guide >> lane & 1) && !caustics_ &&
-         !path_.inside[index(lane)];
+         material.opaque && !path_.inside[index(lane)];
 }
 
 uint32_t PathTracer::arrive(uint32_t lanes) {
@@ -81,7 +80,7 @@ uint32_t PathTracer::arrive(uint32_t lanes) {
   v.ns = ng;
   v.cos_geometric = dot(wo, ng);
   if (textured_) path_.width = path_.width.wide() + path_.spread.wide() * t;
-  v.plain = 0;
+  v.lambert = v.guided = 0;
   uint32_t exact = 0;  // whose normals are settled
   uint32_t open = 0;   // that light crosses
   for_each_lane(lanes, [&](int lane) {
@@ -121,8 +120,8 @@ uint32_t PathTracer::arrive(uint32_t lanes) {
     }
     if (!material.opaque) open |= bit;
     v.ns.set(lane, surface.ns);
-    if (is_plain(lane, material)) {
-      v.plain |= bit;
+    if (is_lambert(lane, material)) {
+      v.lambert |= bit;
       v.reflectance.set(lane, scene_.shading_point(material, surface, v.room[i]).reflectance);
     }
   });
@@ -143,13 +142,20 @@ uint32_t PathTracer::arrive(uint32_t lanes) {
   return lanes;
 }
 
-// Of surfaces that are not plain.
+// Of surfaces that are not Lambert's alone, and of those from which paths may aim at caustics.
 void PathTracer::make_vertices(uint32_t lanes) {
   find_in_guide(lanes & path_.with_guide);
-  for_each_lane(lanes & ~vertex_.plain, [this](int lane) {
+  if (caustics_) {
+    for_each_lane(lanes & vertex_.lambert, [this](int lane) {
+      if (caustics_->find(vertex_.p[lane]).share > 0) vertex_.lambert &= ~(1u << lane);
+    });
+  }
+  for_each_lane(lanes & ~vertex_.lambert, [this](int lane) {
     make_vertex(lane);
     if (!at_most(lane)) ask_guide(lane);
   });
+  for_each_lane(lanes & vertex_.lambert & path_.with_guide,
+                [this](int lane) { ask_guide_at_lambert(lane); });
 }
 
 // Where paths will ask it: memory brings what is known there while surfaces are made.
@@ -212,13 +218,33 @@ void PathTracer::ask_guide(int lane) {
   if (!asks) return;
   const CycleScope scope(timed_, counters_.timed_guiding);
   if (guiding == Guiding::kOn) v.mixture = guide_->mixture(v.at, v.guided_surface());
-  PathLearner& learner = this->learner(lane);
+  const PathLearner& learner = this->learner(lane);
   if (!learner.on()) return;
-  learner.vertex(v.at, v.surface.p, path_.survival_chance[lane], path_.throughput[lane]);
-  if (learner.wants_albedo()) learner.albedo(luminance(v.albedo()));
-  if (!learner.wants_bsdf()) return;
-  v.learns_bsdf = true;
-  learner.surface(v.guided_surface(), luminance(v.parts.base_albedo + v.parts.lobes_albedo));
+  v.learns_bsdf = learner.wants_bsdf();
+  tell_learner(lane, v.guided_surface(),
+               v.learns_bsdf ? v.parts.base_albedo + v.parts.lobes_albedo : v.albedo());
+}
+
+void PathTracer::ask_guide_at_lambert(int lane) {
+  VertexLanes& v = vertex_;
+  const Guiding guiding = path_.guiding[index(lane)];
+  if (guiding == Guiding::kOff) return;
+  const CycleScope scope(timed_, counters_.timed_guiding);
+  if (guiding == Guiding::kOn) {
+    const GuideMixture mixture = guide_->mixture(v.in_guide[index(lane)], GuidedSurface{});
+    if (mixture.guide > 0) v.guided |= 1u << lane;
+    v.guide_chance[lane] = mixture.guide;
+    v.cosine_chance[lane] = mixture.base;
+  }
+  if (learner(lane).on()) tell_learner(lane, GuidedSurface{}, v.reflectance[lane]);
+}
+
+void PathTracer::tell_learner(int lane, const GuidedSurface& surface, Rgb albedo) {
+  PathLearner& learner = this->learner(lane);
+  learner.vertex(vertex_.in_guide[index(lane)], vertex_.p[lane], path_.survival_chance[lane],
+                 path_.throughput[lane]);
+  if (learner.wants_albedo()) learner.albedo(luminance(albedo));
+  if (learner.wants_bsdf()) learner.surface(surface, luminance(albedo));
 }
 
 }  // namespace qray

@@ -76,7 +76,7 @@ struct LightLanes {
   RgbLanes radiance;
   RgbLanes f_cos;                // of the surface, for light from there
   FloatLanes mixture_pdf_w;      // with which the surface sends paths there,
-  FloatLanes bsdf_pdf_w;         // and its BSDF alone; not of plain surfaces
+  FloatLanes bsdf_pdf_w;         // and its BSDF alone
   RgbLanes scattered, arriving;  // by the path's last vertex; in the pixel
   Vec3Lanes ray_o, ray_d;
   FloatLanes ray_t_max;
@@ -106,9 +106,11 @@ struct VertexLanes {
   Vec3Lanes x, y, z;    // the frame in which it scatters; z: the normal
   Vec3Lanes wo_local;   // to the previous vertex
   FloatLanes cos_geometric, ray_offset;
-  // Plain: Lambert surfaces where nothing is asked and nothing learned. All that they have is here.
-  uint32_t plain = 0;
+  // Lambert surfaces alone: all that they have is here.
+  uint32_t lambert = 0;
   RgbLanes reflectance;
+  uint32_t guided = 0;                     // those where the guide draws directions,
+  FloatLanes guide_chance, cosine_chance;  // by GuideMixture's `guide` and `base`
   // Of the others. The room that their vertices refer to is theirs.
   std::array<SurfacePoint, kWidth> surface{};
   std::array<ShadingPoint, kWidth> room{};
@@ -116,7 +118,7 @@ struct VertexLanes {
     std::byte bytes[sizeof(PathVertex)];
   };
   std::array<Storage, kWidth> vertex;
-  std::array<GuidePoint, kWidth> in_guide;  // of paths that ask it
+  GuidePoints in_guide;  // of paths that ask it
 
   std::array<const MaterialShading*, kWidth> material{};
   std::array<LightLearner::Place, kWidth> lights{};  // found where lights are connected to
@@ -127,6 +129,9 @@ struct VertexLanes {
   RgbLanes weight;
   FloatLanes pdf_w;
   uint32_t delta = 0, straight = 0;
+  // The rest of ScatterSample, of Lambert surfaces where one was drawn.
+  uint32_t drawn = 0;
+  FloatLanes bsdf_pdf_w, guide_pdf_w;
 
   PathVertex& at(int lane) {
     return *std::launder(reinterpret_cast<PathVertex*>(&vertex[static_cast<size_t>(lane)]));

@@ -149,10 +149,21 @@ uint32_t PathTracer::scatter_light(uint32_t lanes) {
   const WideVec3 wi = l.wi.wide();
   const Wide wi_z = dot(wi, v.z.wide());
   lanes &= lanes_of(dot(wi, v.ng.wide()) * wi_z > 0);
-  const Wide plain_pdf_w = v.wo_local.z.wide() * wi_z > 0 ? abs(wi_z) * kInvPi : Wide{};
-  l.f_cos = v.reflectance.wide() * plain_pdf_w;
-  l.mixture_pdf_w = plain_pdf_w;
-  for_each_lane(lanes & ~v.plain, [&](int lane) {
+  const Wide cosine_pdf_w = v.wo_local.z.wide() * wi_z > 0 ? abs(wi_z) * kInvPi : Wide{};
+  l.f_cos = v.reflectance.wide() * cosine_pdf_w;
+  l.bsdf_pdf_w = cosine_pdf_w;
+  l.mixture_pdf_w = cosine_pdf_w;
+  const uint32_t guided =
+      lanes & v.guided & lanes_of(~is_black(l.f_cos.wide()) & (l.with_extent.wide() > 0));
+  if (guided) {
+    const CycleScope scope(timed_, counters_.timed_guiding);
+    FloatLanes guide_pdf_w;
+    guide_->pdf_w_each(v.in_guide, l.wi, guided, guide_pdf_w);
+    l.mixture_pdf_w = mask_of(guided) ? v.guide_chance.wide() * guide_pdf_w.wide() +
+                                            v.cosine_chance.wide() * cosine_pdf_w
+                                      : cosine_pdf_w;
+  }
+  for_each_lane(lanes & ~v.lambert, [&](int lane) {
     const PathVertex& one = vertex_.at(lane);
     const Vec3 to = l.wi[lane];
     const BsdfEval eval = one.eval(one.frame.to_local(to));
@@ -172,7 +183,7 @@ uint32_t PathTracer::weigh_light(uint32_t lanes) {
     const LightSample& s = l.light[index(lane)];
     l.radiance.set(lane, scene_.emission_at(s.mesh, s.triangle, s.barycentric));
   });
-  for_each_lane(lanes & ~vertex_.plain, [&](int lane) {
+  for_each_lane(lanes & ~vertex_.lambert, [&](int lane) {
     const Rgb* inside = vertex_.at(lane).inside_along(l.wi[lane]);
     const float distance = l.distance[lane];
     if (inside && std::isfinite(distance))
@@ -218,7 +229,9 @@ void PathTracer::await(int lane, Rgb arriving) {
   awaited.punctual = l.with_extent[lane] == 0;
   awaited.pick = l.pick[i];
   if (learner.on() && !awaited.punctual) {
-    const float unguided_pdf_w = vertex_.at(lane).with_caustics(l.wi[lane], l.bsdf_pdf_w[lane]);
+    float unguided_pdf_w = l.bsdf_pdf_w[lane];
+    if (!(vertex_.lambert >> lane & 1))
+      unguided_pdf_w = vertex_.at(lane).with_caustics(l.wi[lane], unguided_pdf_w);
     awaited.unguided_weight = (1 + sqr(l.mixture_pdf_w[lane] / l.pdf_w[lane])) /
                               (1 + sqr(unguided_pdf_w / l.pdf_w[lane]));
   }

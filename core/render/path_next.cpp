@@ -1,6 +1,7 @@
 // The next directions of paths, and the way there.
 #include <cmath>
 
+#include "core/base/cycle_clock.h"
 #include "core/render/path.h"
 
 namespace qray {
@@ -15,9 +16,9 @@ constexpr float kSpreadOfScattering = 0.1f, kWidestSpread = 0.3f;  // radians
 uint32_t PathTracer::scatter(uint32_t lanes) {
   vertex_.delta = vertex_.straight = 0;
   if (lanes == 0) return 0;
-  if (vertex_.plain & lanes) scatter_plain();
+  if (vertex_.lambert & lanes) scatter_lambert(lanes & vertex_.lambert);
   uint32_t left = lanes;
-  for_each_lane(lanes & ~vertex_.plain, [&](int lane) {
+  for_each_lane(lanes & ~vertex_.lambert, [&](int lane) {
     if (!scatter_one(lane)) left &= ~(1u << lane);
   });
   left &= ~lanes_of(is_black(vertex_.weight.wide()));
@@ -25,19 +26,81 @@ uint32_t PathTracer::scatter(uint32_t lanes) {
   return left & ~vertex_.straight;
 }
 
-// Lambert surfaces, by cosine. Both normals must agree on the side; a black weight ends the path.
-void PathTracer::scatter_plain() {
+// By cosine, or by the guide. Both normals must agree on the side; a black weight ends the path.
+void PathTracer::scatter_lambert(uint32_t lanes) {
   VertexLanes& v = vertex_;
+  const WideVec3 ng = v.ng.wide();
+  const WideRgb reflectance = v.reflectance.wide();
+  const Wide wo_z = v.wo_local.z.wide();
   WideVec3 local = square_to_cosine_hemisphere(v.u.b.x.wide(), v.u.b.y.wide());
-  const Wide pdf_w = max(Wide{}, local.z) * kInvPi, wo_z = v.wo_local.z.wide();
+  const Wide cosine_pdf_w = max(Wide{}, local.z) * kInvPi;
   local.z = copysign(local.z, wo_z);
   const WideVec3 wi = v.x.wide() * local.x + v.y.wide() * local.y + v.z.wide() * local.z;
-  const WideInt scatters = (wo_z != 0) & (pdf_w != 0) & (dot(wi, v.ng.wide()) * local.z > 0);
-  const WideRgb reflectance = v.reflectance.wide();
+  const WideInt drawn = (wo_z != 0) & (cosine_pdf_w != 0);
+  const WideInt scatters = drawn & (dot(wi, ng) * local.z > 0);
+  v.drawn = lanes_of(drawn);
   v.wi = wi;
-  v.pdf_w = pdf_w;
+  v.pdf_w = cosine_pdf_w;
+  v.bsdf_pdf_w = cosine_pdf_w;
   v.weight = WideRgb{scatters ? reflectance.r : Wide{}, scatters ? reflectance.g : Wide{},
                      scatters ? reflectance.b : Wide{}};
+  v.guide_pdf_w = Wide{};
+  if (const uint32_t guided = v.guided & lanes) scatter_lambert_by_guide(guided);
+  if (path_.with_guide & lanes) tell_learner_of_lambert(lanes & path_.with_guide);
+}
+
+// In place of what scatter_lambert() has: by the mixture of guide and cosine.
+void PathTracer::scatter_lambert_by_guide(uint32_t lanes) {
+  VertexLanes& v = vertex_;
+  const uint32_t drawing = lanes & lanes_of(v.u.c.y.wide() < v.guide_chance.wide());
+  Vec3Lanes guide_wi;
+  FloatLanes drawn_pdf_w, other_pdf_w;
+  {
+    const CycleScope guiding(timed_, counters_.timed_guiding);
+    if (drawing) guide_->sample_each(v.in_guide, v.u.b, drawing, guide_wi, drawn_pdf_w);
+    if (const uint32_t others = lanes & ~drawing & v.drawn)
+      guide_->pdf_w_each(v.in_guide, v.wi, others, other_pdf_w);
+  }
+  v.drawn |= drawing;
+  const WideInt mask = mask_of(lanes), by_guide = mask_of(drawing);
+  const WideVec3 wi = select(by_guide, guide_wi.wide(), v.wi.wide());
+  const Wide wi_z = dot(wi, v.z.wide());
+  const Wide eval_pdf_w = v.wo_local.z.wide() * wi_z > 0 ? abs(wi_z) * kInvPi : Wide{};
+  const Wide bsdf_pdf_w = by_guide ? eval_pdf_w : v.pdf_w.wide();
+  const Wide guide_pdf_w = by_guide ? drawn_pdf_w.wide() : other_pdf_w.wide();
+  const Wide pdf_w = v.guide_chance.wide() * guide_pdf_w + v.cosine_chance.wide() * bsdf_pdf_w;
+  const WideRgb cosine_weight = v.weight.wide(), f_cos = v.reflectance.wide() * bsdf_pdf_w;
+  const WideInt scatters = by_guide ? dot(wi, v.ng.wide()) * wi_z > 0 : ~is_black(cosine_weight);
+  const Wide inverse = 1 / pdf_w, rescaled = bsdf_pdf_w / pdf_w;
+  const auto weight = [&](const Wide& before, const Wide& f) {
+    const Wide after = by_guide ? f * inverse : before * rescaled;
+    return mask ? scatters & (f != 0) ? after : Wide{} : before;
+  };
+  const WideRgb weights{weight(cosine_weight.r, f_cos.r), weight(cosine_weight.g, f_cos.g),
+                        weight(cosine_weight.b, f_cos.b)};
+  v.wi = wi;
+  v.weight = weights;
+  v.pdf_w = mask ? pdf_w : v.pdf_w.wide();
+  v.bsdf_pdf_w = mask ? bsdf_pdf_w : v.bsdf_pdf_w.wide();
+  v.guide_pdf_w = mask ? guide_pdf_w : Wide{};
+  const WideInt goes_on = mask & ~is_black(weights) & (bsdf_pdf_w > 0);
+  path_.guidance = path_.guidance.wide() * (goes_on ? pdf_w / bsdf_pdf_w : wide(1));
+}
+
+void PathTracer::tell_learner_of_lambert(uint32_t lanes) {
+  const VertexLanes& v = vertex_;
+  for_each_lane(lanes & v.drawn, [&](int lane) {
+    PathLearner& learner = this->learner(lane);
+    if (!learner.on()) return;
+    const float bsdf_pdf_w = v.bsdf_pdf_w[lane];
+    learner.scattered({.wi = v.wi[lane],
+                       .weight = v.weight[lane],
+                       .pdf_w = v.pdf_w[lane],
+                       .bsdf_pdf_w = bsdf_pdf_w,
+                       .unguided_pdf_w = bsdf_pdf_w,
+                       .base_pdf_w = bsdf_pdf_w,
+                       .guide_pdf_w = v.guide_pdf_w[lane]});
+  });
 }
 
 bool PathTracer::scatter_one(int lane) {

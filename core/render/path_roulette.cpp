@@ -19,7 +19,7 @@ constexpr float kRouletteFactor = 4;
 // Not at panes: a path of fewer surfaces meets the last one without.
 uint32_t PathTracer::survive(uint32_t lanes) {
   uint32_t playing = lanes;
-  for_each_lane(lanes & ~vertex_.plain, [&](int lane) {
+  for_each_lane(lanes & ~vertex_.lambert, [&](int lane) {
     if (vertex_.is_delta(lane) && scene_.meshes[vertex_.hit.mesh[index(lane)]].pane)
       playing &= ~(1u << lane);
   });
@@ -91,22 +91,22 @@ bool PathTracer::survive(int lane) {
 PathTracer::Survival PathTracer::survival(int lane) {
   const Rgb throughput = path_.throughput[lane];
   const Guiding guiding = path_.guiding[index(lane)];
-  if (guide_expects_ && guiding != Guiding::kOff && vertex_.at(lane).parts.base_chance > 0) {
-    const PathVertex& v = vertex_.at(lane);
+  const bool asks = guide_expects_ && guiding != Guiding::kOff;
+  if (const BsdfParts parts = asks ? parts_at(lane) : BsdfParts{}; asks && parts.base_chance > 0) {
     const CycleScope scope(timed_, counters_.timed_guiding);
-    const GuideExpectation expected = guide_->expectation(v.at);
+    const GuideExpectation expected = guide_->expectation(vertex_.in_guide[index(lane)]);
     if (expected.credible) {
-      const Rgb control = v.parts.base_albedo * expected.arriving;
+      const Rgb control = parts.base_albedo * expected.arriving;
       if (learner(lane).on()) learner(lane).expected(control);
       if (guiding == Guiding::kOn) {
         if (!settings_.russian_roulette) return {};
         const float arriving = luminance(expected.arriving);
         const float of_base =
-            luminance(throughput * v.parts.base_albedo) *
+            luminance(throughput * parts.base_albedo) *
             (has_groups() ? std::hypot(arriving, expected.deviation) : expected.deviation);
-        const float of_lobes = v.parts.lobes_albedo.is_black()
+        const float of_lobes = parts.lobes_albedo.is_black()
                                    ? 0.0f
-                                   : luminance(throughput * v.parts.lobes_albedo) *
+                                   : luminance(throughput * parts.lobes_albedo) *
                                          std::hypot(arriving, expected.deviation);
         const float noise = of_base + of_lobes;
         const uint32_t bit = 1u << lane;
