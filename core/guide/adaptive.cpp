@@ -148,15 +148,19 @@ float AdaptiveGuide::pdf_w(const GuidePoint& point, Vec3 wi) const {
          kInvPi;
 }
 
+DirectionTrees::Roots AdaptiveGuide::roots_of(const GuidePoints& points, uint32_t lanes) const {
+  DirectionTrees::Roots roots{};
+  for_each_lane(lanes, [&](int i) {
+    const auto k = static_cast<size_t>(i);
+    roots[k] = states_[points[k].state.value].root;
+  });
+  return roots;
+}
+
 void AdaptiveGuide::sample_each(const GuidePoints& points, const Vec2Lanes& u, uint32_t lanes,
                                 Vec3Lanes& wi, FloatLanes& pdf_w) const {
   Vec2Lanes square;
-  for_each_lane(lanes, [&](int i) {
-    const Vec2 s = directions_.sample(states_[points[static_cast<size_t>(i)].state.value].root,
-                                      u[i], pdf_w[i]);
-    square.x[i] = s.x;
-    square.y[i] = s.y;
-  });
+  directions_.sample_each(roots_of(points, lanes), u, lanes, square, pdf_w);
   const WideVec2 d = square_to_disk(square.x.wide(), square.y.wide());
   const Wide cos_theta = sqrt(max(wide(kLeastCosine2), 1 - d.x * d.x - d.y * d.y));
   wi = frames_of(points).to_world({d.x, d.y, cos_theta});
@@ -170,11 +174,9 @@ void AdaptiveGuide::pdf_w_each(const GuidePoints& points, const Vec3Lanes& wi, u
   Vec2Lanes square;
   square.x = wide_square.x;
   square.y = wide_square.y;
-  pdf_w = Wide{};
-  for_each_lane(lanes & lanes_of(w.z > 0), [&](int i) {
-    pdf_w[i] = directions_.pdf(states_[points[static_cast<size_t>(i)].state.value].root, square[i]);
-  });
-  pdf_w = pdf_w.wide() * w.z * kInvPi;
+  lanes &= lanes_of(w.z > 0);
+  directions_.pdf_each(roots_of(points, lanes), square, lanes, pdf_w);
+  pdf_w = mask_of(lanes) ? pdf_w.wide() * w.z * kInvPi : Wide{};
 }
 
 float AdaptiveGuide::gain(const GuidePoint& point) const {

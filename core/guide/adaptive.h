@@ -130,6 +130,7 @@ class AdaptiveGuide final : public Guide, private GuideShare {
   void index();
   size_t bytes() const;
   void refine_as(const AdaptiveGuide& other);
+  DirectionTrees::Roots roots_of(const GuidePoints& points, uint32_t lanes) const;
   void summarize(State& state, const Sums& sums) const;
   void choose_lobe_shares();
   void put(State& state, Cells cells, DirectionTrees& to) const;

@@ -4,6 +4,7 @@
 #include <array>
 #include <bit>
 #include <cmath>
+#include <cstring>
 
 #include "core/base/check.h"
 
@@ -19,6 +20,21 @@ constexpr auto kInverses = [] {
   for (uint64_t n = 1; n < all.size(); ++n) all[n] = (uint64_t{1} << 32) / n;
   return all;
 }();
+
+// a b / 2^bits.
+WideUint multiplied(const WideUint& a, const WideUint& b, int bits) {
+  WideUint product;
+  for (int i = 0; i < kWidth; ++i)
+    product[i] = static_cast<uint32_t>(uint64_t{a[i]} * b[i] >> bits);
+  return product;
+}
+
+// a * kInverses[n] / 2^24.
+WideUint over(const WideUint& a, const WideUint& n) {
+  WideUint inverse;
+  for (int i = 0; i < kWidth; ++i) inverse[i] = static_cast<uint32_t>(kInverses[n[i]]);
+  return n == 1 ? a << 8 : multiplied(a, inverse, 24);
+}
 
 // Walks down to the cell that holds u.
 class Descent {
@@ -82,6 +98,85 @@ Vec2 DirectionTrees::sample(uint32_t root, Vec2 u, float& density) const {
     return static_cast<float>((uint64_t{cell} << 32 | rest) >> (8 + depth)) * 0x1p-24f;
   };
   return {place(x, ux), place(y, uy)};
+}
+
+DirectionTrees::WideNodes DirectionTrees::load(const WideUint& at) const {
+  static_assert(sizeof(Node) == 8 && std::endian::native == std::endian::little);
+  alignas(WideUint) uint32_t first[kWidth], last[kWidth];
+  for (int i = 0; i < kWidth; ++i) {
+    const uint64_t node = std::bit_cast<uint64_t>(nodes_[at[i]]);
+    first[i] = static_cast<uint32_t>(node);
+    last[i] = static_cast<uint32_t>(node >> 32);
+  }
+  WideNodes nodes;
+  std::memcpy(&nodes.p, first, sizeof first);
+  std::memcpy(&nodes.rest, last, sizeof last);
+  return nodes;
+}
+
+void DirectionTrees::pdf_each(const Roots& roots, const Vec2Lanes& u, uint32_t lanes,
+                              FloatLanes& density) const {
+  WideInt open = mask_of(lanes);
+  WideUint root;
+  std::memcpy(&root, &roots, sizeof root);
+  root &= (WideUint)open;
+  WideUint x = (WideUint) __builtin_convertvector(u.x.wide() * 0x1p24f, WideInt) << 8;
+  WideUint y = (WideUint) __builtin_convertvector(u.y.wide() * 0x1p24f, WideInt) << 8;
+  Wide parts = wide(1);
+  for (WideUint at = root; lanes_of(open);) {
+    const WideNodes nodes = load(at);
+    const WideUint q = y >> 31 << 1 | x >> 31;
+    const Wide part = 4 * kChance * __builtin_convertvector((WideInt)nodes.chance(q), Wide);
+    parts = open ? parts * part : parts;
+    open &= nodes.has_child(q);
+    at = open ? root + nodes.child(q) : at;
+    x <<= 1;
+    y <<= 1;
+  }
+  density = parts;
+}
+
+// sample(), step by step.
+void DirectionTrees::sample_each(const Roots& roots, const Vec2Lanes& u, uint32_t lanes,
+                                 Vec2Lanes& at, FloatLanes& density) const {
+  const auto start = [](const FloatLanes& v) {
+    return (WideUint) __builtin_convertvector(v.wide() * 0x1p24f, WideInt) << 8;
+  };
+  WideInt open = mask_of(lanes);
+  WideUint root;
+  std::memcpy(&root, &roots, sizeof root);
+  root &= (WideUint)open;
+  WideUint ux = start(u.x), uy = start(u.y), x{}, y{}, depth{};
+  Wide parts = wide(1);
+  for (WideUint node = root; lanes_of(open);) {
+    const WideNodes nodes = load(node);
+    const WideUint p = nodes.p, bottom = (p & 255) + (p >> 8 & 255);
+    const WideInt top = uy >= bottom << 24;
+    const WideUint row = top ? kChances - bottom : bottom;
+    const WideUint in_row = uy - (top ? bottom << 24 : WideUint{});
+    const WideUint across = multiplied(ux, row, 8);
+    const WideUint left = top ? p >> 16 & 255 : p & 255;
+    const WideInt right = across >= left << 24;
+    const WideUint in_cell = across - (right ? left << 24 : WideUint{});
+    const WideUint q = ((WideUint)top & 2) | ((WideUint)right & 1), cell = nodes.chance(q);
+    uy = open ? over(in_row, row) : uy;
+    ux = open ? over(in_cell, cell) : ux;
+    x = open ? 2 * x + (q & 1) : x;
+    y = open ? 2 * y + (q >> 1) : y;
+    depth -= (WideUint)open;
+    const Wide part = __builtin_convertvector((WideInt)cell, Wide) * (4.0f / kChances);
+    parts = open ? parts * part : parts;
+    open &= nodes.has_child(q);
+    node = open ? root + nodes.child(q) : node;
+  }
+  density = parts;
+  // The first 24 bits of cell and rest: as sample() has them.
+  const auto place = [&](const WideUint& of, const WideUint& rest) {
+    const WideUint bits = of << (24 - depth) | rest >> (8 + depth);
+    return __builtin_convertvector((WideInt)bits, Wide) * 0x1p-24f;
+  };
+  at.x = place(x, ux);
+  at.y = place(y, uy);
 }
 
 void DirectionTrees::add(uint32_t root, Vec2 u, int64_t s) {

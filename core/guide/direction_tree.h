@@ -18,7 +18,7 @@
 
 #include "core/base/byte_io.h"
 #include "core/guide/adaptive_params.h"
-#include "core/math/vec.h"
+#include "core/math/wide.h"
 
 namespace qray {
 
@@ -46,6 +46,12 @@ class DirectionTrees {
   float pdf(uint32_t root, Vec2 u) const;
   // Follows the density; `density` is pdf() at the result.
   Vec2 sample(uint32_t root, Vec2 u, float& density) const;
+  // The same of several trees, those whose bits are set, with the same bits. The answers of others
+  // mean nothing.
+  using Roots = std::array<uint32_t, kWidth>;
+  void pdf_each(const Roots& roots, const Vec2Lanes& u, uint32_t lanes, FloatLanes& density) const;
+  void sample_each(const Roots& roots, const Vec2Lanes& u, uint32_t lanes, Vec2Lanes& at,
+                   FloatLanes& density) const;
   // The integral of the squared density over the unit square: 1 where it is uniform, else more.
   double second_moment(uint32_t root) const;
   void add(uint32_t root, Vec2 u, int64_t s);
@@ -139,6 +145,18 @@ class DirectionTrees {
       archive(self.p, self.first, self.inner, self.joined);
     }
   };
+  struct WideNodes {
+    WideUint p, rest;  // the first four bytes of each node, and the last
+    WideUint chance(const WideUint& q) const { return p >> 8 * q & 255; }
+    // Of each quadrant q: all bits if it has a node of its own, and that node.
+    WideInt has_child(const WideUint& q) const { return (rest >> (16 + q) & 1) != 0; }
+    WideUint child(const WideUint& q) const {
+      const WideUint before = rest >> 16 & (((WideUint{} + 1) << q) - 1);
+      return (rest & 0xffff) + (before & 1) + (before >> 1 & 1) + (before >> 2 & 1);
+    }
+  };
+  WideNodes load(const WideUint& at) const;
+
   struct Quad {
     int64_t s[4]{};
     uint32_t n[4]{};

@@ -92,7 +92,7 @@ TEST(Adaptive, PlacesThatAreHitOftenAreCutFiner) {
   EXPECT_EQ(guide->stats().samples_seen, 12u * 20000);
 }
 
-TEST(Adaptive, FindsEachOfSeveralPointsAsItFindsOne) {
+TEST(Adaptive, AnswersForSeveralPointsAsForOne) {
   AdaptiveGuide guide(setup_with());
   for (uint64_t pass = 0; pass < 4; ++pass) teach(guide, pass, 20000);
   test::Random random(9);
@@ -103,14 +103,29 @@ TEST(Adaptive, FindsEachOfSeveralPointsAsItFindsOne) {
       p.set(i, {4 * random.next(), 2 * random.next(), 3 * random.next()});
       n.set(i, square_to_uniform_sphere(random.next_2d()));
     }
-    std::array<GuidePoint, kWidth> found;
+    GuidePoints found;
     guide.find_each(p, n, lanes, found);
+    Vec2Lanes u;
+    Vec3Lanes any, drawn;
+    FloatLanes pdf_w_of_any, pdf_w_of_drawn;
+    for (int i = 0; i < kWidth; ++i) {
+      const Vec2 one = random.next_2d();
+      u.x[i] = one.x;
+      u.y[i] = one.y;
+      any.set(i, square_to_uniform_sphere(random.next_2d()));
+    }
+    guide.sample_each(found, u, lanes, drawn, pdf_w_of_drawn);
+    guide.pdf_w_each(found, any, lanes, pdf_w_of_any);
     for_each_lane(lanes, [&](int i) {
       const GuidePoint one = guide.find(p[i], n[i]), &each = found[static_cast<size_t>(i)];
       ASSERT_EQ(each.state, one.state);
       EXPECT_EQ(each.key, one.key);
       EXPECT_EQ(each.frame.x, one.frame.x);
       EXPECT_EQ(each.frame.z, n[i]);
+      const GuideSample sample = guide.sample(one, u[i]);
+      EXPECT_EQ(drawn[i], sample.wi);
+      EXPECT_EQ(pdf_w_of_drawn[i], sample.pdf_w);
+      EXPECT_EQ(pdf_w_of_any[i], guide.pdf_w(one, any[i]));
       met.insert(one.state.value);
     });
   }

@@ -39,6 +39,21 @@ TEST_F(WideTest, SquareToCosineHemisphere) {
   }
 }
 
+TEST_F(WideTest, DiskToSquare) {
+  for (int round = 0; round < kRounds; ++round) {
+    FloatLanes u, v;
+    draw(u, v);
+    const Wide x = 2 * u.wide() - 1, y = 2 * v.wide() - 1;  // outside of the disk, too
+    Vec2Lanes of, square;
+    of.x = x;
+    of.y = y;
+    const WideVec2 wide_square = disk_to_square(x, y);
+    square.x = wide_square.x;
+    square.y = wide_square.y;
+    for (int i = 0; i < kWidth; ++i) ASSERT_EQ(square[i], disk_to_square(of[i])) << u[i] << v[i];
+  }
+}
+
 TEST_F(WideTest, SquareToTriangle) {
   for (int round = 0; round < kRounds; ++round) {
     FloatLanes u, v, first, second;
