@@ -17,17 +17,27 @@ struct Reprojection {
   const History& history;
   const ViewBuffer& now;
 
-  bool same_surface(size_t i, size_t tap) const {
-    if (now.surfaces[i] != before.surfaces[tap]) return false;
-    const Vec3 n = now.normal(i);
-    if (dot(n, n) == 0) return true;  // the environment
-    if (dot(n, before.normal(tap)) < ViewBuffer::kLeastCosine) return false;
-    const Vec3 p = now.points[i], off = before.points[tap] - p;
+  // What a pixel shows now, as it was before.
+  struct Sought {
+    uint32_t surface;
+    Vec3 p, n;       // n: 0 of the environment
+    float distance;  // metres, from where it was seen before
+    float most_off;  // metres
+  };
+  Sought sought(size_t i) const {
+    const Vec3 p = now.points[i];
     const float distance = before.camera.distance(p);
-    if (now.surfaces[i] >> kMirrorShift)
-      return std::abs(before.camera.distance(before.points[tap]) - distance) <
-             kMirroredDistance * distance;
-    return std::abs(dot(n, off)) < kMostPixelsOff * before.camera.cone().at(distance);
+    return {now.surfaces[i], p, now.normal(i), distance,
+            now.surfaces[i] >> kMirrorShift ? kMirroredDistance * distance
+                                            : kMostPixelsOff * before.camera.cone().at(distance)};
+  }
+  bool shows(size_t tap, const Sought& s) const {
+    if (before.surfaces[tap] != s.surface) return false;
+    if (dot(s.n, s.n) == 0) return true;
+    if (dot(s.n, before.normal(tap)) < ViewBuffer::kLeastCosine) return false;
+    const Vec3 p = before.points[tap];
+    return std::abs(s.surface >> kMirrorShift ? before.camera.distance(p) - s.distance
+                                              : dot(s.n, p - s.p)) < s.most_off;
   }
 
   PixelHistory pixel(size_t i) const {
@@ -36,6 +46,7 @@ struct Reprojection {
     if (!at || !(at->x > -1 && at->y > -1 && at->x < static_cast<float>(before.width) + 1 &&
                  at->y < static_cast<float>(before.height) + 1))
       return {};
+    const Sought what = sought(i);
     const float x0 = std::floor(at->x - 0.5f), y0 = std::floor(at->y - 0.5f);
     const float fx = at->x - 0.5f - x0, fy = at->y - 0.5f - y0;
     PixelHistory sum;
@@ -46,7 +57,7 @@ struct Reprojection {
       const float weight = (dx ? fx : 1 - fx) * (dy ? fy : 1 - fy);
       if (weight == 0 || x < 0 || y < 0 || x >= before.width || y >= before.height) continue;
       const size_t tap = before.index(x, y);
-      if (!same_surface(i, tap)) continue;
+      if (!shows(tap, what)) continue;
       seen += weight;
       const PixelHistory& h = history[tap];
       if (h.guesses > 0) {
@@ -69,11 +80,11 @@ struct Reprojection {
     sum.square /= weights;
     // What was seen from farther away, in fewer pixels, is surer of less.
     const float ratio = now.camera.cone().at(now.camera.distance(p)) /
-                        std::max(before.camera.cone().at(before.camera.distance(p)), 1e-20f);
+                        std::max(before.camera.cone().at(what.distance), 1e-20f);
     const float kind = now.kind(i);
-    const bool surface = now.surfaces[i] != Seen{}.surface;
     const bool glossy =
-        surface && ((kind > kDiffuseKind && kind <= kMixedKind) || now.surfaces[i] >> kMirrorShift);
+        what.surface != Seen{}.surface &&
+        ((kind > kDiffuseKind && kind <= kMixedKind) || what.surface >> kMirrorShift);
     sum.samples = std::min(sum.samples / seen * (ratio > kNearer ? 1 : ratio * ratio),
                            glossy ? kMostGlossySamples : kMostMovedSamples);
     return sum;

@@ -75,7 +75,7 @@ void LiveView::look(LiveFrame& frame, double scale) {
   if (switches_.recovery || switches_.reprojection) {
     view_ = see_view(*scene_, *s.camera, width, height, pool_);
   } else {
-    view_ = {width, height, CameraRays(*s.camera, width, height), {}, {}, {}, {}};
+    view_ = {width, height, CameraRays(*s.camera, width, height), {}, {}, {}, {}, {}};
   }
   const double seen = clock_.seconds();
   frame.times.features = seen - start;

@@ -8,16 +8,14 @@ constexpr float kFarDiagonals = 1e4f;  // where the environment is
 // view's.
 constexpr int kEdgeRays = 4, kSmallEdgeRays = 2;
 
-// Pixels whose neighbours see something else, where one of them emits.
-bool crossed_by_light(const ViewBuffer& view, const std::vector<Rgb>& centres, int x, int y) {
+// Whether the pixel's neighbours see something else, and one of them a light.
+bool crossed_by_light(const ViewBuffer& view, int x, int y) {
   const size_t i = view.index(x, y);
-  for (int dy = -1; dy <= 1; ++dy)
-    for (int dx = -1; dx <= 1; ++dx) {
-      const int nx = x + dx, ny = y + dy;
-      if (nx < 0 || ny < 0 || nx >= view.width || ny >= view.height) continue;
+  const bool shines = view.shows_light(i);
+  for (int ny = std::max(y - 1, 0); ny <= std::min(y + 1, view.height - 1); ++ny)
+    for (int nx = std::max(x - 1, 0); nx <= std::min(x + 1, view.width - 1); ++nx) {
       const size_t n = view.index(nx, ny);
-      if (view.surfaces[n] != view.surfaces[i] && !(centres[n].is_black() && centres[i].is_black()))
-        return true;
+      if (view.surfaces[n] != view.surfaces[i] && (shines || view.shows_light(n))) return true;
     }
   return false;
 }
@@ -41,16 +39,31 @@ float diagonal_of(const PreparedScene& scene) {
   return std::max(length(scene.bounds.hi - scene.bounds.lo), 1e-30f);
 }
 
+// Where lights show, few rows do.
+std::vector<bool> rows_with_light(const ViewBuffer& view) {
+  std::vector<bool> rows(static_cast<size_t>(view.height));
+  for (int y = 0; y < view.height; ++y)
+    for (int x = 0; x < view.width && !rows[static_cast<size_t>(y)]; ++x)
+      rows[static_cast<size_t>(y)] = view.shows_light(view.index(x, y));
+  return rows;
+}
+
 void smooth_edges_of_lights(const PreparedScene& scene, float diagonal, ViewBuffer& view,
                             TaskPool& pool) {
-  const std::vector<Rgb> centres = view.emitted;
-  pool.run(static_cast<size_t>(view.height), [&](size_t row, int) {
+  const std::vector<bool> light = rows_with_light(view);
+  const auto rows = static_cast<size_t>(view.height);
+  view.crossed.assign(view.emitted.size(), 0);
+  pool.run(rows, [&](size_t row, int) {
+    if (!light[row] && !(row > 0 && light[row - 1]) && !(row + 1 < rows && light[row + 1])) return;
     const int y = static_cast<int>(row);
-    for (int x = 0; x < view.width; ++x) {
-      if (!crossed_by_light(view, centres, x, y)) continue;
-      view.emitted[view.index(x, y)] =
-          emitted_in_pixel(scene, diagonal, view.camera, x, y, kEdgeRays);
-    }
+    for (int x = 0; x < view.width; ++x)
+      view.crossed[view.index(x, y)] = crossed_by_light(view, x, y);
+  });
+  pool.run(rows, [&](size_t row, int) {
+    const int y = static_cast<int>(row);
+    for (int x = 0; x < view.width; ++x)
+      if (const size_t i = view.index(x, y); view.crossed[i])
+        view.emitted[i] = emitted_in_pixel(scene, diagonal, view.camera, x, y, kEdgeRays);
   });
 }
 
@@ -58,9 +71,14 @@ void smooth_edges_of_lights(const PreparedScene& scene, float diagonal, ViewBuff
 
 ViewBuffer see_view(const PreparedScene& scene, const Camera& camera, int width, int height,
                     TaskPool& pool) {
-  ViewBuffer view{
-      width, height, CameraRays(camera, width, height), Image(width, height, kFeatureChannels), {},
-      {},    {}};
+  ViewBuffer view{width,
+                  height,
+                  CameraRays(camera, width, height),
+                  Image(width, height, kFeatureChannels),
+                  {},
+                  {},
+                  {},
+                  {}};
   const size_t pixels = static_cast<size_t>(width) * static_cast<size_t>(height);
   view.points.resize(pixels);
   view.surfaces.resize(pixels);
@@ -93,9 +111,10 @@ void add_emitted(const PreparedScene& scene, const ViewBuffer& view, const Camer
     const int y = static_cast<int>(row), vy = y * view.height / picture.height();
     for (int x = 0; x < picture.width(); ++x) {
       const int vx = x * view.width / picture.width();
-      const Rgb emitted = !same && crossed_by_light(view, view.emitted, vx, vy)
+      const size_t i = view.index(vx, vy);
+      const Rgb emitted = !same && view.crossed[i]
                               ? emitted_in_pixel(scene, diagonal, rays, x, y, kSmallEdgeRays)
-                              : view.emitted[view.index(vx, vy)];
+                              : view.emitted[i];
       picture.set_rgb(x, y, picture.rgb(x, y) + emitted);
     }
   });

@@ -19,6 +19,7 @@ struct ViewBuffer {
   // Mean over the pixel of what lights show of themselves: so bright beside what they light that
   // few samples make their edges flicker.
   std::vector<Rgb> emitted;
+  std::vector<uint8_t> crossed;  // 1: an edge of a light may lie in the pixel
 
   size_t index(int x, int y) const {
     return static_cast<size_t>(y) * static_cast<size_t>(width) + static_cast<size_t>(x);
