@@ -201,9 +201,16 @@ StateSummary AdaptiveGuide::summary(const GuidePoint& point) const {
           static_cast<uint64_t>(sums_[point.state.value].n)};
 }
 
-GuideExpectation AdaptiveGuide::expectation(const GuidePoint& point) const {
-  const State& state = states_[point.state.value];
-  return {state.credible, state.arriving, state.deviation};
+uint32_t AdaptiveGuide::expect_each(const GuidePoints& points, uint32_t lanes,
+                                    ExpectationLanes& expected) const {
+  uint32_t credible = 0;
+  for_each_lane(lanes, [&](int i) {
+    const State& state = states_[points[static_cast<size_t>(i)].state.value];
+    expected.arriving.set(i, state.arriving);
+    expected.deviation[i] = state.deviation;
+    credible |= (state.credible ? 1u : 0u) << i;
+  });
+  return credible;
 }
 
 std::unique_ptr<GuideDelta> AdaptiveGuide::make_delta() const { return std::make_unique<Delta>(); }

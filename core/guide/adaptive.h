@@ -41,7 +41,12 @@ class AdaptiveGuide final : public Guide, private GuideShare {
   const LightImportance* light_importance() const override { return &lights_; }
   bool expects() const override { return true; }
   bool aims_at_caustics() const override { return true; }
-  GuideExpectation expectation(const GuidePoint& point) const override;
+  GuideExpectation expectation(const GuidePoint& point) const override {
+    const State& state = states_[point.state.value];
+    return {state.credible, state.arriving, state.deviation};
+  }
+  uint32_t expect_each(const GuidePoints& points, uint32_t lanes,
+                       ExpectationLanes& expected) const override;
 
   float gain(const GuidePoint& point) const override;
   std::vector<DirectionCell> directions(const GuidePoint& point) const override;

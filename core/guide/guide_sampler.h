@@ -12,6 +12,10 @@
 namespace qray {
 
 using GuidePoints = std::array<GuidePoint, kWidth>;
+struct ExpectationLanes {  // GuideExpectation
+  RgbLanes arriving;
+  FloatLanes deviation;
+};
 
 class GuideSampler {
  public:
@@ -59,6 +63,18 @@ class GuideSampler {
   // Whether the method has expectations at all, and what it expects.
   virtual bool expects() const { return false; }
   virtual GuideExpectation expectation(const GuidePoint&) const { return {}; }
+  // The same at several points, those whose bits are set. Those where it is credible come back.
+  virtual uint32_t expect_each(const GuidePoints& points, uint32_t lanes,
+                               ExpectationLanes& expected) const {
+    uint32_t credible = 0;
+    for_each_lane(lanes, [&](int i) {
+      const GuideExpectation e = expectation(points[static_cast<size_t>(i)]);
+      expected.arriving.set(i, e.arriving);
+      expected.deviation[i] = e.deviation;
+      if (e.credible) credible |= 1u << i;
+    });
+    return credible;
+  }
 };
 
 }  // namespace qray

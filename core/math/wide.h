@@ -88,6 +88,7 @@ inline WideRgb operator*(const WideRgb& a, const WideRgb& b) {
   return {a.r * b.r, a.g * b.g, a.b * b.b};
 }
 inline WideRgb operator*(const WideRgb& a, const Wide& s) { return {a.r * s, a.g * s, a.b * s}; }
+inline Wide luminance(const WideRgb& c) { return 0.2126f * c.r + 0.7152f * c.g + 0.0722f * c.b; }
 inline WideInt is_black(const WideRgb& c) { return (c.r == 0) & (c.g == 0) & (c.b == 0); }
 
 // Eight values in memory, which may be set and read lane by lane.

@@ -53,12 +53,6 @@ class PathTracer {
   const PathCounters& counters() const { return counters_; }
 
  private:
-  // A path goes on with probability `chance`; `control` is paid to one that ends, and paid back by
-  // one that goes on: the mean is the same whatever it is.
-  struct Survival {
-    float chance = 1;
-    Rgb control;
-  };
   // A step of every path in flight, and its stages. Sets of lanes are bits; what comes back are
   // those whose paths go on.
   void advance();
@@ -103,16 +97,10 @@ class PathTracer {
   void await(int lane, Rgb arriving);
   float mixture_pdf_w(const PathVertex& v, Vec3 wi, float bsdf_pdf_w, float base_pdf_w);
 
-  BsdfParts parts_at(int lane) {  // found for guides that expect
-    return vertex_.lambert >> lane & 1 ? BsdfParts{1, vertex_.reflectance[lane], {}}
-                                       : vertex_.at(lane).parts;
-  }
-
-  // Parts of survive().
-  uint32_t end_by_throughput(uint32_t lanes);
-  bool survive(int lane);
-  Survival survival(int lane);
-  float unguided_chance(int depth, Rgb throughput) const;
+  // Parts of survive(). A path goes on with probability `chance`; `control` is paid to one that
+  // ends, and paid back by one that goes on: the mean is the same whatever it is.
+  Wide chance_by_throughput(const Wide& scale) const;
+  uint32_t survive_by_noise(uint32_t lanes, Wide& chance, RgbLanes& control);
 
   // Parts of scatter(). False: the BSDF absorbs the path, whatever direction it might have taken.
   bool scatter_one(int lane);

@@ -85,7 +85,19 @@ uint32_t PathTracer::arrive(uint32_t lanes) {
   uint32_t open = 0;   // that light crosses
   for_each_lane(lanes, [&](int lane) {
     const size_t i = index(lane);
+    const uint32_t bit = 1u << lane;
     const MeshShading& mesh = scene_.meshes[v.hit.mesh[i]];
+    if (mesh.plain && !path_.inside[i] && !caustics_) {
+      if (at_most(lane)) {
+        lanes &= ~bit;
+        return;
+      }
+      v.material[i] = &mesh;
+      v.lights[i] = {};
+      v.lambert |= bit;
+      v.reflectance.set(lane, mesh.constant.reflectance);
+      return;
+    }
     SurfacePoint& surface = v.surface[i];
     surface.p = v.p[lane];
     surface.ng = surface.ns = v.ng[lane];
@@ -102,7 +114,6 @@ uint32_t PathTracer::arrive(uint32_t lanes) {
     }
     if (path_.inside[i]) absorb(lane, v.hit.t[lane]);
     if (mesh.emits) add_emission(lane, mesh, surface);
-    const uint32_t bit = 1u << lane;
     if (at_most(lane) && !mesh.pane) {
       lanes &= ~bit;
       return;

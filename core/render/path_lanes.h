@@ -119,6 +119,7 @@ struct VertexLanes {
   };
   std::array<Storage, kWidth> vertex;
   GuidePoints in_guide;  // of paths that ask it
+  ExpectationLanes expected;
 
   std::array<const MaterialShading*, kWidth> material{};
   std::array<LightLearner::Place, kWidth> lights{};  // found where lights are connected to

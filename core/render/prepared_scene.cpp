@@ -55,6 +55,8 @@ MeshShading mesh_shading(const PreparedScene& prepared, const Placement& placed)
   m.bends = m.bends && m.has_uv();
   m.interpolated = !mesh.normals.empty() || !mesh.colors.empty() ||
                    (m.needs_uv() && !(mesh.uvs.empty() && mesh.second_uvs.empty()));
+  m.plain = m.kind == BsdfKind::kDiffuse && m.opaque && !m.interpolated && !m.sphere &&
+            !m.needs_uv() && !m.emits && !m.one_sided && !m.seen_whole && !m.pane;
   if (placed.to_world) m.normals_to_world = placed.to_world->normals();
   return m;
 }

@@ -28,6 +28,7 @@ struct MeshShading : MaterialShading {
   std::optional<Mat3> normals_to_world{};  // the same
   bool interpolated = false;
   const Sphere* sphere = nullptr;  // instead of triangles
+  bool plain = false;              // Lambert's alone and the same everywhere, by the triangles
 
   bool has_uv() const { return sphere || !mesh->uvs.empty(); }
 };

@@ -43,7 +43,7 @@ double replay_seconds(const std::vector<RecordedRay>& rays, TaskPool& pool) {
 }
 
 // An iteration renders and replays once. Counters are millions of rays a second, medians of the
-// iterations, and their ratio (the house's aim: at least 0.60).
+// iterations, and their ratio (the aim: at least 0.75).
 void PathTracerAgainstBareRays(benchmark::State& state) {
   constexpr int kWidth = 512, kSamples = 2;
   const int threads = static_cast<int>(state.range(0));

@@ -1,11 +1,13 @@
 """Called by mitsuba.sh: both renderers in turn, and what their pictures tell."""
 
+import ctypes
 import json
 import os
 import subprocess
 import sys
 import time
 
+import drjit
 import mitsuba
 import numpy
 
@@ -14,10 +16,23 @@ from prepare_mitsuba import prepared
 from regions import difference
 
 
+def as_with_avx2():
+    """Mitsuba's vectors as on a processor that has AVX2 and no more; drjit has no other way."""
+    drjit.eval(drjit.llvm.Float(0) + 1)  # starts LLVM
+    core = ctypes.CDLL(os.path.join(os.path.dirname(drjit.__file__), "libdrjit-core.so"))
+    set_target = core["_Z19jit_llvm_set_targetPKcS0_j"]
+    set_target.argtypes = [ctypes.c_char_p, ctypes.c_char_p, ctypes.c_uint]
+    set_target(b"haswell", b"+fma,+bmi,+bmi2,+avx,+avx2,+f16c", 8)
+
+
 def compare(qray, folder, size, spp, runs, path):
     os.makedirs(folder, exist_ok=True)
+    depth = os.environ.get("DEPTH")
+    paths = ["--method", "none"]
+    if depth:
+        paths = ["--method", "none:roulette=off", "--max-depth", depth]
     name = os.path.basename(os.path.dirname(os.path.abspath(path)))
-    prepared_path, wide, high = prepared(path, folder, size, spp)
+    prepared_path, wide, high = prepared(path, folder, size, spp, depth)
     mitsuba.file_resolver().prepend(os.path.dirname(os.path.abspath(path)))
     scene = mitsuba.load_file(prepared_path)
     numpy.array(mitsuba.render(scene, spp=1))  # some variants compile
@@ -29,8 +44,8 @@ def compare(qray, folder, size, spp, runs, path):
         theirs.append(picture[:, :, :3])
         out, stats = os.path.join(folder, "run.exr"), os.path.join(folder, "run.json")
         subprocess.run([qray, "render", path, "--size", f"{wide}x{high}", "--spp", str(spp),
-                        "--method", "none", "--seed", str(run + 1), "-q", "-o", out,
-                        "--json", stats], check=True, stderr=subprocess.DEVNULL)
+                        *paths, "--seed", str(run + 1), "-q", "-o", out, "--json", stats],
+                       check=True, stderr=subprocess.DEVNULL)
         with open(stats, encoding="utf-8") as file:
             seconds["qray"] += json.load(file)["seconds"]
         ours.append(read(out))
@@ -51,6 +66,8 @@ def compare(qray, folder, size, spp, runs, path):
 
 def main():
     qray, folder, size, spp, runs = sys.argv[1:6]
+    if os.environ.get("AVX2"):
+        as_with_avx2()
     print("| scene | mean, qray over Mitsuba 3 | FLIP | z of 16 regions: median, greatest "
           "| regions' means off by | qray, M samples/s | Mitsuba |\n|---|---|--:|--:|--:|--:|--:|")
     for path in sys.argv[6:]:

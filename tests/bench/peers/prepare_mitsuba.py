@@ -4,8 +4,11 @@ import os
 import xml.etree.ElementTree as xml
 
 
-def prepared(path, folder, size, spp):
-    """The scene with a box filter, another size, and without what Mitsuba 3 no longer knows."""
+def prepared(path, folder, size, spp, depth=None):
+    """The scene with a box filter, another size, and without what Mitsuba 3 no longer knows.
+
+    `depth`: of paths without Russian roulette; None: the file's paths.
+    """
     tree = xml.parse(path)
     root = tree.getroot()
     defaults = {"$" + d.get("name"): d.get("value") for d in root.findall("default")}
@@ -27,17 +30,21 @@ def prepared(path, folder, size, spp):
         sensor.remove(sampler)
     sampler = xml.SubElement(sensor, "sampler", type="independent")
     xml.SubElement(sampler, "integer", name="sample_count", value=str(spp))
-    depth = "-1"
+    path = {"max_depth": "-1"}
     for integrator in root.findall("integrator"):
         for value in integrator.findall("integer"):
             if value.get("name") in ("maxDepth", "max_depth"):
-                depth = defaults.get(value.get("value"), value.get("value"))
+                path["max_depth"] = defaults.get(value.get("value"), value.get("value"))
         root.remove(integrator)
     integrator = xml.SubElement(root, "integrator", type="path")
-    xml.SubElement(integrator, "integer", name="max_depth", value=depth)
+    if depth:
+        path = {"max_depth": depth, "rr_depth": "1000000"}
+    for name, value in path.items():
+        xml.SubElement(integrator, "integer", name=name, value=value)
     if root.get("version", "0").startswith("0."):
         for value in integrator.findall("integer") + sampler.findall("integer"):
-            value.set("name", {"max_depth": "maxDepth", "sample_count": "sampleCount"}[value.get("name")])
+            value.set("name", {"max_depth": "maxDepth", "rr_depth": "rrDepth",
+                               "sample_count": "sampleCount"}[value.get("name")])
     # Beside its includes, where Mitsuba looks for them; meshes are found through the resolver.
     out = os.path.join(folder, "prepared.xml")
     tree.write(out)

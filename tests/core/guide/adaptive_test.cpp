@@ -116,6 +116,9 @@ TEST(Adaptive, AnswersForSeveralPointsAsForOne) {
     }
     guide.sample_each(found, u, lanes, drawn, pdf_w_of_drawn);
     guide.pdf_w_each(found, any, lanes, pdf_w_of_any);
+    ExpectationLanes expected;
+    const uint32_t credible = guide.expect_each(found, lanes, expected);
+    EXPECT_EQ(credible & ~lanes, 0u);
     for_each_lane(lanes, [&](int i) {
       const GuidePoint one = guide.find(p[i], n[i]), &each = found[static_cast<size_t>(i)];
       ASSERT_EQ(each.state, one.state);
@@ -126,6 +129,10 @@ TEST(Adaptive, AnswersForSeveralPointsAsForOne) {
       EXPECT_EQ(drawn[i], sample.wi);
       EXPECT_EQ(pdf_w_of_drawn[i], sample.pdf_w);
       EXPECT_EQ(pdf_w_of_any[i], guide.pdf_w(one, any[i]));
+      const GuideExpectation expectation = guide.expectation(one);
+      EXPECT_EQ(credible >> i & 1, expectation.credible ? 1u : 0u);
+      EXPECT_EQ(expected.arriving[i], expectation.arriving);
+      EXPECT_EQ(expected.deviation[i], expectation.deviation);
       met.insert(one.state.value);
     });
   }
