@@ -106,38 +106,62 @@ Learned& learned_by(std::string_view method) {
   return tables.try_emplace(method, method).first->second;
 }
 
-// One vertex: both directions are needed, that which the guide draws and that which the BSDF or a
-// light gave.
+// Vertices of eight paths at once, as the tracer has them: both directions are needed, that which
+// the guide draws and that which the BSDF or a light gave. `vertex`: the time for one of them.
 void GuidedVertex(benchmark::State& state, bool records) {
   const char* method = kMethods[state.range(0)];
   Learned& learned = learned_by(method);
   const auto delta = learned.guide->make_delta();
   const Guide& guide = *learned.guide;
-  size_t i = 0;
-  int64_t vertices = 0;
+  size_t next = 0;
+  int64_t guided = 0;
+  std::array<const Event*, kWidth> events;
+  Vec3Lanes p, n, wi, drawn;
+  Vec2Lanes u;
+  FloatLanes pdf_w;
+  GuidePoints points;
+  ExpectationLanes expected;
   for (auto _ : state) {
-    const Event& e = learned.events[++i % kEvents];
-    const GuidePoint at = guide.find(e.at.p, e.at.n);
-    benchmark::DoNotOptimize(guide.expectation(at));
-    if (guide.mixture(at, {}).guide > 0) {
-      benchmark::DoNotOptimize(guide.sample(at, e.u));
-      benchmark::DoNotOptimize(guide.pdf_w(at, e.vertex.wi));
-      ++vertices;
+    for (int lane = 0; lane < kWidth; ++lane) {
+      const Event& e = learned.events[++next % kEvents];
+      events[static_cast<size_t>(lane)] = &e;
+      p.set(lane, e.at.p);
+      n.set(lane, e.at.n);
+      wi.set(lane, e.vertex.wi);
+      u.x[lane] = e.u.x;
+      u.y[lane] = e.u.y;
     }
-    if (records) {
-      GuideVertex v = e.vertex;
-      v.at = at;
+    guide.find_each(p, n, kAllLanes, points);
+    benchmark::DoNotOptimize(guide.expect_each(points, kAllLanes, expected));
+    uint32_t lanes = 0;
+    for (int lane = 0; lane < kWidth; ++lane)
+      if (guide.mixture(points[static_cast<size_t>(lane)], {}).guide > 0) lanes |= 1u << lane;
+    if (lanes) {
+      guide.sample_each(points, u, lanes, drawn, pdf_w);
+      benchmark::DoNotOptimize(pdf_w);
+      guide.pdf_w_each(points, wi, lanes, pdf_w);
+      benchmark::DoNotOptimize(pdf_w);
+      guided += std::popcount(lanes);
+    }
+    if (!records) continue;
+    for (size_t lane = 0; lane < kWidth; ++lane) {
+      GuideVertex v = events[lane]->vertex;
+      v.at = points[lane];
       guide.record({&v, 1}, *delta);
-      if (i % kEvents == 0) {  // deltas hold a tile's events, not a bench's
-        state.PauseTiming();
-        learned.guide->update(*delta);
-        state.ResumeTiming();
-      }
+    }
+    if (next % kEvents < kWidth) {  // deltas hold a tile's events, not a bench's
+      state.PauseTiming();
+      learned.guide->update(*delta);
+      state.ResumeTiming();
     }
   }
-  const double guided = static_cast<double>(vertices) / static_cast<double>(state.iterations());
-  state.SetLabel(std::string(method) + ", " + std::to_string(guide.stats().states) + " states, " +
-                 std::to_string(static_cast<int>(100 * guided + 0.5)) + "% guided");
+  const double vertices = static_cast<double>(kWidth * state.iterations());
+  using Counter = benchmark::Counter;
+  state.counters["vertex"] = Counter(vertices, Counter::kIsRate | Counter::kInvert);
+  state.SetLabel(
+      std::string(method) + ", " + std::to_string(guide.stats().states) + " states, " +
+      std::to_string(static_cast<int>(100 * static_cast<double>(guided) / vertices + 0.5)) +
+      "% guided");
 }
 BENCHMARK_CAPTURE(GuidedVertex, sampled, false)->DenseRange(0, 3);
 BENCHMARK_CAPTURE(GuidedVertex, recorded, true)->DenseRange(0, 3);
